@@ -1,0 +1,1 @@
+//! Interference of tool assembly, machine, fixtures, part and in-process stock.

@@ -1,0 +1,1 @@
+//! Offsets, RTCP, path smoothing, look-ahead feed planning, interpolation.

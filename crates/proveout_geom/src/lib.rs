@@ -1,0 +1,31 @@
+//! Vocabulary types of the twin: angles, rigid poses, boxes, triangle meshes and their files.
+//!
+//! Data in and out is in millimetre and radian. A pose named `a_from_b` maps coordinates of frame b to
+//! coordinates of frame a; a point named `p_in_a` has coordinates of frame a.
+//!
+//! * [`Pose`] – rigid transform whose right angles are exact.
+//! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid.
+//! * [`read_mesh`], [`write_stl`] – STL, OBJ and glTF binary files.
+//!
+//! A type enters this crate when two crates need it.
+
+mod aabb;
+mod angle;
+mod mesh;
+mod mesh_io;
+mod pose;
+mod primitives;
+mod tool_pose;
+
+pub use aabb::Aabb;
+pub use angle::{deg, rad, sin_cos, wrap_near};
+pub use mesh::{MeshError, TriMesh};
+pub use mesh_io::{MeshFileError, read_mesh, write_stl};
+pub use pose::Pose;
+pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
+pub use tool_pose::ToolPose;
+
+/// Point in millimetre.
+pub type Point = nalgebra::Point3<f64>;
+/// Free vector in millimetre, or a direction of length one where the name says so.
+pub type Vector = nalgebra::Vector3<f64>;

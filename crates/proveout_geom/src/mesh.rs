@@ -1,0 +1,237 @@
+use std::collections::BTreeMap;
+
+use thiserror::Error;
+
+use crate::{Aabb, Point, Pose, Vector};
+
+/// Why triangles do not bound a solid.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// No triangle at all.
+    #[error("the mesh has no triangles")]
+    Empty,
+    /// A coordinate is not a number.
+    #[error("vertex {vertex} is not finite")]
+    NotFinite {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} names vertex {vertex}, but there are {vertices}")]
+    Index {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// An edge belongs to one triangle only: the mesh has a hole.
+    #[error(
+        "the mesh has a hole: edge ({}) to ({}) belongs to one triangle only (triangle {triangle}; {open_edges} open edges in all)",
+        show(from),
+        show(to)
+    )]
+    Open {
+        /// First end of the first open edge, mm.
+        from: Point,
+        /// Second end.
+        to: Point,
+        /// Triangle that has the edge.
+        triangle: usize,
+        /// Number of open edges.
+        open_edges: usize,
+    },
+    /// Two triangles run along an edge in the same direction, or more than two share it.
+    #[error(
+        "edge ({}) to ({}) is run through twice in the same direction (triangle {triangle}): turned or doubled faces",
+        show(from),
+        show(to)
+    )]
+    NotManifold {
+        /// First end of the edge, mm.
+        from: Point,
+        /// Second end.
+        to: Point,
+        /// Second triangle with the edge.
+        triangle: usize,
+    },
+    /// The faces look inward.
+    #[error("the mesh is inside out: its volume is {volume_mm3:.3} mm3")]
+    InsideOut {
+        /// Signed volume, mm³.
+        volume_mm3: f64,
+    },
+}
+
+fn show(p: &Point) -> String {
+    format!("{:.4}, {:.4}, {:.4}", p.x, p.y, p.z)
+}
+
+/// Indexed triangle mesh; counter-clockwise seen from outside.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriMesh {
+    /// Vertices, mm.
+    pub positions: Vec<Point>,
+    /// Three vertex indices a triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl TriMesh {
+    /// The corners of a triangle.
+    pub fn corners(&self, triangle: usize) -> [Point; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+
+    /// Smallest box round all vertices.
+    pub fn aabb(&self) -> Aabb {
+        Aabb::of_points(&self.positions)
+    }
+
+    /// Enclosed volume, mm³, by the divergence theorem; negative when inside out.
+    pub fn volume(&self) -> f64 {
+        let Some(origin) = self.positions.first() else { return 0.0 };
+        (0..self.triangles.len())
+            .map(|t| {
+                let [a, b, c] = self.corners(t).map(|p| p - origin);
+                a.dot(&b.cross(&c)) / 6.0
+            })
+            .sum()
+    }
+
+    /// The mesh in another frame.
+    pub fn transformed(&self, a_from_b: &Pose) -> Self {
+        Self {
+            positions: self.positions.iter().map(|p| a_from_b.point(p)).collect(),
+            triangles: self.triangles.clone(),
+        }
+    }
+
+    /// Adds another mesh; the two stay separate shells.
+    pub fn append(&mut self, other: &Self) {
+        let base = self.positions.len() as u32;
+        self.positions.extend_from_slice(&other.positions);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
+    }
+
+    /// Joins vertices with identical coordinates, as files without indices (STL) need, and drops triangles that have
+    /// lost a corner by it.
+    pub fn merge_equal_vertices(&self) -> Self {
+        let key = |p: &Point| [p.x, p.y, p.z].map(|v| (v + 0.0).to_bits()); // + 0.0 makes -0 and 0 one key
+        let mut index = BTreeMap::new();
+        let mut positions = Vec::new();
+        let map: Vec<u32> = self
+            .positions
+            .iter()
+            .map(|p| {
+                *index.entry(key(p)).or_insert_with(|| {
+                    positions.push(*p);
+                    positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        let triangles = self
+            .triangles
+            .iter()
+            .map(|t| t.map(|i| map[i as usize]))
+            .filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0])
+            .collect();
+        Self { positions, triangles }
+    }
+
+    /// Proves that the triangles bound a solid: finite, closed, consistently oriented, faces outward.
+    ///
+    /// # Errors
+    /// The first violation, with its place.
+    pub fn check_solid(&self) -> Result<(), MeshError> {
+        if self.triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        if let Some(vertex) = self.positions.iter().position(|p| p.iter().any(|v| !v.is_finite())) {
+            return Err(MeshError::NotFinite { vertex });
+        }
+        let mut owner: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+        for (triangle, t) in self.triangles.iter().enumerate() {
+            for &vertex in t {
+                if vertex as usize >= self.positions.len() {
+                    return Err(MeshError::Index { triangle, vertex, vertices: self.positions.len() });
+                }
+            }
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                if owner.insert((a, b), triangle).is_some() {
+                    let (from, to) = (self.positions[a as usize], self.positions[b as usize]);
+                    return Err(MeshError::NotManifold { from, to, triangle });
+                }
+            }
+        }
+        let mut open = owner.iter().filter(|((a, b), _)| !owner.contains_key(&(*b, *a)));
+        if let Some((&(a, b), &triangle)) = open.next() {
+            let (from, to) = (self.positions[a as usize], self.positions[b as usize]);
+            return Err(MeshError::Open { from, to, triangle, open_edges: 1 + open.count() });
+        }
+        let volume_mm3 = self.volume();
+        if volume_mm3 <= 0.0 {
+            return Err(MeshError::InsideOut { volume_mm3 });
+        }
+        Ok(())
+    }
+
+    /// Outward normal of a triangle, not of unit length: twice the area, mm².
+    pub fn area_normal(&self, triangle: usize) -> Vector {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(&(c - a))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::box_mesh;
+
+    fn cube() -> TriMesh {
+        box_mesh(&Aabb { min: Point::new(-1.0, 0.0, 2.0), max: Point::new(1.0, 3.0, 6.0) })
+    }
+
+    #[test]
+    fn a_box_is_a_solid_of_its_volume() {
+        cube().check_solid().expect("a box is a solid");
+        assert!((cube().volume() - 24.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn each_defect_is_named() {
+        let mut hole = cube();
+        hole.triangles.pop();
+        assert!(matches!(hole.check_solid(), Err(MeshError::Open { open_edges: 3, .. })));
+        let mut turned = cube();
+        turned.triangles[0].swap(0, 1);
+        assert!(matches!(turned.check_solid(), Err(MeshError::NotManifold { .. })));
+        let mut inside_out = cube();
+        for t in &mut inside_out.triangles {
+            t.swap(0, 1);
+        }
+        assert!(matches!(inside_out.check_solid(), Err(MeshError::InsideOut { .. })));
+        assert_eq!(TriMesh::default().check_solid(), Err(MeshError::Empty));
+        let mut nan = cube();
+        nan.positions[3].y = f64::NAN;
+        assert_eq!(nan.check_solid(), Err(MeshError::NotFinite { vertex: 3 }));
+        let mut index = cube();
+        index.triangles[2][1] = 99;
+        assert!(matches!(index.check_solid(), Err(MeshError::Index { vertex: 99, .. })));
+    }
+
+    #[test]
+    fn merging_restores_the_topology_of_loose_triangles() {
+        let cube = cube();
+        let mut loose = TriMesh::default();
+        for t in 0..cube.triangles.len() {
+            let base = loose.positions.len() as u32;
+            loose.positions.extend(cube.corners(t));
+            loose.triangles.push([base, base + 1, base + 2]);
+        }
+        assert!(loose.check_solid().is_err());
+        let merged = loose.merge_equal_vertices();
+        assert_eq!(merged.positions.len(), 8);
+        merged.check_solid().expect("merged box is a solid");
+    }
+}

@@ -1,0 +1,1 @@
+//! Machine description, forward and inverse kinematics, travel and drive limits.

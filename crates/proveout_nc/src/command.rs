@@ -1,0 +1,289 @@
+use std::sync::Arc;
+
+/// The axis letters that a program can address, in the order of [`AxisValues`].
+pub const AXIS_LETTERS: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
+
+/// Coordinates by axis letter; only the axes that have a value. Linear axes in mm, A B C in radian.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxisValues {
+    values: [f64; 9],
+    set: u16,
+}
+
+impl AxisValues {
+    /// No axis has a value.
+    pub const NONE: Self = Self { values: [0.0; 9], set: 0 };
+
+    /// Index of a letter in [`AXIS_LETTERS`].
+    pub fn index(letter: char) -> Option<usize> {
+        AXIS_LETTERS.iter().position(|&l| l == letter)
+    }
+
+    /// Value of the axis with this index, if it has one.
+    pub fn get(&self, index: usize) -> Option<f64> {
+        (self.set >> index & 1 == 1).then(|| self.values[index])
+    }
+
+    /// Gives the axis a value.
+    pub fn put(&mut self, index: usize, value: f64) {
+        self.values[index] = value;
+        self.set |= 1 << index;
+    }
+
+    /// Takes the value away.
+    pub fn clear(&mut self, index: usize) {
+        self.values[index] = 0.0;
+        self.set &= !(1 << index);
+    }
+
+    /// X, Y and Z, where all three have values.
+    pub fn xyz(&self) -> Option<[f64; 3]> {
+        Some([self.get(0)?, self.get(1)?, self.get(2)?])
+    }
+
+    /// Letter and value of every axis that has one, in the order of [`AXIS_LETTERS`].
+    pub fn iter(&self) -> impl Iterator<Item = (char, f64)> + '_ {
+        AXIS_LETTERS.iter().enumerate().filter_map(|(i, &l)| self.get(i).map(|v| (l, v)))
+    }
+
+    /// True when no axis has a value.
+    pub fn is_empty(&self) -> bool {
+        self.set == 0
+    }
+}
+
+/// Where in the text a command comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// File as given by the caller.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column of the first character, from 1.
+    pub column: u32,
+    /// Length in characters.
+    pub length: u32,
+    /// Nesting of subprogram calls; 0 in the main program.
+    pub depth: u32,
+}
+
+/// One canonical command.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Command {
+    /// Its place in the program.
+    pub location: Location,
+    /// What to do.
+    pub op: Op,
+}
+
+/// What the control is told to do. Names as printed by `proveout nc`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Op {
+    /// Motion at rapid rate.
+    Rapid(Motion),
+    /// Straight motion in feed.
+    Linear(Motion),
+    /// Circular or helical motion in feed.
+    Arc(ArcMotion),
+    /// Wait.
+    Dwell(Dwell),
+    /// Feed value in force from here.
+    Feed(Feed),
+    /// Spindle rotation.
+    Spindle(Spindle),
+    /// Tool selection or change.
+    Tool(ToolAction),
+    /// Working plane G17 G18 G19: the axis letter of its normal.
+    Plane(char),
+    /// An offset of the control taken into or out of effect.
+    Offset(Offset),
+    /// A new transform from work coordinates to base coordinates (frame of offsets, rotations, mirrors, scales).
+    Frame(FrameChange),
+    /// Tool center point control (TRAORI, G43.4, M128).
+    Tcp(Tcp),
+    /// How corners are treated.
+    PathMode(PathMode),
+    /// Coolant.
+    Coolant(Coolant),
+    /// Text for the operator.
+    Message(String),
+    /// A word that the dialect reads and that has no effect on motion, removal or time of the twin: named, not lost.
+    Note(String),
+    /// Program stop (M0) or optional stop (M1).
+    Stop {
+        /// True for M1.
+        optional: bool,
+    },
+    /// End of the program (M2, M30).
+    End,
+}
+
+/// End of a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Programmed coordinates in the active work frame; all axes whose position is known there.
+    pub end: AxisValues,
+    /// The same point in base coordinates: after all offsets, frames, mirrors and scales, tool length not applied. An axis
+    /// without a value keeps the position that the machine has.
+    pub end_base: AxisValues,
+    /// Programmed tool axis in the work frame, where the orientation is programmed as a vector (unit length).
+    pub tool_axis: Option<[f64; 3]>,
+    /// The same vector in base coordinates.
+    pub tool_axis_base: Option<[f64; 3]>,
+    /// Bit i is set when axis i of [`AXIS_LETTERS`] stands in this block.
+    pub programmed: u16,
+    /// True for SUPA, G53, M91: `end_base` is in machine coordinates of the axes, the active tool length still counts, and
+    /// no five-axis transformation is active for the block.
+    pub machine_coordinates: bool,
+    /// Exact stop at the end of this block only (G9).
+    pub exact_stop: bool,
+}
+
+/// Circular motion; end and orientation as in [`Motion`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArcMotion {
+    /// End of the motion.
+    pub motion: Motion,
+    /// Center in the active work frame, mm.
+    pub center: [f64; 3],
+    /// Center in base coordinates, mm.
+    pub center_base: [f64; 3],
+    /// Unit normal in the work frame; the arc runs counter-clockwise about it.
+    pub normal: [f64; 3],
+    /// The same normal in base coordinates.
+    pub normal_base: [f64; 3],
+    /// Radius at the start, mm.
+    pub radius: f64,
+    /// Angle run through, radian, above zero; over two pi for several turns.
+    pub sweep: f64,
+}
+
+/// Wait, in one of two units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dwell {
+    /// Seconds.
+    Seconds(f64),
+    /// Spindle revolutions.
+    Revolutions(f64),
+}
+
+/// Feed, converted from the unit of the program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Feed {
+    /// mm/s along the path (G94).
+    PerTime(f64),
+    /// mm a spindle revolution (G95).
+    PerRevolution(f64),
+    /// The block takes this many seconds (G93).
+    InverseTime(f64),
+}
+
+/// Spindle rotation seen from the spindle towards the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spindle {
+    /// Direction.
+    pub direction: SpindleDirection,
+    /// Speed in 1/min; none when none was ever programmed.
+    pub speed_rpm: Option<f64>,
+}
+
+/// Direction of rotation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpindleDirection {
+    /// M5.
+    Off,
+    /// M3.
+    Clockwise,
+    /// M4.
+    CounterClockwise,
+}
+
+/// Tool handling.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ToolAction {
+    /// Made ready in the magazine (`T5`, `T="NAME"`).
+    Select(ToolName),
+    /// Changed into the spindle (M6, or T where the control changes at once).
+    Change(ToolName),
+}
+
+/// Name of a tool in the program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ToolName {
+    /// `T0`: an empty spindle.
+    Empty,
+    /// By number.
+    Number(u32),
+    /// By name.
+    Name(String),
+}
+
+/// Offsets of the control.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Offset {
+    /// Tool length and radius of cutting edge `edge`; 0 switches the length off (D0, G49).
+    ToolEdge {
+        /// D or H number.
+        edge: u32,
+    },
+    /// Work offset in effect, by the word of the program (`G54`, `G500`).
+    Work {
+        /// The word.
+        word: String,
+    },
+}
+
+/// The transform from work to base coordinates after a change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameChange {
+    /// The word that changed it.
+    pub word: String,
+    /// Rotation, row by row (3 x 3, orthonormal; a mirror has determinant -1).
+    pub rotation: [[f64; 3]; 3],
+    /// Translation, mm.
+    pub translation: [f64; 3],
+    /// Offsets of rotary axes A, B, C, radian.
+    pub rotary: [f64; 3],
+}
+
+/// Tool center point control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tcp {
+    /// In effect from here.
+    pub on: bool,
+    /// How the orientation runs between two blocks.
+    pub interpolation: OrientationInterpolation,
+}
+
+/// Path of the orientation within a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrientationInterpolation {
+    /// Rotary axes in proportion to the path (ORIAXES).
+    Axes,
+    /// Tool axis on the great circle (ORIVECT).
+    GreatCircle,
+}
+
+/// Treatment of corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathMode {
+    /// Stop at the end of every block (G60, G61).
+    ExactStop,
+    /// Corners may be rounded within this distance of the tip, mm, and angle of the tool axis, radian; none: as the
+    /// machine's control is set up.
+    Continuous {
+        /// Tolerance of the tip, mm.
+        tolerance: Option<f64>,
+        /// Tolerance of the tool axis, radian.
+        orientation_tolerance: Option<f64>,
+    },
+}
+
+/// Coolant state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Coolant {
+    /// M8.
+    pub flood: bool,
+    /// M7.
+    pub mist: bool,
+}

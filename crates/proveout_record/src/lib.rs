@@ -1,0 +1,1 @@
+//! Observers: Rerun, HTML report, glTF, Parquet, JSON.

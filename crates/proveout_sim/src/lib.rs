@@ -1,0 +1,1 @@
+//! Scenes, the prove-out loop, findings, gates, observers.

@@ -1,0 +1,1 @@
+//! Tri-dexel stock, swept volume, material removal, surface extraction.

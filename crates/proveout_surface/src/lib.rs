@@ -1,0 +1,1 @@
+//! Deviation, scallop height, roughness.

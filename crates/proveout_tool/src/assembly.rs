@@ -1,0 +1,76 @@
+use crate::Profile;
+
+/// What a part of the assembly may do to the stock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Role {
+    /// Flutes: removes material.
+    Cutting,
+    /// Between flutes and shank, or above the flute length on the cutter's diameter: must not touch.
+    Neck,
+    /// Must not touch.
+    Shank,
+    /// Must not touch.
+    Holder,
+}
+
+/// One convex body of revolution of an assembly, in frame T.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// What it may do.
+    pub role: Role,
+    /// Its generating curve, z from the programmed tip.
+    pub profile: Profile,
+}
+
+/// How a program names a tool.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ToolId {
+    /// `T5`.
+    Number(u32),
+    /// `T="END_D12"`.
+    Name(String),
+}
+
+/// A tool assembly as it hangs in the spindle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tool {
+    /// Place in the magazine or tool table.
+    pub number: u32,
+    /// Name in the program.
+    pub name: String,
+    /// Words for people.
+    pub description: String,
+    /// The parts, from the tip upward.
+    pub bodies: Vec<Body>,
+    /// From the programmed tip to the gauge line of the spindle, mm.
+    pub gauge_length: f64,
+    /// Length of the flutes from the tip, mm.
+    pub flute_length: f64,
+    /// Number of flutes, where known.
+    pub flutes: Option<u32>,
+    /// Whether the cutting edges reach the center, so that it may plunge, where known.
+    pub center_cutting: Option<bool>,
+    /// Highest spindle speed, 1/min, where known.
+    pub max_speed_rpm: Option<f64>,
+    /// True for a tool that cuts when the spindle turns counter-clockwise (M4).
+    pub left_handed: bool,
+    /// False when the library gives no holder: holder checks are then unchecked.
+    pub has_holder: bool,
+}
+
+impl Tool {
+    /// The parts that remove material.
+    pub fn cutting(&self) -> impl Iterator<Item = &Body> {
+        self.bodies.iter().filter(|b| b.role == Role::Cutting)
+    }
+
+    /// The parts that must not touch anything.
+    pub fn not_cutting(&self) -> impl Iterator<Item = &Body> {
+        self.bodies.iter().filter(|b| b.role != Role::Cutting)
+    }
+
+    /// Largest distance of any part from the axis, mm.
+    pub fn max_radius(&self) -> f64 {
+        self.bodies.iter().map(|b| b.profile.max_radius()).fold(0.0, f64::max)
+    }
+}

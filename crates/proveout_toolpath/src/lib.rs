@@ -1,0 +1,1 @@
+//! Cutter location data, APT CL files, path planning, orientation re-scheduling.

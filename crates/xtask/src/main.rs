@@ -1,0 +1,2 @@
+//! Developer programs: CI steps, dependency check, asset generators.
+fn main() {}

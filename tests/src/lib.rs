@@ -1,0 +1,1 @@
+//! Whole prove-outs, reference data and laws.
