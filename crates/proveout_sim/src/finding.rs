@@ -1,0 +1,130 @@
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Group of a finding; decides which gate it closes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Family {
+    /// The text of the program.
+    Program,
+    /// Scene, machine, tools.
+    Setup,
+    /// Travel and drive limits.
+    Limits,
+    /// Rapid in material, spindle, depth, rubbing.
+    Process,
+    /// Bodies that touch.
+    Collision,
+    /// Gouge and excess.
+    Geometry,
+    /// Texture.
+    Surface,
+}
+
+/// Weight of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// For information.
+    Info,
+    /// Worth a look; does not close a gate.
+    Warning,
+    /// Closes the gate of its family.
+    Error,
+}
+
+/// One fault that the run found, with its place in the program and on the machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Finding {
+    /// Stable code, see [`CODES`].
+    pub code: String,
+    /// Group.
+    pub family: Family,
+    /// Weight.
+    pub severity: Severity,
+    /// Program file as given.
+    pub file: Option<String>,
+    /// Line, from 1.
+    pub line: Option<u32>,
+    /// Index of the executed block.
+    pub block: Option<u32>,
+    /// Simulated time, s.
+    pub time_s: Option<f64>,
+    /// Joint positions at that time; mm or degrees.
+    pub axes: BTreeMap<String, f64>,
+    /// Bodies concerned.
+    pub bodies: Vec<String>,
+    /// Place in the workpiece frame, mm.
+    pub point_mm: Option<[f64; 3]>,
+    /// Depth of penetration, mm.
+    pub penetration_mm: Option<f64>,
+    /// Clearance that is left, mm.
+    pub clearance_mm: Option<f64>,
+    /// Measured value.
+    pub value: Option<f64>,
+    /// Limit that it passed.
+    pub limit: Option<f64>,
+    /// Unit of value and limit.
+    pub unit: Option<String>,
+    /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).
+    pub repeats: u32,
+    /// For people: what, where, by how much.
+    pub message: String,
+}
+
+/// An entry of the registry of codes.
+#[derive(Clone, Copy, Debug)]
+pub struct Code {
+    /// Stable code.
+    pub code: &'static str,
+    /// Group.
+    pub family: Family,
+    /// Weight.
+    pub severity: Severity,
+    /// One sentence.
+    pub summary: &'static str,
+}
+
+macro_rules! codes {
+    ($($name:ident = $code:literal, $family:ident, $severity:ident, $summary:literal;)*) => {
+        $(#[doc = $summary] pub const $name: Code =
+            Code { code: $code, family: Family::$family, severity: Severity::$severity, summary: $summary };)*
+        /// Every code that a run can raise; each has its page in `docs/findings`.
+        pub const CODES: &[Code] = &[$($name),*];
+    };
+}
+
+codes! {
+    STOPPED = "program-stopped", Program, Error, "The program could not be executed to its end.";
+    NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
+    OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
+    UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
+    SPINDLE_SPEED = "limits-spindle-speed", Limits, Error, "The programmed spindle speed is above the limit of spindle or tool.";
+    RAPID_IN_MATERIAL = "process-rapid-in-material", Process, Error, "The cutter meets material at rapid rate.";
+    SPINDLE_OFF = "process-spindle-off", Process, Error, "The cutter meets material while the spindle stands still.";
+    SPINDLE_WRONG_WAY = "process-spindle-wrong-way", Process, Error, "The spindle turns against the hand of the tool.";
+    NO_TOOL = "process-no-tool", Process, Error, "Feed motion without a tool in the spindle.";
+    NECK_RUBS = "process-neck-rubs", Process, Error, "The neck above the flutes meets material.";
+    SHANK_RUBS = "process-shank-rubs", Process, Error, "The shank meets material.";
+    HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
+    COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
+    NEAR_MISS = "collision-near-miss", Collision, Warning, "Two bodies come nearer than the wanted clearance.";
+    GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
+    EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
+    INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_unique_and_carry_their_family() {
+        for (i, a) in CODES.iter().enumerate() {
+            assert!(CODES[i + 1..].iter().all(|b| a.code != b.code), "{} twice", a.code);
+            assert!(a.summary.ends_with('.'));
+        }
+    }
+}

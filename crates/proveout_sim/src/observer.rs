@@ -1,0 +1,144 @@
+use std::{path::Path, sync::Arc};
+
+use proveout_controller::{Event, MoveKind, Piece, Sample};
+use proveout_geom::{Pose, TriMesh};
+use proveout_machine::Machine;
+use proveout_stock::{TileId, TriDexel};
+use proveout_tool::ToolLibrary;
+use thiserror::Error;
+
+use crate::{
+    finding::Finding,
+    scene::Scene,
+    surface_map::SurfaceMap,
+    verdict::Verdict,
+};
+
+/// Why an observer could not write what it saw.
+#[derive(Debug, Error)]
+#[error("cannot write {what}: {message}")]
+pub struct ObserverError {
+    /// File or stream.
+    pub what: String,
+    /// Reason.
+    pub message: String,
+}
+
+/// What stands still during a run.
+#[derive(Clone, Copy)]
+pub struct Setup<'a> {
+    /// The scene as read.
+    pub scene: &'a Scene,
+    /// Name of the program.
+    pub program: &'a str,
+    /// The machine.
+    pub machine: &'a Machine,
+    /// The tool library.
+    pub tools: &'a ToolLibrary,
+    /// Stock before the first cut, workpiece frame.
+    pub stock: &'a TriDexel,
+    /// Design part, workpiece frame, where the scene has one as a mesh.
+    pub part: Option<&'a TriMesh>,
+    /// Fixtures and platforms: name and mesh in the table frame.
+    pub fixtures: &'a [(String, TriMesh)],
+    /// Workpiece frame to table frame.
+    pub table_from_work: Pose,
+}
+
+/// Signals beside the motion of one sample; same order as [`Batch::samples`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SampleSignals {
+    /// Material removal rate, mm³/s, of the piece that holds the sample.
+    pub removal_rate: f64,
+    /// Proved clearance of the piece that holds the sample, mm; none when nothing was checked.
+    pub clearance: Option<f64>,
+    /// Index of the tool in the library.
+    pub tool: Option<u32>,
+}
+
+/// One executed block, complete.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlockRow {
+    /// Index of the block, from 0.
+    pub block: u32,
+    /// File as given.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+    /// Kind of motion.
+    pub kind: MoveKind,
+    /// Index of the tool in the library.
+    pub tool: Option<u32>,
+    /// Start, s.
+    pub start_time: f64,
+    /// End, s.
+    pub end_time: f64,
+    /// Path of the tip in the workpiece, mm.
+    pub length: f64,
+    /// Programmed feed, mm/s; none for rapids.
+    pub feed: Option<f64>,
+    /// Removed volume, mm³.
+    pub volume_mm3: f64,
+    /// Largest length of cutter in material on a ray, mm: a measure of engagement.
+    pub engagement_mm: f64,
+}
+
+/// A stretch of the run, in order of time.
+#[derive(Clone, Copy)]
+pub struct Batch<'a> {
+    /// Control samples.
+    pub samples: &'a [Sample],
+    /// Signals beside the samples.
+    pub signals: &'a [SampleSignals],
+    /// Motion pieces that were cut and checked.
+    pub pieces: &'a [Piece],
+    /// Blocks that ended within the stretch.
+    pub blocks: &'a [BlockRow],
+    /// Tool changes, spindle, messages.
+    pub events: &'a [Event],
+    /// Findings raised within the stretch.
+    pub findings: &'a [Finding],
+    /// Time at the end of the stretch, s.
+    pub time: f64,
+    /// Stock after the stretch, workpiece frame.
+    pub stock: &'a TriDexel,
+    /// Tiles of the stock that changed within the stretch.
+    pub changed_tiles: &'a [TileId],
+}
+
+/// The end of a run.
+#[derive(Clone, Copy)]
+pub struct Outcome<'a> {
+    /// The judgement.
+    pub verdict: &'a Verdict,
+    /// Stock as it is left, workpiece frame.
+    pub stock: &'a TriDexel,
+    /// Surface of the cut part with what was measured on it.
+    pub surface: &'a SurfaceMap,
+    /// Folder for the files of the run; it exists.
+    pub folder: &'a Path,
+}
+
+/// Sees a run as it goes on. The engine knows nothing of files or viewers; Rerun, tables and reports implement this.
+pub trait Observer {
+    /// Name for error texts and timing.
+    fn name(&self) -> &'static str;
+
+    /// Before the first command.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn begin(&mut self, setup: &Setup<'_>, folder: &Path) -> Result<(), ObserverError>;
+
+    /// After each stretch.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError>;
+
+    /// After judgement.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError>;
+}

@@ -1,0 +1,243 @@
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::finding::Finding;
+
+/// Version of the layout of [`Verdict`]; raised when a key changes its meaning or goes away.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Judgement of a gate or of the whole run. `Unchecked` never counts as `Pass`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// Checked, and nothing was found.
+    Pass,
+    /// Checked, and at least one error was found.
+    Fail,
+    /// Not checked, or not wholly; the reason says what was left out.
+    Unchecked,
+}
+
+/// One question that a program must pass before it goes to the machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Gate {
+    /// `program`, `limits`, `process`, `collision`, `near_miss`, `gouge`, `excess` or `surface`.
+    pub name: String,
+    /// Judgement.
+    pub state: State,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// Everything that a run says and that does not depend on the clock of the host (`verdict.json`).
+///
+/// All keys are always present; a value that was not checked is `null` and its gate says why.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Verdict {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Name of the scene.
+    pub scene: String,
+    /// Name of the program within the scene, or the file name.
+    pub program: String,
+    /// SHA-256 of every input file, by role (`scene`, `machine`, `tools`, `program`, `stock`, `part`, ...).
+    pub digests: BTreeMap<String, String>,
+    /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass.
+    pub verdict: State,
+    /// The gates, in fixed order.
+    pub gates: Vec<Gate>,
+    /// What was found, in order of time.
+    pub findings: Vec<Finding>,
+    /// Cycle time.
+    pub time: Time,
+    /// Extremes of every joint, by name; mm or degrees, seconds.
+    pub axes: BTreeMap<String, Axis>,
+    /// Path figures.
+    pub path: Path,
+    /// Material removal.
+    pub removal: Removal,
+    /// Cut part against the design.
+    pub deviation: Deviation,
+    /// Texture of the surface.
+    pub surface: Surface,
+    /// Interference.
+    pub clearance: Clearance,
+    /// Use of each tool, in order of first use.
+    pub tools: Vec<ToolUse>,
+    /// Features measured on the cut part by the scene's inspection plan.
+    pub inspection: Vec<Inspected>,
+}
+
+/// Cycle time in seconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Time {
+    /// From the first command to the end of the program.
+    pub total_s: f64,
+    /// Motion in feed.
+    pub cutting_s: f64,
+    /// Motion at rapid rate.
+    pub rapid_s: f64,
+    /// Programmed dwell and waiting for the spindle.
+    pub dwell_s: f64,
+    /// Tool changes.
+    pub tool_change_s: f64,
+    /// No controller with the same limits can be faster on the same path.
+    pub lower_bound_s: Option<f64>,
+}
+
+/// Extremes of one joint; mm or degrees, seconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Axis {
+    /// Unit of length: `mm` or `deg`.
+    pub unit: String,
+    /// Smallest position.
+    pub min: f64,
+    /// Largest position.
+    pub max: f64,
+    /// Largest speed.
+    pub max_velocity: f64,
+    /// Largest acceleration.
+    pub max_acceleration: f64,
+    /// Largest jerk.
+    pub max_jerk: f64,
+    /// Largest speed over its limit; null without a limit.
+    pub velocity_utilisation: Option<f64>,
+    /// Largest acceleration over its limit; null without a limit.
+    pub acceleration_utilisation: Option<f64>,
+    /// Largest jerk over its limit; null without a limit.
+    pub jerk_utilisation: Option<f64>,
+    /// Number of reversals of direction.
+    pub reversals: u64,
+    /// Largest distance of the actual from the commanded position; null when the drives are not simulated.
+    pub max_following_error: Option<f64>,
+}
+
+/// Path figures.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Path {
+    /// Executed blocks with motion.
+    pub blocks: u64,
+    /// Length of the tip's path in the workpiece, mm.
+    pub length_mm: f64,
+    /// Largest distance of the straight pieces from the path they stand for, mm.
+    pub max_chord_error_mm: Option<f64>,
+    /// Largest distance of the tip from the programmed path (corner rounding, following error), mm.
+    pub max_contour_error_mm: Option<f64>,
+    /// Smallest ratio of reached to programmed feed over the blocks cut in feed.
+    pub min_feed_ratio: Option<f64>,
+}
+
+/// Material removal.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Removal {
+    /// Swept pieces.
+    pub moves: u64,
+    /// Removed volume, mm³.
+    pub volume_mm3: f64,
+    /// Stock that is left, mm³.
+    pub stock_left_mm3: f64,
+    /// Bound on the distance of a dexel end from the exact swept surface, mm.
+    pub sweep_bound_mm: f64,
+    /// Distance of neighboring rays, mm.
+    pub cell_mm: f64,
+}
+
+/// Cut part against the design part. Positive is material left, negative is gouge.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Deviation {
+    /// Deviations below this may come from the design mesh's own chord error or the sweep bound, mm.
+    pub tolerance_floor_mm: Option<f64>,
+    /// Deepest gouge, mm, as a positive number.
+    pub gouge_max_mm: Option<f64>,
+    /// Largest excess, mm.
+    pub excess_max_mm: Option<f64>,
+    /// Mean of the signed deviation, mm.
+    pub mean_mm: Option<f64>,
+    /// Root mean square of the deviation, mm.
+    pub rms_mm: Option<f64>,
+    /// Area that is gouged by more than the tolerance, mm².
+    pub gouge_area_mm2: Option<f64>,
+    /// Number of surface points measured.
+    pub samples: Option<u64>,
+    /// Point of the largest absolute deviation in the workpiece frame, mm.
+    pub worst_point: Option<[f64; 3]>,
+}
+
+/// Smallest, mean and largest of a roughness parameter, micrometre.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Spread {
+    /// Smallest.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// Texture of the surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Surface {
+    /// Largest scallop, µm.
+    pub scallop_max_um: Option<f64>,
+    /// Mean scallop, µm.
+    pub scallop_mean_um: Option<f64>,
+    /// Number of evaluated patches.
+    pub patches: Option<u64>,
+    /// ISO 21920 Ra.
+    pub ra_um: Option<Spread>,
+    /// ISO 21920 Rz.
+    pub rz_um: Option<Spread>,
+    /// ISO 25178 Sa.
+    pub sa_um: Option<Spread>,
+    /// ISO 25178 Sz.
+    pub sz_um: Option<Spread>,
+    /// The filter chain in words.
+    pub filter: Option<String>,
+}
+
+/// Interference figures.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Clearance {
+    /// Smallest proved clearance of all checked pairs, mm; null when nothing was checked.
+    pub min_mm: Option<f64>,
+    /// The two bodies.
+    pub pair: Option<[String; 2]>,
+    /// When, s.
+    pub time_s: Option<f64>,
+    /// Number of checks of a motion piece against the world.
+    pub checks: u64,
+}
+
+/// Use of one tool.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ToolUse {
+    /// Place in the library.
+    pub number: u32,
+    /// Name in the program.
+    pub name: String,
+    /// Time in the spindle, s.
+    pub time_s: f64,
+    /// Time in feed, s.
+    pub cut_time_s: f64,
+    /// Path of the tip in feed, mm.
+    pub length_mm: f64,
+    /// Removed volume, mm³.
+    pub volume_mm3: f64,
+    /// Length of tool that must stand out of the holder so that the holder stays clear of the stock, mm, as far as probed.
+    pub min_overhang_mm: Option<f64>,
+}
+
+/// One feature of the inspection plan, measured on the cut part.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Inspected {
+    /// Name in the scene.
+    pub name: String,
+    /// Nominal value, mm.
+    pub nominal_mm: f64,
+    /// Measured value, mm; null when the probe met no surface.
+    pub measured_mm: Option<f64>,
+    /// Allowed deviation to both sides, mm.
+    pub tolerance_mm: f64,
+}
