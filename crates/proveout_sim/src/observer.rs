@@ -31,6 +31,8 @@ pub struct Setup<'a> {
     pub scene: &'a Scene,
     /// Name of the program.
     pub program: &'a str,
+    /// Lines of the program text, for progress.
+    pub program_lines: u32,
     /// The machine.
     pub machine: &'a Machine,
     /// The tool library.
