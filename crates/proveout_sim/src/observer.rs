@@ -122,7 +122,7 @@ pub struct Outcome<'a> {
 }
 
 /// Sees a run as it goes on. The engine knows nothing of files or viewers; Rerun, tables and reports implement this.
-pub trait Observer {
+pub trait Observer: Send {
     /// Name for error texts and timing.
     fn name(&self) -> &'static str;
 
