@@ -29,9 +29,9 @@ pub enum Family {
 pub enum Severity {
     /// For information.
     Info,
-    /// Worth a look; does not close a gate.
+    /// Worth a look; closes no gate.
     Warning,
-    /// Closes the gate of its family.
+    /// Closes a gate, see [`crate::gates`].
     Error,
 }
 
@@ -110,7 +110,7 @@ codes! {
     SHANK_RUBS = "process-shank-rubs", Process, Error, "The shank meets material.";
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
-    NEAR_MISS = "collision-near-miss", Collision, Warning, "Two bodies come nearer than the wanted clearance.";
+    NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
     GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
     EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
     INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";

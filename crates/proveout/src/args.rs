@@ -1,0 +1,128 @@
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// A machining digital twin: proves NC programs before the first cut.
+#[derive(Debug, Parser)]
+#[command(name = "proveout", version, max_term_width = 110)]
+#[command(after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail or unchecked; \
+                        2 the input or the call is wrong, nothing is written.")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a program of a scene on the twin and write the run folder
+    Run(RunArgs),
+    /// Diagnostics only: scenes, machines, tool libraries, NC programs
+    Check(CheckArgs),
+    /// Print the canonical commands of a program, one JSON object a line
+    Nc(NcArgs),
+    /// Tool pose of joint positions, or joint positions of tool poses, CSV from standard input to standard output
+    Kinematics(KinematicsArgs),
+    /// What changed between two run folders: findings gone, new, changed; numbers
+    Diff(DiffArgs),
+    /// Open the recording of a run folder in the Rerun viewer
+    View(ViewArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// Folder of the scene, or its scene.toml
+    pub(crate) scene: PathBuf,
+    /// Program of the scene (default: the first one)
+    #[arg(long, value_name = "NAME")]
+    pub(crate) program: Option<String>,
+    /// Run this program text on the scene instead
+    #[arg(long, value_name = "FILE")]
+    pub(crate) nc: Option<PathBuf>,
+    /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Distance of the stock's rays, mm (default: the scene's)
+    #[arg(long, value_name = "X")]
+    pub(crate) resolution_mm: Option<f64>,
+    /// Worker threads (default: all processors); the verdict does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+    /// Which motion cuts (default: the scene's)
+    #[arg(long, value_enum)]
+    pub(crate) dynamics: Option<DynamicsArg>,
+    /// Where the Rerun recording goes
+    #[arg(long, value_enum, default_value = "file")]
+    pub(crate) rerun: RerunArg,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum DynamicsArg {
+    /// The programmed path, at the planned times
+    Ideal,
+    /// The set points of the control, corners rounded within the tolerance
+    Planned,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum RerunArg {
+    /// No recording
+    Off,
+    /// recording.rrd in the run folder
+    File,
+    /// A viewer is started and fed
+    Spawn,
+    /// A running viewer is fed
+    Connect,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// Scenes, machines, tool libraries, NC programs; files or folders
+    #[arg(required = true)]
+    pub(crate) paths: Vec<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct NcArgs {
+    /// Program text
+    pub(crate) program: PathBuf,
+    /// Dialect (default: found from the ending and the text)
+    #[arg(long)]
+    pub(crate) dialect: Option<String>,
+    /// Tool library: tool calls must be in it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) tools: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false, id = "direction", args = ["forward", "inverse"])]
+pub(crate) struct KinematicsArgs {
+    /// Folder of the machine, or its machine.toml
+    pub(crate) machine: PathBuf,
+    /// Joint columns in, tip and axis appended
+    #[arg(long)]
+    pub(crate) forward: bool,
+    /// Tip and axis in, joints of every branch appended
+    #[arg(long)]
+    pub(crate) inverse: bool,
+    /// With --inverse: one row, continuous with the row before
+    #[arg(long, requires = "inverse")]
+    pub(crate) nearest: bool,
+    /// From the tip to the gauge line, mm
+    #[arg(long, default_value_t = 0.0)]
+    pub(crate) tool_length_mm: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DiffArgs {
+    /// Older run folder
+    pub(crate) run_a: PathBuf,
+    /// Newer run folder
+    pub(crate) run_b: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ViewArgs {
+    /// Run folder
+    pub(crate) run: PathBuf,
+}

@@ -1,0 +1,80 @@
+use std::{fs, path::Path};
+
+use proveout_sim::{finding::Finding, verdict::Verdict};
+
+use crate::failure::Failure;
+
+/// Reads the verdict of a run folder.
+fn read(run: &Path) -> Result<Verdict, Failure> {
+    let file = run.join("verdict.json");
+    let text = fs::read_to_string(&file).map_err(|e| {
+        Failure::new(format!("{}: {e}", file.display())).with_help("name a run folder, as `proveout run` makes it")
+    })?;
+    serde_json::from_str(&text)
+        .map_err(|e| Failure::new(format!("{}:{}:{}: {e}", file.display(), e.line(), e.column())))
+}
+
+/// What makes two findings of two runs the same one.
+fn same(a: &Finding, b: &Finding) -> bool {
+    (&a.code, &a.bodies, &a.file, a.line) == (&b.code, &b.bodies, &b.file, b.line)
+}
+
+/// Prints what changed from run a to run b.
+pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
+    let (a, b) = (read(run_a)?, read(run_b)?);
+    println!("verdict   {:?} -> {:?}", a.verdict, b.verdict);
+    for gate in &b.gates {
+        let before = a.gates.iter().find(|g| g.name == gate.name).map(|g| g.state);
+        if before != Some(gate.state) {
+            let before = before.map_or_else(|| "missing".to_owned(), |s| format!("{s:?}"));
+            println!("gate      {}: {before} -> {:?} ({})", gate.name, gate.state, gate.reason);
+        }
+    }
+    for (label, from, to) in [("gone", &a, &b), ("new", &b, &a)] {
+        for f in from.findings.iter().filter(|f| !to.findings.iter().any(|g| same(f, g))) {
+            println!("{label:<9} {} line {}: {}", f.code, f.line.map_or("-".into(), |l| l.to_string()), f.message);
+        }
+    }
+    for f in &a.findings {
+        if let Some(g) = b.findings.iter().find(|g| same(f, g))
+            && (f.value, f.penetration_mm, f.clearance_mm, f.repeats) != (g.value, g.penetration_mm, g.clearance_mm, g.repeats)
+        {
+            println!("changed   {}: {} -> {}", f.code, f.message, g.message);
+        }
+    }
+    let number = |name: &str, x: Option<f64>, y: Option<f64>| {
+        if x != y {
+            let show = |v: Option<f64>| v.map_or("unchecked".to_owned(), |v| format!("{v:.6}"));
+            let percent = match (x, y) {
+                (Some(x), Some(y)) if x != 0.0 => format!(" ({:+.3} %)", 100.0 * (y - x) / x),
+                _ => String::new(),
+            };
+            println!("{name:<28} {} -> {}{percent}", show(x), show(y));
+        }
+    };
+    number("time.total_s", Some(a.time.total_s), Some(b.time.total_s));
+    number("time.cutting_s", Some(a.time.cutting_s), Some(b.time.cutting_s));
+    number("time.rapid_s", Some(a.time.rapid_s), Some(b.time.rapid_s));
+    number("path.length_mm", Some(a.path.length_mm), Some(b.path.length_mm));
+    number("path.max_contour_error_mm", a.path.max_contour_error_mm, b.path.max_contour_error_mm);
+    number("removal.volume_mm3", Some(a.removal.volume_mm3), Some(b.removal.volume_mm3));
+    number("removal.stock_left_mm3", Some(a.removal.stock_left_mm3), Some(b.removal.stock_left_mm3));
+    number("deviation.gouge_max_mm", a.deviation.gouge_max_mm, b.deviation.gouge_max_mm);
+    number("deviation.excess_max_mm", a.deviation.excess_max_mm, b.deviation.excess_max_mm);
+    number("deviation.mean_mm", a.deviation.mean_mm, b.deviation.mean_mm);
+    number("deviation.rms_mm", a.deviation.rms_mm, b.deviation.rms_mm);
+    number("clearance.min_mm", a.clearance.min_mm, b.clearance.min_mm);
+    for (name, axis) in &b.axes {
+        if let Some(before) = a.axes.get(name) {
+            number(&format!("axes.{name}.max_velocity"), Some(before.max_velocity), Some(axis.max_velocity));
+            number(&format!("axes.{name}.max_acceleration"), Some(before.max_acceleration), Some(axis.max_acceleration));
+            number(&format!("axes.{name}.reversals"), Some(before.reversals as f64), Some(axis.reversals as f64));
+        }
+    }
+    for item in &b.inspection {
+        if let Some(before) = a.inspection.iter().find(|i| i.name == item.name) {
+            number(&format!("inspection.{}", item.name), before.measured_mm, item.measured_mm);
+        }
+    }
+    Ok(())
+}

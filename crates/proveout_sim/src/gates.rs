@@ -1,0 +1,107 @@
+//! From findings and from what was left unchecked to the gates and the verdict.
+
+use crate::{
+    finding::{self, Code},
+    log::FindingLog,
+    verdict::{Gate, State},
+};
+
+/// Names of the gates, in the order of the verdict.
+pub const GATES: [&str; 8] =
+    ["program", "limits", "process", "collision", "near_miss", "gouge", "excess", "surface"];
+
+/// Codes that fail a gate.
+fn codes(gate: &str) -> &'static [Code] {
+    use finding::*;
+    match gate {
+        "program" => &[STOPPED],
+        "limits" => &[OVERTRAVEL, UNREACHABLE, SPINDLE_SPEED],
+        "process" => &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, NO_TOOL, NECK_RUBS, SHANK_RUBS],
+        "collision" => &[HOLDER_IN_STOCK, COLLISION],
+        "near_miss" => &[NEAR_MISS],
+        "gouge" => &[GOUGE],
+        "excess" => &[EXCESS, INSPECTION],
+        _ => &[],
+    }
+}
+
+/// What a gate covers and what it leaves out, told by the run.
+#[derive(Clone, Debug, Default)]
+pub struct Coverage {
+    /// What was checked, in words; none when nothing was.
+    pub checked: Option<String>,
+    /// What was not checked; the gate is then unchecked unless it has failed.
+    pub left_out: Vec<String>,
+}
+
+/// Judges one gate: fail beats unchecked, unchecked beats pass.
+pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
+    let hits: Vec<(&Code, usize)> = codes(name)
+        .iter()
+        .map(|c| (c, log.all().iter().filter(|f| f.code == c.code).count()))
+        .filter(|(_, n)| *n > 0)
+        .collect();
+    let left_out = coverage.left_out.join("; ");
+    let (state, reason) = if !hits.is_empty() {
+        let counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}", c.code)).collect();
+        let more = if left_out.is_empty() { String::new() } else { format!("; not checked: {left_out}") };
+        (State::Fail, counts.join(", ") + &more)
+    } else if !left_out.is_empty() {
+        let checked = coverage.checked.as_ref().map_or_else(String::new, |c| format!("checked without a finding: {c}; "));
+        (State::Unchecked, format!("{checked}not checked: {left_out}"))
+    } else if let Some(checked) = &coverage.checked {
+        (State::Pass, checked.clone())
+    } else {
+        (State::Unchecked, "nothing was checked".into())
+    };
+    Gate { name: name.into(), state, reason }
+}
+
+/// The verdict of a list of gates.
+pub fn overall(gates: &[Gate]) -> State {
+    let any = |state| gates.iter().any(|g| g.state == state);
+    if any(State::Fail) {
+        State::Fail
+    } else if any(State::Unchecked) || gates.is_empty() {
+        State::Unchecked
+    } else {
+        State::Pass
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn covered() -> Coverage {
+        Coverage { checked: Some("all".into()), left_out: vec![] }
+    }
+
+    #[test]
+    fn nothing_checked_is_never_a_pass() {
+        let log = FindingLog::default();
+        assert_eq!(judge("gouge", &Coverage::default(), &log).state, State::Unchecked);
+        assert_eq!(judge("gouge", &covered(), &log).state, State::Pass);
+        let partly = Coverage { left_out: vec!["tool 3 has no holder".into()], ..covered() };
+        assert_eq!(judge("collision", &partly, &log).state, State::Unchecked);
+        assert_eq!(overall(&[]), State::Unchecked);
+    }
+
+    #[test]
+    fn each_error_code_fails_exactly_one_gate() {
+        for code in finding::CODES {
+            let mut log = FindingLog::default();
+            log.push(FindingLog::of(code, String::new()));
+            let failed = GATES.iter().filter(|g| judge(g, &covered(), &log).state == State::Fail).count();
+            assert_eq!(failed, usize::from(code.severity == finding::Severity::Error), "{}", code.code);
+        }
+    }
+
+    #[test]
+    fn fail_beats_unchecked_beats_pass() {
+        let gate = |state| Gate { name: String::new(), state, reason: String::new() };
+        assert_eq!(overall(&[gate(State::Pass), gate(State::Unchecked), gate(State::Fail)]), State::Fail);
+        assert_eq!(overall(&[gate(State::Pass), gate(State::Unchecked)]), State::Unchecked);
+        assert_eq!(overall(&[gate(State::Pass), gate(State::Pass)]), State::Pass);
+    }
+}

@@ -1,0 +1,114 @@
+//! Findings as they come in, joined where one fault goes on over many blocks.
+
+use std::collections::BTreeMap;
+
+use crate::finding::{Code, Finding};
+
+/// A fault that goes on within this time (s) or in the next block is one finding with a count.
+const JOIN_S: f64 = 1.0;
+
+/// The findings of a run in order of time.
+#[derive(Clone, Debug, Default)]
+pub struct FindingLog {
+    findings: Vec<Finding>,
+    /// Last finding of a code and its bodies: index, block and time of its latest repetition.
+    open: BTreeMap<(String, Vec<String>), (usize, u32, f64)>,
+}
+
+impl FindingLog {
+    /// A finding of a code without any detail, to be filled in.
+    pub fn of(code: &Code, message: String) -> Finding {
+        Finding {
+            code: code.code.into(),
+            family: code.family,
+            severity: code.severity,
+            file: None,
+            line: None,
+            block: None,
+            time_s: None,
+            axes: BTreeMap::new(),
+            bodies: Vec::new(),
+            point_mm: None,
+            penetration_mm: None,
+            clearance_mm: None,
+            value: None,
+            limit: None,
+            unit: None,
+            repeats: 0,
+            message,
+        }
+    }
+
+    /// Takes a finding; joins it with the one before of the same code and bodies when it goes on without a break, and
+    /// keeps the worst depth, clearance and value of the two.
+    pub fn push(&mut self, finding: Finding) {
+        let key = (finding.code.clone(), finding.bodies.clone());
+        if let (Some(block), Some(time)) = (finding.block, finding.time_s) {
+            if let Some((index, last_block, last_time)) = self.open.get_mut(&key)
+                && (block <= *last_block + 1 || time - *last_time <= JOIN_S)
+            {
+                let first = &mut self.findings[*index];
+                if block > *last_block {
+                    first.repeats += 1;
+                }
+                (*last_block, *last_time) = (block.max(*last_block), time.max(*last_time));
+                first.penetration_mm = larger(first.penetration_mm, finding.penetration_mm);
+                first.value = larger(first.value, finding.value);
+                first.clearance_mm = larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
+                return;
+            }
+            self.open.insert(key, (self.findings.len(), block, time));
+        }
+        self.findings.push(finding);
+    }
+
+    /// All findings so far.
+    pub fn all(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// Number of findings so far.
+    pub fn len(&self) -> usize {
+        self.findings.len()
+    }
+
+    /// True when nothing was found.
+    pub fn is_empty(&self) -> bool {
+        self.findings.is_empty()
+    }
+
+    /// True when a finding of this code is there.
+    pub fn has(&self, code: &Code) -> bool {
+        self.findings.iter().any(|f| f.code == code.code)
+    }
+}
+
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.max(b)),
+        (a, b) => a.or(b),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::finding::HOLDER_IN_STOCK;
+
+    fn hit(block: u32, time: f64, depth: f64) -> Finding {
+        let mut f = FindingLog::of(&HOLDER_IN_STOCK, "holder".into());
+        (f.block, f.time_s, f.penetration_mm, f.bodies) = (Some(block), Some(time), Some(depth), vec!["holder".into()]);
+        f
+    }
+
+    #[test]
+    fn a_fault_that_goes_on_is_one_finding_with_its_worst_depth() {
+        let mut log = FindingLog::default();
+        for (block, time, depth) in [(7, 1.0, 0.1), (7, 1.1, 0.2), (8, 1.2, 0.9), (9, 5.0, 0.3), (40, 60.0, 0.1)] {
+            log.push(hit(block, time, depth));
+        }
+        assert_eq!(log.len(), 2);
+        assert_eq!((log.all()[0].repeats, log.all()[0].penetration_mm), (2, Some(0.9)));
+        assert_eq!(log.all()[1].block, Some(40));
+    }
+}

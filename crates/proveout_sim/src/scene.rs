@@ -1,0 +1,387 @@
+//! One scene is one setup: machine, tools, stock, mounting, design, fixtures, offsets, tolerances and programs.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use proveout_geom::{Aabb, Point, Pose, Vector, rad};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_spanned::Spanned;
+
+use crate::config::{ConfigError, parse_toml, read_text};
+
+/// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Short name.
+    pub name: String,
+    /// What the scene shows.
+    #[serde(default)]
+    pub description: String,
+    /// Folder of the machine.
+    pub machine: PathBuf,
+    /// Tool library.
+    pub tools: PathBuf,
+    /// Distance of neighboring rays of the stock, mm.
+    #[schemars(with = "f64")]
+    pub resolution_mm: Spanned<f64>,
+    /// Raw material.
+    #[schemars(with = "StockFile")]
+    pub stock: Spanned<StockFile>,
+    /// Workpiece frame on the table.
+    #[serde(default)]
+    pub mount: Mount,
+    /// Design part, in the workpiece frame.
+    pub part: Option<PartFile>,
+    /// Fixtures and platforms.
+    #[serde(default)]
+    pub fixture: Vec<FixtureFile>,
+    /// Work offsets of the control by their word, such as `G54`.
+    #[serde(default)]
+    pub work_offsets: BTreeMap<String, OffsetFile>,
+    /// Control and dynamics.
+    #[serde(default)]
+    pub control: ControlFile,
+    /// Bounds of the gates.
+    #[serde(default)]
+    pub tolerances: Tolerances,
+    /// Programs, the first one is run by default.
+    #[serde(default)]
+    pub program: Vec<ProgramFile>,
+    /// Features to measure on the cut part.
+    #[serde(default)]
+    pub inspect: Vec<InspectFile>,
+}
+
+/// Raw material in the workpiece frame: exactly one of the forms.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StockFile {
+    /// Block.
+    #[serde(rename = "box")]
+    pub block: Option<BoxFile>,
+    /// Round bar along z.
+    pub cylinder: Option<CylinderFile>,
+    /// Watertight mesh file, mm.
+    pub mesh: Option<PathBuf>,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub source: String,
+}
+
+/// Axis-parallel box, mm.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxFile {
+    /// Smallest coordinates.
+    pub min_mm: [f64; 3],
+    /// Largest coordinates.
+    pub max_mm: [f64; 3],
+}
+
+/// Cylinder along z, mm.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderFile {
+    /// Center of the lower face.
+    pub base_mm: [f64; 3],
+    /// Radius.
+    pub radius_mm: f64,
+    /// Height.
+    pub height_mm: f64,
+}
+
+/// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at zero).
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mount {
+    /// Origin of the workpiece frame, mm.
+    #[serde(default)]
+    pub translation_mm: [f64; 3],
+    /// Turns about the fixed x, y and z axes, in this order, degrees.
+    #[serde(default)]
+    pub rotation_deg: [f64; 3],
+}
+
+/// Design part: a mesh, or a surface with a closed form.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PartFile {
+    /// Watertight mesh file in the workpiece frame, mm.
+    pub mesh: Option<PathBuf>,
+    /// Largest distance of the mesh from the true design, mm: deviations below it are not judged.
+    #[serde(default)]
+    pub chord_error_mm: f64,
+    /// Lateral face of a circular cone frustum.
+    pub cone_frustum: Option<ConeFrustumFile>,
+}
+
+/// Lateral face of a circular cone frustum; only surface points on it are judged.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConeFrustumFile {
+    /// Apex, mm.
+    pub apex_mm: [f64; 3],
+    /// Direction from the apex into the cone.
+    pub axis: [f64; 3],
+    /// Half apex angle, degrees.
+    pub half_angle_deg: f64,
+    /// The face is judged between these distances from the apex along the axis, mm.
+    pub from_mm: f64,
+    /// See `from_mm`.
+    pub to_mm: f64,
+    /// Points farther than this from the cone belong to another face, mm.
+    pub reach_mm: f64,
+}
+
+/// A body that stands on the table or on the bed.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixtureFile {
+    /// Name in findings.
+    pub name: String,
+    /// Mesh file, mm.
+    pub mesh: Option<PathBuf>,
+    /// Block.
+    #[serde(rename = "box")]
+    pub block: Option<BoxFile>,
+    /// Round body along z.
+    pub cylinder: Option<CylinderFile>,
+    /// Coordinates are those of the workpiece frame (default) or of the table frame.
+    #[serde(default)]
+    pub frame: FixtureFrame,
+    /// Where the numbers come from.
+    #[serde(default)]
+    pub source: String,
+}
+
+/// Frame of a fixture's coordinates; it moves with the table in both cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FixtureFrame {
+    /// Workpiece frame.
+    #[default]
+    Workpiece,
+    /// Table frame.
+    Table,
+}
+
+/// A work offset of the control.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case, reason = "axis letters as the machinist writes them")]
+pub struct OffsetFile {
+    /// mm.
+    #[serde(default)]
+    pub X_mm: f64,
+    /// mm.
+    #[serde(default)]
+    pub Y_mm: f64,
+    /// mm.
+    #[serde(default)]
+    pub Z_mm: f64,
+    /// degrees.
+    #[serde(default)]
+    pub A_deg: f64,
+    /// degrees.
+    #[serde(default)]
+    pub B_deg: f64,
+    /// degrees.
+    #[serde(default)]
+    pub C_deg: f64,
+}
+
+/// Which motion cuts the stock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum DynamicsFile {
+    /// The programmed path without corner rounding, at the planned times.
+    Ideal,
+    /// The set points of the control: corners rounded within the tolerance.
+    #[default]
+    Planned,
+}
+
+/// Control and dynamics.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ControlFile {
+    /// Which motion cuts the stock.
+    #[serde(default)]
+    pub dynamics: DynamicsFile,
+    /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
+    pub path_tolerance_mm: Option<f64>,
+}
+
+/// Bounds of the gates, mm.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tolerances {
+    /// Gouges deeper than this fail.
+    pub gouge_mm: f64,
+    /// Material left above this fails.
+    pub excess_mm: f64,
+    /// Bodies that come nearer than this are reported.
+    pub near_miss_mm: f64,
+    /// Overlap of a body with material below this counts as touching, not as cutting.
+    pub contact_mm: f64,
+}
+
+impl Default for Tolerances {
+    fn default() -> Self {
+        Self { gouge_mm: 0.05, excess_mm: 0.05, near_miss_mm: 1.0, contact_mm: 0.01 }
+    }
+}
+
+/// One named program.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProgramFile {
+    /// Name.
+    pub name: String,
+    /// Program text, relative to the scene; left out where the text is not ours: give it with `--nc`.
+    pub file: Option<PathBuf>,
+    /// Dialect; found from the ending and the text when left out.
+    pub dialect: Option<String>,
+    /// Machine for this program, where it is not the scene's.
+    pub machine: Option<PathBuf>,
+    /// Work offsets for this program, where they are not the scene's.
+    pub work_offsets: Option<BTreeMap<String, OffsetFile>>,
+    /// Mounting for this program, where it is not the scene's.
+    pub mount: Option<Mount>,
+    /// Dynamics for this program, where they are not the scene's.
+    pub dynamics: Option<DynamicsFile>,
+}
+
+/// A touch on the cut part: from a point along one axis direction to the first material.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InspectFile {
+    /// Name of the feature.
+    pub name: String,
+    /// Start of the touch in the workpiece frame, mm.
+    #[schemars(with = "[f64; 3]")]
+    pub from_mm: Spanned<[f64; 3]>,
+    /// `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
+    #[schemars(with = "String")]
+    pub direction: Spanned<String>,
+    /// Nominal coordinate of the surface along that axis in the workpiece frame, mm.
+    pub nominal_mm: f64,
+    /// Allowed deviation to both sides, mm.
+    pub tolerance_mm: f64,
+}
+
+/// A scene with its place and text.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// What the file says.
+    pub file: SceneFile,
+    /// Path of `scene.toml`.
+    pub path: PathBuf,
+    /// Folder that relative paths start from.
+    pub folder: PathBuf,
+}
+
+impl Scene {
+    /// Reads a scene; `path` is its folder or its file.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with file, line, column and remedy for the first fault.
+    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+        let path = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
+        let text = read_text(&path)?;
+        let file: SceneFile = parse_toml(&path, &text)?;
+        check(&path, &text, &file)?;
+        let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+        Ok(Self { file, path, folder })
+    }
+
+    /// A path of the scene file as one to open.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.folder.join(path)
+    }
+
+    /// The program with this name, or the first one.
+    pub fn program(&self, name: Option<&str>) -> Option<&ProgramFile> {
+        match name {
+            Some(name) => self.file.program.iter().find(|p| p.name == name),
+            None => self.file.program.first(),
+        }
+    }
+}
+
+impl Mount {
+    /// Workpiece frame to table frame.
+    pub fn table_from_work(&self) -> Pose {
+        let [x, y, z] = self.rotation_deg.map(rad);
+        Pose::from_rpy(Vector::from(self.translation_mm), x, y, z)
+    }
+}
+
+impl BoxFile {
+    /// As a box.
+    pub fn aabb(&self) -> Aabb {
+        Aabb { min: Point::from(self.min_mm), max: Point::from(self.max_mm) }
+    }
+}
+
+fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
+    let fault = |offset: usize, message: String, help: &str| Err(ConfigError::at(path, text, offset, message, help));
+    let cell = *file.resolution_mm.get_ref();
+    if !(cell > 0.0 && cell.is_finite()) {
+        let at = file.resolution_mm.span().start;
+        return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
+    }
+    let stock = file.stock.get_ref();
+    let forms = usize::from(stock.block.is_some())
+        + usize::from(stock.cylinder.is_some())
+        + usize::from(stock.mesh.is_some());
+    if forms != 1 {
+        let at = file.stock.span().start;
+        return fault(at, format!("the stock has {forms} forms"), "give exactly one of `box`, `cylinder`, `mesh`");
+    }
+    if let Some(b) = stock.block
+        && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
+    {
+        let at = file.stock.span().start;
+        return fault(at, format!("box {:?} to {:?} holds nothing", b.min_mm, b.max_mm), "min_mm must be below max_mm");
+    }
+    if let Some(c) = stock.cylinder
+        && !(c.radius_mm > 0.0 && c.height_mm > 0.0)
+    {
+        let at = file.stock.span().start;
+        return fault(at, "the cylinder holds nothing".into(), "radius_mm and height_mm must be above 0");
+    }
+    for probe in &file.inspect {
+        if probe_direction(probe.direction.get_ref()).is_none() {
+            let at = probe.direction.span().start;
+            let message = format!("direction {:?} is not an axis direction", probe.direction.get_ref());
+            return fault(at, message, "write one of \"+x\", \"-x\", \"+y\", \"-y\", \"+z\", \"-z\"");
+        }
+    }
+    for (i, program) in file.program.iter().enumerate() {
+        if file.program[..i].iter().any(|p| p.name == program.name) {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            return fault(at, format!("two programs are named {:?}", program.name), "give each its own name");
+        }
+    }
+    Ok(())
+}
+
+/// Axis index and sign of a direction word.
+pub fn probe_direction(word: &str) -> Option<(usize, f64)> {
+    let axis = match word.get(1..)? {
+        "x" => 0,
+        "y" => 1,
+        "z" => 2,
+        _ => return None,
+    };
+    match word.as_bytes()[0] {
+        b'+' => Some((axis, 1.0)),
+        b'-' => Some((axis, -1.0)),
+        _ => None,
+    }
+}
