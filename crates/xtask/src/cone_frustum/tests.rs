@@ -130,7 +130,7 @@ fn every_block_of_a_turn_lies_on_the_cone_with_its_allowance() {
 
 #[test]
 fn between_blocks_the_finish_pass_stays_within_its_bound() {
-    // Half a micrometre as stated in the program, and the rounding of its words at both ends.
+    // Half a micrometer as stated in the program, and the rounding of its words at both ends.
     let bound = 0.0005 + 3_f64.sqrt() * LENGTH_ROUNDING + 2.0 * ANGLE_ROUNDING_DEG.to_radians() * 40.0;
     for (target, passes) in programs() {
         let rows = turn(passes.last().expect("passes"), 0.0);
@@ -195,7 +195,7 @@ fn rapids_and_plunges_stay_outside_of_the_blank() {
 
 #[test]
 fn the_tool_passes_the_base_circle_and_no_pass_cuts_deeper_than_the_flutes() {
-    for (target, passes) in programs() {
+    for (_, passes) in programs() {
         let finish = turn(passes.last().expect("passes"), 0.0);
         for row in finish {
             // The contact point at the lower end: from the tip back to the cone by one radius.
