@@ -1,2 +1,41 @@
-//! The command line of Proveout.
-fn main() {}
+//! The command line of Proveout: arguments, progress, exit codes; no algorithm of its own.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this program talks to people and scripts")]
+
+mod args;
+mod commands;
+mod failure;
+mod progress;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::{
+    args::{Cli, Command},
+    failure::Failure,
+};
+
+/// The command did its work and the verdict, if there is one, is pass.
+const PASS: u8 = 0;
+/// The verdict is fail or unchecked.
+const NOT_PASSED: u8 = 1;
+/// The input or the call is wrong.
+const WRONG: u8 = 2;
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(args) => commands::run::run(&args).map(|passed| if passed { PASS } else { NOT_PASSED }),
+        Command::Check(args) => commands::check::check(&args.paths).map(|clean| if clean { PASS } else { WRONG }),
+        Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
+        Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
+        Command::Diff(args) => commands::diff::diff(&args.run_a, &args.run_b).map(|()| PASS),
+        Command::View(args) => commands::view::view(&args.run).map(|()| PASS),
+    };
+    match result {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            eprint!("{failure}");
+            ExitCode::from(WRONG)
+        }
+    }
+}

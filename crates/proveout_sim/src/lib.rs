@@ -1,1 +1,39 @@
-//! Scenes, the prove-out loop, findings, gates, observers.
+//! Scenes, the prove-out loop, findings, gates, observers: the one place that knows all parts of the twin.
+//!
+//! A [`Scene`](scene::Scene) names machine, tools, stock, mounting, design, fixtures, offsets and programs.
+//! [`Prepared`] reads and checks all of it; [`run`](run::run) executes the program stretch by stretch: the controller
+//! yields motion, the stock is swept, bodies are checked, [`Finding`](finding::Finding)s are collected, the cut part is
+//! measured, and the [`Verdict`](verdict::Verdict) says pass, fail or unchecked for every gate. [`Observer`]s see
+//! everything; this crate writes no file beside the run folder's frame.
+//!
+//! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
+//! Millimetre, radian, second inside; files carry units in their keys.
+//!
+//! Known limits: one setup a run; the axis dynamics end at the set points of the control; roughness is not evaluated.
+
+pub mod config;
+pub mod finding;
+pub mod gates;
+pub mod log;
+pub mod observer;
+pub mod run;
+pub mod scene;
+pub mod verdict;
+
+mod bodies;
+mod design;
+mod digest;
+mod engine;
+mod error;
+mod inspect;
+mod judge;
+mod prepare;
+mod process;
+mod run_folder;
+mod surface_map;
+
+pub use error::SimError;
+pub use observer::Observer;
+pub use prepare::{Choice, Prepared};
+pub use run_folder::RunFolder;
+pub use surface_map::{MapPoint, SurfaceMap};

@@ -1,6 +1,6 @@
 //! Findings as they come in, joined where one fault goes on over many blocks.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use crate::finding::{Code, Finding};
 
@@ -60,6 +60,16 @@ impl FindingLog {
             self.open.insert(key, (self.findings.len(), block, time));
         }
         self.findings.push(finding);
+    }
+
+    /// File and line of every finding filled in from the table of blocks.
+    pub fn placed(mut self, places: &[Option<(Arc<str>, u32)>]) -> Self {
+        for f in &mut self.findings {
+            if let Some((file, line)) = f.block.and_then(|b| places.get(b as usize)).and_then(Option::as_ref) {
+                (f.file, f.line) = (Some(file.to_string()), Some(*line));
+            }
+        }
+        self
     }
 
     /// All findings so far.

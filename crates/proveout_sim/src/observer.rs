@@ -31,6 +31,8 @@ pub struct Setup<'a> {
     pub scene: &'a Scene,
     /// Name of the program.
     pub program: &'a str,
+    /// Lines of the program text, for progress.
+    pub program_lines: u32,
     /// The machine.
     pub machine: &'a Machine,
     /// The tool library.
@@ -120,7 +122,7 @@ pub struct Outcome<'a> {
 }
 
 /// Sees a run as it goes on. The engine knows nothing of files or viewers; Rerun, tables and reports implement this.
-pub trait Observer {
+pub trait Observer: Send {
     /// Name for error texts and timing.
     fn name(&self) -> &'static str;
 

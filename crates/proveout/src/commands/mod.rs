@@ -1,0 +1,8 @@
+//! One file a command.
+
+pub(crate) mod check;
+pub(crate) mod diff;
+pub(crate) mod kinematics;
+pub(crate) mod nc;
+pub(crate) mod run;
+pub(crate) mod view;

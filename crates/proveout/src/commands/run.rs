@@ -1,0 +1,119 @@
+use std::path::PathBuf;
+
+use proveout_record::{RunInfo, observers, write_run_json};
+use proveout_sim::{
+    Choice, Observer, Prepared, RunFolder, SimError,
+    run::{RunResult, run as prove},
+    scene::DynamicsFile,
+    verdict::{State, Verdict},
+};
+
+use crate::{
+    args::{DynamicsArg, RerunArg, RunArgs},
+    failure::Failure,
+    progress::Progress,
+};
+
+/// Runs a scene; true when the verdict is pass.
+pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
+    if let Some(x) = args.resolution_mm
+        && !(x > 0.0 && x.is_finite())
+    {
+        return Err(Failure::new(format!("--resolution-mm {x} is not a positive length")));
+    }
+    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    if threads == 0 {
+        return Err(Failure::new("--threads 0: at least one is needed"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Failure::new(format!("{threads} threads cannot be started: {e}")))?;
+    let choice = Choice {
+        program: args.program.clone(),
+        nc: args.nc.clone(),
+        resolution_mm: args.resolution_mm,
+        dynamics: args.dynamics.map(|d| match d {
+            DynamicsArg::Ideal => DynamicsFile::Ideal,
+            DynamicsArg::Planned => DynamicsFile::Planned,
+        }),
+    };
+    let prepared = pool.install(|| Prepared::read(&args.scene, &choice)).map_err(|e| Failure::from(&e))?;
+    let place = args.out.clone().unwrap_or_else(|| {
+        PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
+    });
+    let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
+    let mode = match args.rerun {
+        RerunArg::Off => proveout_record::RerunMode::Off,
+        RerunArg::File => proveout_record::RerunMode::File,
+        RerunArg::Spawn => proveout_record::RerunMode::Spawn,
+        RerunArg::Connect => proveout_record::RerunMode::Connect,
+    };
+    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
+    watchers.extend(observers(mode));
+    let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
+    drop(watchers);
+    write_run_json(folder.path(), &RunInfo::new(&result, threads))
+        .map_err(|e| Failure::new(format!("run.json: {e}")))?;
+    let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
+    print_summary(&result, &place);
+    Ok(result.verdict.verdict == State::Pass)
+}
+
+fn print_summary(result: &RunResult, place: &std::path::Path) {
+    let v: &Verdict = &result.verdict;
+    println!("\n{}: {}  ({} {})\n", word(v.verdict).to_uppercase(), v.scene, "program", v.program);
+    for gate in &v.gates {
+        println!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
+    }
+    let errors: Vec<_> = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).collect();
+    if !errors.is_empty() {
+        println!("\n  first findings of {}:", errors.len());
+        for f in errors.iter().take(8) {
+            let line = f.line.map_or_else(String::new, |l| format!("line {l}: "));
+            let more = if f.repeats > 0 { format!(" (and in {} more blocks)", f.repeats) } else { String::new() };
+            println!("    {line}{}{more} [{}]", f.message, f.code);
+        }
+    }
+    if !v.inspection.is_empty() {
+        println!("\n  inspection");
+        for i in &v.inspection {
+            let measured = i.measured_mm.map_or_else(|| "no surface".into(), |m| format!("{m:.4}"));
+            println!("    {:<44} nominal {:>9.4}  measured {measured:>9}  +-{} mm", i.name, i.nominal_mm, i.tolerance_mm);
+        }
+    }
+    if let (Some(gouge), Some(excess), Some(rms)) = (v.deviation.gouge_max_mm, v.deviation.excess_max_mm, v.deviation.rms_mm) {
+        println!("\n  deviation  gouge {gouge:.5} mm, excess {excess:.5} mm, rms {rms:.5} mm");
+    }
+    println!(
+        "\n  machine time {:.1} s (feed {:.1}, rapid {:.1}, dwell {:.1}, tool change {:.1}); no control can be below {}",
+        v.time.total_s,
+        v.time.cutting_s,
+        v.time.rapid_s,
+        v.time.dwell_s,
+        v.time.tool_change_s,
+        v.time.lower_bound_s.map_or_else(|| "unchecked".into(), |b| format!("{b:.1} s"))
+    );
+    for t in &v.tools {
+        println!(
+            "    T{:<3} {:<24} {:>8.1} s in the spindle, {:>8.1} s in feed, {:>9.1} mm3",
+            t.number, t.name, t.time_s, t.cut_time_s, t.volume_mm3
+        );
+    }
+    println!(
+        "\n  computed in {:.1} s: {:.0} times faster than the machine, {} pieces of motion",
+        result.wall,
+        v.time.total_s / result.wall.max(1e-9),
+        result.pieces
+    );
+    println!("  results: {}", place.display());
+    println!("           {} in a browser; `proveout view {}` for the recording", place.join("report.html").display(), place.display());
+}
+
+fn word(state: State) -> &'static str {
+    match state {
+        State::Pass => "pass",
+        State::Fail => "fail",
+        State::Unchecked => "unchecked",
+    }
+}

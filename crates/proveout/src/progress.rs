@@ -1,0 +1,74 @@
+use std::{path::Path, time::Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use proveout_sim::observer::{Batch, Observer, ObserverError, Outcome, Setup};
+
+/// Wall time between two plain lines, s.
+const LINE_EVERY_S: f64 = 10.0;
+
+/// Tells how far the run is: a bar on a terminal, plain lines elsewhere.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    terminal: bool,
+    main_file: String,
+    line: u32,
+    findings: usize,
+    last_line: Instant,
+}
+
+impl Progress {
+    pub(crate) fn new(main_file: &Path) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+        let terminal = !bar.is_hidden();
+        Self {
+            bar,
+            terminal,
+            main_file: main_file.display().to_string(),
+            line: 0,
+            findings: 0,
+            last_line: Instant::now(),
+        }
+    }
+}
+
+impl Observer for Progress {
+    fn name(&self) -> &'static str {
+        "progress"
+    }
+
+    fn begin(&mut self, setup: &Setup<'_>, _: &Path) -> Result<(), ObserverError> {
+        self.bar.set_length(setup.program_lines.into());
+        let style = ProgressStyle::with_template("{bar:30} line {pos}/{len}  {msg}  {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        self.bar.set_style(style);
+        let cells = setup.stock.counts();
+        eprintln!(
+            "{}: {} lines; stock of {} x {} x {} cells, {:.0} MiB",
+            setup.program,
+            setup.program_lines,
+            cells[0],
+            cells[1],
+            cells[2],
+            setup.stock.memory_bytes() as f64 / f64::from(1 << 20)
+        );
+        Ok(())
+    }
+
+    fn batch(&mut self, _: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
+        let lines = batch.blocks.iter().filter(|b| *b.file == *self.main_file).map(|b| b.line);
+        self.line = lines.last().unwrap_or(self.line);
+        self.findings += batch.findings.len();
+        self.bar.set_position(self.line.into());
+        self.bar.set_message(format!("{:.0} s simulated, {} findings", batch.time, self.findings));
+        if !self.terminal && self.last_line.elapsed().as_secs_f64() > LINE_EVERY_S {
+            self.last_line = Instant::now();
+            eprintln!("line {}: {:.0} s simulated, {} findings", self.line, batch.time, self.findings);
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _: &Setup<'_>, _: &Outcome<'_>) -> Result<(), ObserverError> {
+        self.bar.finish_and_clear();
+        Ok(())
+    }
+}

@@ -1,0 +1,418 @@
+//! One stretch of motion through stock and bodies.
+
+use std::{collections::BTreeMap, sync::Arc, time::Instant};
+
+use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
+use proveout_geom::{Pose, deg};
+use proveout_machine::{JointKind, JointValues};
+use proveout_nc::SpindleDirection;
+use proveout_stock::{SweepItem, SweepReport, TileId, TriDexel};
+use proveout_tool::{Role, Tool};
+
+use crate::{
+    bodies::{BodyCheck, Hit, HitKind},
+    finding::{self, Code, Finding},
+    log::FindingLog,
+    observer::{BlockRow, SampleSignals},
+    prepare::Prepared,
+    process::{CuttingState, SweepPart, judge_sweep, sweeps},
+    run::Stages,
+    verdict::{Clearance, ToolUse},
+};
+
+/// What a stretch gave beside its motion.
+#[derive(Debug, Default)]
+pub(crate) struct Stretch {
+    pub(crate) signals: Vec<SampleSignals>,
+    pub(crate) blocks: Vec<BlockRow>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) changed_tiles: Vec<TileId>,
+    pub(crate) time: f64,
+}
+
+/// What the loop knows at the end of the program.
+#[derive(Debug)]
+pub(crate) struct Facts {
+    pub(crate) log: FindingLog,
+    pub(crate) tools: Vec<ToolUse>,
+    pub(crate) tools_without_holder: Vec<String>,
+    pub(crate) clearance: Clearance,
+    pub(crate) removed: f64,
+    pub(crate) pieces: u64,
+    /// Block of every piece, by its id in the stock.
+    pub(crate) block_of_piece: Vec<u32>,
+    /// File and line of every block.
+    pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
+    /// Pairs of bodies that are not checked against each other, in words.
+    pub(crate) unchecked_pairs: Vec<String>,
+    /// True when at least one pair of bodies was checked.
+    pub(crate) bodies_checked: bool,
+}
+
+/// Sums over the pieces of a block.
+#[derive(Clone, Copy, Debug, Default)]
+struct BlockSum {
+    volume: f64,
+    engagement: f64,
+    tool: Option<usize>,
+}
+
+pub(crate) struct Engine<'a> {
+    prepared: &'a Prepared,
+    work_from_table: Pose,
+    stock: TriDexel,
+    bodies: BodyCheck<'a>,
+    log: FindingLog,
+    state: CuttingState,
+    uses: BTreeMap<usize, (usize, ToolUse)>,
+    in_spindle_since: f64,
+    sums: BTreeMap<u32, BlockSum>,
+    block_of_piece: Vec<u32>,
+    places: Vec<Option<(Arc<str>, u32)>>,
+    removed: f64,
+    time: f64,
+}
+
+impl<'a> Engine<'a> {
+    pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel) -> Self {
+        Self {
+            prepared,
+            work_from_table: prepared.table_from_work.inverse(),
+            stock,
+            bodies: BodyCheck::new(prepared),
+            log: FindingLog::default(),
+            state: CuttingState { tool: None, spindle: SpindleDirection::Off },
+            uses: BTreeMap::new(),
+            in_spindle_since: 0.0,
+            sums: BTreeMap::new(),
+            block_of_piece: Vec::new(),
+            places: Vec::new(),
+            removed: 0.0,
+            time: 0.0,
+        }
+    }
+
+    pub(crate) fn stock(&self) -> &TriDexel {
+        &self.stock
+    }
+
+    pub(crate) fn pieces(&self) -> u64 {
+        self.block_of_piece.len() as u64
+    }
+
+    fn tool(&self, index: Option<usize>) -> Option<&'a Tool> {
+        index.and_then(|i| self.prepared.tools.tools.get(i))
+    }
+
+    /// Cuts and checks a stretch; its parts are in order of time.
+    pub(crate) fn step(&mut self, chunk: &Chunk, stages: &mut Stages) -> Stretch {
+        let known = self.log.len();
+        for block in &chunk.blocks {
+            self.place(block);
+        }
+        let states = self.states_of_pieces(chunk);
+        let first_id = self.block_of_piece.len() as u32;
+        let mut items: Vec<SweepItem<'a>> = Vec::new();
+        let mut parts: Vec<SweepPart> = Vec::new();
+        for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
+            self.block_of_piece.push(piece.block);
+            if let Some(tool) = self.tool(state.tool) {
+                sweeps(i, first_id + i as u32, piece, tool, &self.work_from_table, &mut items, &mut parts);
+            }
+        }
+        let (stock, bodies) = (&mut self.stock, &mut self.bodies);
+        let ((reports, removal), (hits, collision)) = rayon::join(
+            || timed(|| stock.sweep(&items)),
+            || timed(|| bodies.check(&chunk.pieces, &states)),
+        );
+        stages.removal += removal;
+        stages.collision += collision;
+
+        let volumes = self.judge_reports(chunk, &states, &parts, &reports);
+        let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
+        for (piece, checked) in chunk.pieces.iter().zip(hits) {
+            for hit in checked.hits {
+                self.judge_hit(piece, &hit);
+            }
+        }
+        self.judge_events(chunk);
+        let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
+        self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
+        self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
+        self.time = chunk.blocks.last().map_or(self.time, |b| b.end_time.max(self.time));
+        Stretch {
+            signals: signals(chunk, &states, &volumes, &clearances),
+            blocks,
+            findings: self.log.all()[known..].to_vec(),
+            changed_tiles: self.stock.take_changed_tiles(),
+            time: self.time,
+        }
+    }
+
+    /// Closes the run.
+    pub(crate) fn finish(mut self) -> (TriDexel, Facts) {
+        self.tool_out(self.time);
+        let mut uses: Vec<(usize, ToolUse)> = self.uses.into_values().collect();
+        uses.sort_by_key(|(order, _)| *order);
+        let tools: Vec<ToolUse> = uses.into_iter().map(|(_, u)| u).collect();
+        let library = &self.prepared.tools.tools;
+        let tools_without_holder = tools
+            .iter()
+            .filter(|u| library.iter().any(|t| t.name == u.name && !t.has_holder))
+            .map(|u| u.name.clone())
+            .collect();
+        let facts = Facts {
+            log: self.log.placed(&self.places),
+            tools,
+            tools_without_holder,
+            clearance: self.bodies.clearance(),
+            removed: self.removed,
+            pieces: self.block_of_piece.len() as u64,
+            block_of_piece: self.block_of_piece,
+            places: self.places,
+            unchecked_pairs: self.bodies.unchecked_pairs(),
+            bodies_checked: self.bodies.any_pair(),
+        };
+        (self.stock, facts)
+    }
+
+    fn place(&mut self, block: &BlockRecord) {
+        let index = block.index as usize;
+        if self.places.len() <= index {
+            self.places.resize(index + 1, None);
+        }
+        self.places[index] = Some((block.file.clone(), block.line));
+    }
+
+    /// Tool and spindle at each piece; events of earlier blocks come first.
+    fn states_of_pieces(&mut self, chunk: &Chunk) -> Vec<CuttingState> {
+        let mut states = Vec::with_capacity(chunk.pieces.len());
+        let mut events = chunk.events.iter().peekable();
+        for piece in &chunk.pieces {
+            while let Some(event) = events.next_if(|e| e.block() < piece.block) {
+                self.apply(event);
+            }
+            states.push(self.state);
+        }
+        events.for_each(|e| self.apply(e));
+        states
+    }
+
+    fn apply(&mut self, event: &Event) {
+        match *event {
+            Event::ToolChange { time, tool, .. } => {
+                self.tool_out(time);
+                self.state.tool = tool;
+                if let Some(t) = self.tool(tool) {
+                    let order = self.uses.len();
+                    let fresh = || (order, ToolUse { number: t.number, name: t.name.clone(), ..ToolUse::default() });
+                    self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
+                }
+            }
+            Event::Spindle { direction, .. } => self.state.spindle = direction,
+            _ => {}
+        }
+    }
+
+    /// Books the time of the tool in the spindle until now.
+    fn tool_out(&mut self, now: f64) {
+        if let Some((_, used)) = self.state.tool.and_then(|t| self.uses.get_mut(&t)) {
+            used.time_s += now - self.in_spindle_since;
+        }
+        self.in_spindle_since = now;
+    }
+
+    /// Judges the sweeps; gives the removed volume of every piece, mm³.
+    fn judge_reports(
+        &mut self,
+        chunk: &Chunk,
+        states: &[CuttingState],
+        parts: &[SweepPart],
+        reports: &[SweepReport],
+    ) -> Vec<f64> {
+        let mut volumes = vec![0.0; chunk.pieces.len()];
+        let contact = self.prepared.scene.file.tolerances.contact_mm;
+        for (part, report) in parts.iter().zip(reports) {
+            let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
+            let Some(tool) = self.tool(state.tool) else { continue };
+            if part.role == Role::Cutting {
+                volumes[part.piece] += report.volume_mm3;
+                let sum = self.sums.entry(piece.block).or_default();
+                sum.volume += report.volume_mm3;
+                sum.engagement = sum.engagement.max(report.overlap_mm);
+                self.removed += report.volume_mm3;
+            }
+            if let Some(code) = judge_sweep(part.role, piece.kind, state, tool, report, contact) {
+                let finding = self.material_finding(&code, part.role, piece, tool, report);
+                self.log.push(finding);
+            }
+        }
+        for (piece, state) in chunk.pieces.iter().zip(states) {
+            self.sums.entry(piece.block).or_default().tool = state.tool;
+            let moved = (piece.pose[1].tip - piece.pose[0].tip).norm() > 0.0;
+            if state.tool.is_none() && piece.kind == MoveKind::Feed && moved {
+                let message = "feed motion with an empty spindle".into();
+                let finding = self.at_piece(FindingLog::of(&finding::NO_TOOL, message), piece, piece.time[0]);
+                self.log.push(finding);
+            }
+        }
+        volumes
+    }
+
+    fn material_finding(&self, code: &Code, role: Role, piece: &Piece, tool: &Tool, report: &SweepReport) -> Finding {
+        let part = match role {
+            Role::Cutting => "cutter",
+            Role::Neck => "neck",
+            Role::Shank => "shank",
+            Role::Holder => "holder",
+        };
+        let how = match code.code {
+            c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
+            c if c == finding::SPINDLE_OFF.code => " while the spindle stands still",
+            c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
+            _ => "",
+        };
+        let message = format!(
+            "{part} of {} meets material{how}: {:.3} mm deep on a ray, {:.3} mm3 in this piece",
+            tool.name, report.overlap_mm, report.volume_mm3
+        );
+        let mut f = self.at_piece(FindingLog::of(code, message), piece, piece.time[0]);
+        f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
+        f.penetration_mm = Some(report.overlap_mm);
+        f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
+        f
+    }
+
+    fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
+        let [a, b] = &hit.bodies;
+        let near = self.prepared.scene.file.tolerances.near_miss_mm;
+        let (code, message) = match hit.kind {
+            HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}")),
+            HitKind::NearMiss(left) => {
+                (&finding::NEAR_MISS, format!("{a} comes within {left:.3} mm of {b}, wanted are {near:.3} mm"))
+            }
+        };
+        let time = piece.time[0] + hit.fraction * (piece.time[1] - piece.time[0]);
+        let mut f = self.at_piece(FindingLog::of(code, message), piece, time);
+        f.bodies = hit.bodies.to_vec();
+        f.penetration_mm = hit.penetration;
+        if let HitKind::NearMiss(left) = hit.kind {
+            (f.clearance_mm, f.limit, f.unit) = (Some(left), Some(near), Some("mm".into()));
+        }
+        f.point_mm = hit.point_in_table.map(|p| self.work_from_table.point(&p).coords.into());
+        self.log.push(f);
+    }
+
+    fn judge_events(&mut self, chunk: &Chunk) {
+        for event in &chunk.events {
+            let found = match event {
+                Event::Limit { joint, value, limit, kind: LimitKind::Travel, .. } => {
+                    let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
+                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
+                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let name = joint.map_or("a joint", |j| j.name.as_str());
+                    let (value, limit) = (value * scale, limit * scale);
+                    let message = format!(
+                        "{name} is sent to {value:.3} {unit}, {:.3} {unit} past its travel of {limit:.3} {unit}",
+                        (value - limit).abs()
+                    );
+                    let mut f = FindingLog::of(&finding::OVERTRAVEL, message);
+                    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit.into()));
+                    f.bodies = vec![name.into()];
+                    f
+                }
+                Event::Limit { value, limit, kind: LimitKind::SpindleSpeed, .. } => {
+                    let message = format!("spindle speed {value:.0} 1/min is above the limit of {limit:.0} 1/min");
+                    let mut f = FindingLog::of(&finding::SPINDLE_SPEED, message);
+                    (f.value, f.limit, f.unit) = (Some(*value), Some(*limit), Some("1/min".into()));
+                    f
+                }
+                Event::UnreachablePose { reason, .. } => {
+                    FindingLog::of(&finding::UNREACHABLE, format!("the programmed tool pose cannot be reached: {reason}"))
+                }
+                Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
+                _ => continue,
+            };
+            let mut f = found;
+            (f.block, f.time_s) = (Some(event.block()), Some(event.time()));
+            if let Some(sample) = chunk.samples.iter().find(|s| s.time >= event.time()) {
+                f.axes = self.axes(&sample.commanded);
+            }
+            self.log.push(f);
+        }
+    }
+
+    /// Joint positions by name, mm or degrees.
+    fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
+        let joints = self.prepared.machine.joints.iter().enumerate();
+        joints
+            .map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] }))
+            .collect()
+    }
+
+    fn at_piece(&self, mut f: Finding, piece: &Piece, time: f64) -> Finding {
+        (f.block, f.time_s) = (Some(piece.block), Some(time));
+        let t = if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
+        f.axes = self.axes(&piece.joints[0].interpolated(piece.joints[1], t));
+        f
+    }
+
+    fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
+        let sum = self.sums.remove(&block.index).unwrap_or_default();
+        let BlockKind::Move(kind) = block.kind else { return None };
+        if let Some((_, used)) = sum.tool.and_then(|t| self.uses.get_mut(&t)) {
+            used.volume_mm3 += sum.volume;
+            if kind == MoveKind::Feed {
+                used.cut_time_s += block.end_time - block.start_time;
+                used.length_mm += block.length;
+            }
+        }
+        Some(BlockRow {
+            block: block.index,
+            file: block.file.clone(),
+            line: block.line,
+            kind,
+            tool: sum.tool.map(|t| t as u32),
+            start_time: block.start_time,
+            end_time: block.end_time,
+            length: block.length,
+            feed: (kind == MoveKind::Feed).then_some(block.feed),
+            volume_mm3: sum.volume,
+            engagement_mm: sum.engagement,
+        })
+    }
+}
+
+/// Signals beside the samples: those of the piece that holds the sample.
+fn signals(
+    chunk: &Chunk,
+    states: &[CuttingState],
+    volumes: &[f64],
+    clearances: &[Option<f64>],
+) -> Vec<SampleSignals> {
+    let mut at = 0;
+    chunk
+        .samples
+        .iter()
+        .map(|sample| {
+            while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
+                at += 1;
+            }
+            let Some(piece) = chunk.pieces.get(at).filter(|p| p.time[0] <= sample.time && sample.time <= p.time[1]) else {
+                return SampleSignals::default();
+            };
+            let duration = piece.time[1] - piece.time[0];
+            SampleSignals {
+                removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
+                clearance: clearances[at],
+                tool: states[at].tool.map(|t| t as u32),
+            }
+        })
+        .collect()
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}

@@ -1,0 +1,59 @@
+//! Everything that keeps a run from being made, with its place and remedy.
+
+use std::path::PathBuf;
+
+use proveout_controller::ControlError;
+use proveout_geom::{MeshError, MeshFileError};
+use proveout_machine::MachineError;
+use proveout_nc::Diagnostic;
+use proveout_stock::StockError;
+use proveout_tool::ToolError;
+use thiserror::Error;
+
+use crate::{config::ConfigError, observer::ObserverError};
+
+/// Why there is no verdict.
+#[derive(Debug, Error)]
+pub enum SimError {
+    /// Scene file.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// NC program.
+    #[error("{0}")]
+    Program(Box<Diagnostic>),
+    /// Machine file.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// Tool library.
+    #[error(transparent)]
+    Tools(#[from] ToolError),
+    /// Mesh file that cannot be read.
+    #[error(transparent)]
+    MeshFile(#[from] MeshFileError),
+    /// Mesh that bounds no solid.
+    #[error("{}: {source}", path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// The defect.
+        source: MeshError,
+    },
+    /// Stock that cannot be made.
+    #[error("stock: {0}")]
+    Stock(#[from] StockError),
+    /// Program that the control cannot execute.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// File that cannot be written.
+    #[error(transparent)]
+    Observer(#[from] ObserverError),
+    /// Run folder.
+    #[error("run folder: {0}")]
+    Folder(std::io::Error),
+}
+
+impl From<Diagnostic> for SimError {
+    fn from(d: Diagnostic) -> Self {
+        Self::Program(Box::new(d))
+    }
+}

@@ -1,0 +1,57 @@
+//! The inspection plan: touches on the cut part, measured on exact dexel ends.
+
+use proveout_stock::TriDexel;
+
+use crate::{
+    finding::{Finding, INSPECTION},
+    log::FindingLog,
+    scene::{InspectFile, probe_direction},
+    verdict::Inspected,
+};
+
+/// Measures every feature: from the start point along its direction to the first material, on the ray nearest to the
+/// start point (at most half a cell aside in each direction).
+pub fn inspect(plan: &[InspectFile], stock: &TriDexel) -> Vec<Inspected> {
+    plan.iter()
+        .map(|feature| Inspected {
+            name: feature.name.clone(),
+            nominal_mm: feature.nominal_mm,
+            measured_mm: touch(feature, stock),
+            tolerance_mm: feature.tolerance_mm,
+        })
+        .collect()
+}
+
+fn touch(feature: &InspectFile, stock: &TriDexel) -> Option<f64> {
+    let (axis, sign) = probe_direction(feature.direction.get_ref())?;
+    let from = feature.from_mm.get_ref();
+    let (u, v) = (from[(axis + 1) % 3], from[(axis + 2) % 3]);
+    let spans = stock.intervals_on(axis, u, v);
+    let faces = spans.iter().map(|[low, high]| if sign > 0.0 { *low } else { *high });
+    let ahead = faces.filter(|face| (face - from[axis]) * sign >= 0.0);
+    ahead.min_by(|a, b| (a * sign).total_cmp(&(b * sign)))
+}
+
+/// Findings for features that are out of tolerance or not there.
+pub fn judge(measured: &[Inspected]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for m in measured {
+        let off = m.measured_mm.map(|v| v - m.nominal_mm);
+        if off.is_some_and(|o| o.abs() <= m.tolerance_mm) {
+            continue;
+        }
+        let message = match (m.measured_mm, off) {
+            (Some(value), Some(off)) => format!(
+                "{}: {value:.4} mm instead of {:.4} mm, off by {off:+.4} mm with {:.4} mm allowed",
+                m.name, m.nominal_mm, m.tolerance_mm
+            ),
+            _ => format!("{}: the touch met no material, nominal is {:.4} mm", m.name, m.nominal_mm),
+        };
+        let mut finding = FindingLog::of(&INSPECTION, message);
+        finding.value = off.map(f64::abs);
+        finding.limit = Some(m.tolerance_mm);
+        finding.unit = Some("mm".into());
+        findings.push(finding);
+    }
+    findings
+}

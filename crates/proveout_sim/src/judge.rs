@@ -1,0 +1,211 @@
+//! From the cut part and the facts of the loop to the verdict.
+
+use std::collections::BTreeMap;
+
+use proveout_controller::{Dynamics, Summary};
+use proveout_machine::JointKind;
+use proveout_stock::TriDexel;
+
+use crate::{
+    design::{self, Measured},
+    engine::Facts,
+    finding::{self, Severity},
+    gates::{self, Coverage},
+    inspect,
+    log::FindingLog,
+    prepare::Prepared,
+    surface_map::SurfaceMap,
+    verdict::{Axis, Deviation, Gate, Inspected, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
+};
+
+/// Measures the part and judges the run.
+pub(crate) fn judge(
+    prepared: &Prepared,
+    stock: &TriDexel,
+    facts: &Facts,
+    summary: &Summary,
+) -> (Verdict, SurfaceMap) {
+    let mut log = facts.log.clone();
+    let (map, measured) = design::measure(prepared, stock);
+    if let Some(m) = &measured {
+        judge_deviation(prepared, facts, m, &mut log);
+    }
+    let inspection = inspect::inspect(&prepared.scene.file.inspect, stock);
+    for finding in inspect::judge(&inspection) {
+        log.push(finding);
+    }
+    let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &log);
+    let verdict = Verdict {
+        schema_version: SCHEMA_VERSION,
+        scene: prepared.scene.file.name.clone(),
+        program: prepared.program_name.clone(),
+        digests: prepared.digests.clone(),
+        verdict: gates::overall(&gates),
+        gates,
+        findings: log.all().to_vec(),
+        time: Time {
+            total_s: summary.total_s,
+            cutting_s: summary.cutting_s,
+            rapid_s: summary.rapid_s,
+            dwell_s: summary.dwell_s,
+            tool_change_s: summary.tool_change_s,
+            lower_bound_s: summary.lower_bound_s,
+        },
+        axes: axes(prepared, summary),
+        path: Path {
+            blocks: summary.blocks,
+            length_mm: summary.length_mm,
+            max_chord_error_mm: Some(summary.max_chord_error_mm),
+            max_contour_error_mm: Some(summary.max_contour_error_mm),
+            min_feed_ratio: summary.min_feed_ratio,
+        },
+        removal: Removal {
+            moves: facts.pieces,
+            volume_mm3: facts.removed,
+            stock_left_mm3: stock.volume(),
+            sweep_bound_mm: stock.sweep_bound_mm(),
+            cell_mm: stock.cell_mm(),
+        },
+        deviation: measured.map_or_else(Deviation::default, |m| m.deviation),
+        surface: Surface::default(),
+        clearance: facts.clearance.clone(),
+        tools: facts.tools.clone(),
+        inspection,
+    };
+    (verdict, map)
+}
+
+fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
+    let joints = prepared.machine.joints.iter().zip(&summary.joints);
+    joints
+        .map(|(joint, s)| {
+            let rotary = joint.kind == JointKind::Rotary;
+            let scale = |v: f64| if rotary { v.to_degrees() } else { v };
+            let position = |v: f64| if rotary { proveout_geom::deg(v) } else { v };
+            let axis = Axis {
+                unit: if rotary { "deg" } else { "mm" }.into(),
+                min: position(s.min),
+                max: position(s.max),
+                max_velocity: scale(s.max_velocity),
+                max_acceleration: scale(s.max_acceleration),
+                max_jerk: scale(s.max_jerk),
+                velocity_utilisation: s.velocity_utilisation,
+                acceleration_utilisation: s.acceleration_utilisation,
+                jerk_utilisation: s.jerk_utilisation,
+                reversals: s.reversals.into(),
+                max_following_error: None,
+            };
+            (joint.name.clone(), axis)
+        })
+        .collect()
+}
+
+/// Findings for the deepest gouge and the largest excess; the place in the program is the block that made the point.
+fn judge_deviation(prepared: &Prepared, facts: &Facts, measured: &Measured, log: &mut FindingLog) {
+    let tolerances = &prepared.scene.file.tolerances;
+    let floor = measured.deviation.tolerance_floor_mm.unwrap_or(0.0);
+    let worst = [
+        (&finding::GOUGE, "gouge", measured.deepest, tolerances.gouge_mm),
+        (&finding::EXCESS, "excess", measured.highest, tolerances.excess_mm),
+    ];
+    for (code, word, point, limit) in worst {
+        let Some(point) = point else { continue };
+        let value = point.deviation.unwrap_or(0.0).abs();
+        if value <= limit + floor {
+            continue;
+        }
+        let [x, y, z] = point.position;
+        let message = format!(
+            "{word} of {value:.4} mm at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece; allowed are {limit:.4} mm plus \
+             {floor:.4} mm that the measurement cannot tell apart"
+        );
+        let mut f = FindingLog::of(code, message);
+        (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some("mm".into()));
+        f.point_mm = Some(point.position);
+        f.block = point.made_by.and_then(|p| facts.block_of_piece.get(p as usize)).copied();
+        if let Some((file, line)) = f.block.and_then(|b| facts.places.get(b as usize)).and_then(Option::as_ref) {
+            (f.file, f.line) = (Some(file.to_string()), Some(*line));
+        }
+        log.push(f);
+    }
+}
+
+fn judge_gates(
+    prepared: &Prepared,
+    facts: &Facts,
+    summary: &Summary,
+    measured: Option<&Measured>,
+    inspection: &[Inspected],
+    log: &FindingLog,
+) -> Vec<Gate> {
+    let tolerances = &prepared.scene.file.tolerances;
+    let limits = {
+        let left_out = summary.unlimited_joints.iter().map(|j| {
+            let missing = [(j.velocity, "velocity"), (j.acceleration, "acceleration"), (j.jerk, "jerk")];
+            let missing: Vec<&str> = missing.iter().filter(|(m, _)| *m).map(|(_, n)| *n).collect();
+            format!("{} has no limit of {}", j.joint, missing.join(", "))
+        });
+        let no_travel = prepared.machine.joints.iter().filter(|j| j.travel.is_none() && !j.endless);
+        let no_travel = no_travel.map(|j| format!("{} has no travel", j.name));
+        Coverage {
+            checked: Some("travel, velocity, acceleration and jerk of every joint; spindle speed".into()),
+            left_out: left_out.chain(no_travel).collect(),
+        }
+    };
+    let process = Coverage {
+        checked: Some("rapid in material, spindle, and rubbing of neck and shank, on every piece of motion".into()),
+        left_out: vec![],
+    };
+    let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));
+    let mut collision = Coverage {
+        checked: Some(format!(
+            "holder against the in-process stock, on rays every {} mm; {} checks of bodies",
+            stock_cell(prepared),
+            facts.clearance.checks
+        )),
+        left_out: holders.collect(),
+    };
+    let mut near = Coverage {
+        checked: Some(format!("bodies keep {} mm apart", tolerances.near_miss_mm)),
+        left_out: vec!["distance of holder and shank to the stock".into()],
+    };
+    if !facts.bodies_checked {
+        collision.left_out.push("the machine has no bodies to check".into());
+        near = Coverage::default();
+    }
+    collision.left_out.extend(facts.unchecked_pairs.iter().cloned());
+    let shape = |word: &str, limit: f64| {
+        let mut left_out = Vec::new();
+        let mut checked = Vec::new();
+        match measured {
+            Some(m) => {
+                checked.push(format!("{} surface points, {word} at most {limit} mm; {}", m.deviation.samples.unwrap_or(0), m.extent));
+                left_out.extend(m.left_out.clone());
+            }
+            None => left_out.push("the scene has no design part".to_owned()),
+        }
+        if prepared.dynamics == Dynamics::Ideal {
+            left_out.push("dynamics are ideal: corner rounding did not cut".into());
+        }
+        if word == "excess" && !inspection.is_empty() {
+            checked.push(format!("{} features of the inspection plan", inspection.len()));
+        }
+        Coverage { checked: (!checked.is_empty()).then(|| checked.join("; ")), left_out }
+    };
+    let coverage = [
+        Coverage { checked: Some(format!("executed to its end, {} blocks", summary.blocks)), left_out: vec![] },
+        limits,
+        process,
+        collision,
+        near,
+        shape("gouge", tolerances.gouge_mm),
+        shape("excess", tolerances.excess_mm),
+        Coverage { checked: None, left_out: vec!["roughness and scallop are not evaluated".into()] },
+    ];
+    debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
+    gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()
+}
+
+fn stock_cell(prepared: &Prepared) -> f64 {
+    prepared.stock.cell_mm()
+}

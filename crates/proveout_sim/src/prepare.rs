@@ -1,0 +1,270 @@
+//! Everything a run needs, read and checked before the first command is executed.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use proveout_controller::{Dynamics, Settings as ControlSettings};
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_machine::Machine;
+use proveout_nc::{Dialect, Settings as NcSettings, WorkOffset};
+use proveout_stock::TriDexel;
+use proveout_tool::ToolLibrary;
+
+use crate::{
+    config::ConfigError,
+    digest,
+    error::SimError,
+    scene::{BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, ProgramFile, Scene},
+};
+
+/// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
+/// is never smaller than it is.
+const FIXTURE_SECTORS: usize = 96;
+/// Memory that a stock may take unless the call says otherwise, bytes.
+const STOCK_MEMORY: u64 = 4 << 30;
+
+/// What the call chooses.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Program of the scene by name.
+    pub program: Option<String>,
+    /// Program text instead of the one that the scene names.
+    pub nc: Option<PathBuf>,
+    /// Distance of the stock's rays instead of the scene's, mm.
+    pub resolution_mm: Option<f64>,
+    /// Dynamics instead of those of the scene.
+    pub dynamics: Option<DynamicsFile>,
+}
+
+/// A program on its scene, ready to run.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The scene.
+    pub scene: Scene,
+    /// Name of the program for people and folders.
+    pub program_name: String,
+    /// Its text.
+    pub program_path: PathBuf,
+    /// Lines of its text.
+    pub program_lines: u32,
+    /// Settings of the reader.
+    pub nc_settings: NcSettings,
+    /// The machine.
+    pub machine: Machine,
+    /// The tools.
+    pub tools: ToolLibrary,
+    /// Stock before the first cut, workpiece frame.
+    pub stock: TriDexel,
+    /// Design mesh, workpiece frame.
+    pub part_mesh: Option<TriMesh>,
+    /// Fixtures: name and closed mesh in the table frame.
+    pub fixtures: Vec<(String, TriMesh)>,
+    /// Workpiece frame to table frame.
+    pub table_from_work: Pose,
+    /// Which motion cuts.
+    pub dynamics: Dynamics,
+    /// SHA-256 of the input files by role.
+    pub digests: BTreeMap<String, String>,
+    /// Wall time of reading, s.
+    pub read_time: f64,
+}
+
+impl Prepared {
+    /// Reads a scene and all that it names.
+    ///
+    /// # Errors
+    /// [`SimError`] with place and remedy for the first fault.
+    pub fn read(scene_path: &Path, choice: &Choice) -> Result<Self, SimError> {
+        let start = Instant::now();
+        let scene = Scene::read(scene_path)?;
+        let entry = program_entry(&scene, choice)?;
+        let (program_name, program_path) = program_text(&scene, entry, choice)?;
+        let text_lines = std::fs::read(&program_path)
+            .map_err(|e| ConfigError::file(&program_path, format!("cannot be read: {e}"), "check the path"))?
+            .iter()
+            .filter(|b| **b == b'\n')
+            .count();
+
+        let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
+        let tools_path = scene.resolve(&scene.file.tools);
+        let machine = Machine::read(&machine_path)?;
+        let tools = ToolLibrary::read(&tools_path)?;
+        let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
+        let mut digests = BTreeMap::new();
+        let mut inputs = vec![
+            ("scene".to_owned(), scene.path.clone()),
+            ("machine".to_owned(), machine_file),
+            ("tools".to_owned(), tools_path),
+            ("program".to_owned(), program_path.clone()),
+        ];
+
+        let cell = choice.resolution_mm.unwrap_or(*scene.file.resolution_mm.get_ref());
+        let stock = make_stock(&scene, cell, &mut inputs)?;
+        let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
+        let table_from_work = mount.table_from_work();
+        let part_mesh = match scene.file.part.as_ref().and_then(|p| p.mesh.as_ref()) {
+            Some(path) => {
+                let path = scene.resolve(path);
+                inputs.push(("part".into(), path.clone()));
+                Some(read_solid(&path)?)
+            }
+            None => None,
+        };
+        let mut fixtures = Vec::new();
+        for fixture in &scene.file.fixture {
+            fixtures.push((fixture.name.clone(), fixture_mesh(&scene, fixture, &table_from_work, &mut inputs)?));
+        }
+        for (role, path) in inputs {
+            digests.insert(role, digest::of_file(&path)?);
+        }
+
+        let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
+        let nc_settings = NcSettings {
+            dialect: dialect(&scene, entry)?,
+            work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
+            ..NcSettings::default()
+        };
+        let dynamics = choice.dynamics.or(entry.and_then(|e| e.dynamics)).unwrap_or(scene.file.control.dynamics);
+        Ok(Self {
+            program_name,
+            program_path,
+            program_lines: text_lines as u32,
+            nc_settings,
+            machine,
+            tools,
+            stock,
+            part_mesh,
+            fixtures,
+            table_from_work,
+            dynamics: match dynamics {
+                DynamicsFile::Ideal => Dynamics::Ideal,
+                DynamicsFile::Planned => Dynamics::Planned,
+            },
+            digests,
+            scene,
+            read_time: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Settings of the control as scene and machine say.
+    pub fn control_settings(&self) -> ControlSettings {
+        let defaults = ControlSettings::default();
+        ControlSettings {
+            dynamics: self.dynamics,
+            default_tolerance: self.scene.file.control.path_tolerance_mm.unwrap_or(self.machine.control.default_tolerance),
+            ..defaults
+        }
+    }
+}
+
+fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, ConfigError> {
+    let entry = scene.program(choice.program.as_deref());
+    if let (Some(name), None) = (&choice.program, entry) {
+        let names: Vec<&str> = scene.file.program.iter().map(|p| p.name.as_str()).collect();
+        let message = format!("there is no program {name:?}");
+        return Err(ConfigError::file(&scene.path, message, format!("programs of the scene: {}", names.join(", "))));
+    }
+    Ok(entry)
+}
+
+fn program_text(
+    scene: &Scene,
+    entry: Option<&ProgramFile>,
+    choice: &Choice,
+) -> Result<(String, PathBuf), ConfigError> {
+    if let Some(path) = &choice.nc {
+        let stem = path.file_stem().map_or_else(|| "program".to_owned(), |s| s.to_string_lossy().into_owned());
+        return Ok((entry.map_or(stem, |e| e.name.clone()), path.clone()));
+    }
+    let Some(entry) = entry else {
+        return Err(ConfigError::file(&scene.path, "the scene has no program", "name one with --nc FILE"));
+    };
+    match &entry.file {
+        Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
+        None => {
+            let message = format!("the text of program {:?} is not part of the scene", entry.name);
+            Err(ConfigError::file(&scene.path, message, "give it with --nc FILE; the scene's README says where it is published"))
+        }
+    }
+}
+
+fn dialect(scene: &Scene, entry: Option<&ProgramFile>) -> Result<Dialect, ConfigError> {
+    match entry.and_then(|e| e.dialect.as_deref()) {
+        None => Ok(Dialect::Auto),
+        Some("siemens-840d") => Ok(Dialect::Siemens840d),
+        Some("iso") => Ok(Dialect::Iso),
+        Some(other) => {
+            let message = format!("dialect {other:?} is not known");
+            Err(ConfigError::file(&scene.path, message, "write \"siemens-840d\" or \"iso\", or leave it out"))
+        }
+    }
+}
+
+fn read_solid(path: &Path) -> Result<TriMesh, SimError> {
+    let mesh = read_mesh(path)?;
+    mesh.check_solid().map_err(|source| SimError::Mesh { path: path.into(), source })?;
+    Ok(mesh)
+}
+
+fn make_stock(scene: &Scene, cell: f64, inputs: &mut Vec<(String, PathBuf)>) -> Result<TriDexel, SimError> {
+    let file = scene.file.stock.get_ref();
+    if let Some(b) = &file.block {
+        return Ok(TriDexel::from_box(&b.aabb(), cell, STOCK_MEMORY)?);
+    }
+    if let Some(c) = &file.cylinder {
+        let base = Point::from(c.base_mm);
+        return Ok(TriDexel::from_cylinder(&base, 2, c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
+    }
+    let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
+    inputs.push(("stock".into(), path.clone()));
+    Ok(TriDexel::from_mesh(&read_solid(&path)?, cell, STOCK_MEMORY)?)
+}
+
+fn fixture_mesh(
+    scene: &Scene,
+    fixture: &FixtureFile,
+    table_from_work: &Pose,
+    inputs: &mut Vec<(String, PathBuf)>,
+) -> Result<TriMesh, SimError> {
+    let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
+        (Some(path), None, None) => {
+            let path = scene.resolve(path);
+            inputs.push((format!("fixture {}", fixture.name), path.clone()));
+            read_solid(&path)?
+        }
+        (None, Some(b), None) => box_mesh(&checked_box(scene, fixture, &b)?),
+        (None, None, Some(c)) => round_mesh(&c),
+        _ => {
+            let message = format!("fixture {:?} needs exactly one form", fixture.name);
+            return Err(ConfigError::file(&scene.path, message, "give one of `mesh`, `box`, `cylinder`").into());
+        }
+    };
+    Ok(match fixture.frame {
+        FixtureFrame::Workpiece => mesh.transformed(table_from_work),
+        FixtureFrame::Table => mesh,
+    })
+}
+
+fn checked_box(scene: &Scene, fixture: &FixtureFile, b: &BoxFile) -> Result<Aabb, ConfigError> {
+    let aabb = b.aabb();
+    if (0..3).all(|i| aabb.min[i] < aabb.max[i]) {
+        return Ok(aabb);
+    }
+    let message = format!("the box of fixture {:?} holds nothing", fixture.name);
+    Err(ConfigError::file(&scene.path, message, "min_mm must be below max_mm"))
+}
+
+fn round_mesh(c: &CylinderFile) -> TriMesh {
+    let outer = c.radius_mm / (std::f64::consts::PI / FIXTURE_SECTORS as f64).cos();
+    cylinder_mesh(outer, 0.0, c.height_mm, FIXTURE_SECTORS)
+        .transformed(&Pose::from_translation(Vector::from(c.base_mm)))
+}
+
+impl From<&OffsetFile> for WorkOffset {
+    fn from(o: &OffsetFile) -> Self {
+        Self { translation: [o.X_mm, o.Y_mm, o.Z_mm], rotary: [rad(o.A_deg), rad(o.B_deg), rad(o.C_deg)] }
+    }
+}

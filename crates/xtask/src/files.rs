@@ -1,0 +1,25 @@
+//! Files that are made by a program and kept in the repository.
+
+use std::{fs, path::Path};
+
+use crate::Failure;
+
+/// Writes the file where its content differs; with `check`, a difference is a failure and nothing is written.
+pub(crate) fn put(path: &Path, content: &str, check: bool, command: &str) -> Result<(), Failure> {
+    let now = fs::read_to_string(path).ok();
+    if now.as_deref() == Some(content) {
+        return Ok(());
+    }
+    if check {
+        return Err(Failure(format!("{} is not what the code makes; run: {command}", path.display())));
+    }
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(|e| Failure(format!("cannot make {}: {e}", folder.display())))?;
+    }
+    fs::write(path, content).map_err(|e| Failure(format!("cannot write {}: {e}", path.display())))
+}
+
+/// Reads a text file.
+pub(crate) fn get(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|e| Failure(format!("cannot read {}: {e}", path.display())))
+}
