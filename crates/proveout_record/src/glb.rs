@@ -1,0 +1,253 @@
+//! Binary glTF 2.0: one mesh, written in a stable byte order.
+
+use std::io::{self, Write};
+
+use gltf_json::{
+    Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scene,
+    accessor::{ComponentType, GenericComponentType, IndexComponentType, Type},
+    buffer::{Target, View},
+    material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor},
+    mesh::{Mode, Primitive, Semantic},
+    scene::UnitQuaternion,
+    validation::{Checked::Valid, USize64},
+};
+
+use crate::{
+    color::{Rgba, linear_from_srgb},
+    picture::Picture,
+};
+
+/// Millimetre, Z up (workpiece) to metre, Y up (glTF): scale, and a turn by -90 degrees about X as quaternion x y z w.
+const METRE_FROM_MM: [f32; 3] = [1e-3; 3];
+const Y_UP_FROM_Z_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
+
+/// Writes a mesh as binary glTF. Vertices stay in mm and the frame of `picture`; the root node carries the scale to
+/// metre and the turn to Y up. Colors are turned from sRGB to linear light, as `COLOR_0` wants them; a mesh without
+/// colors gets `plain` as material color. A mesh without triangles gives a file whose only node has no mesh.
+///
+/// # Errors
+/// What `out` returns, or a mesh above 4 GiB, which the format cannot hold.
+pub fn write_glb(out: &mut impl Write, name: &str, picture: &Picture, plain: Rgba) -> io::Result<()> {
+    let mut root = Root {
+        asset: Asset { generator: Some(format!("proveout {}", env!("CARGO_PKG_VERSION"))), ..Asset::default() },
+        ..Root::default()
+    };
+    let bin = if picture.triangles.is_empty() {
+        root.push(Node { name: Some(name.into()), ..Node::default() });
+        Vec::new()
+    } else {
+        add_mesh(&mut root, name, picture, plain)?
+    };
+    let scene = root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
+    root.scene = Some(scene);
+
+    let mut json = root.to_vec().map_err(io::Error::other)?;
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let bin_part = if bin.is_empty() { 0 } else { 8 + bin.len() };
+    let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_| too_large())?;
+    out.write_all(b"glTF")?;
+    out.write_all(&2_u32.to_le_bytes())?;
+    out.write_all(&length.to_le_bytes())?;
+    out.write_all(&(json.len() as u32).to_le_bytes())?;
+    out.write_all(b"JSON")?;
+    out.write_all(&json)?;
+    if !bin.is_empty() {
+        out.write_all(&(bin.len() as u32).to_le_bytes())?;
+        out.write_all(b"BIN\0")?;
+        out.write_all(&bin)?;
+    }
+    Ok(())
+}
+
+fn too_large() -> io::Error {
+    io::Error::other("the mesh is above 4 GiB, which binary glTF cannot hold")
+}
+
+/// Adds buffer, accessors, material, mesh and root node; gives the binary chunk (every part is a multiple of 4 bytes).
+fn add_mesh(root: &mut Root, name: &str, picture: &Picture, plain: Rgba) -> io::Result<Vec<u8>> {
+    let bounds = picture.positions.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], |[low, high], p| {
+        [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]
+    });
+    let positions: Vec<u8> = picture.positions.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    let normals: Vec<u8> = picture.normals.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+    let linear: [u8; 256] = std::array::from_fn(|c| (linear_from_srgb(c as u8) * 255.0).round() as u8);
+    let light = |c: &Rgba| [linear[c[0] as usize], linear[c[1] as usize], linear[c[2] as usize], c[3]];
+    let colors: Vec<u8> = picture.colors.iter().flat_map(light).collect();
+    let indices: Vec<u8> = picture.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
+
+    let mut parts = Parts { root, bin: Vec::new() };
+    let vertices = picture.positions.len();
+    let float = ComponentType::F32;
+    let position = parts.vertices(&positions, vertices, float, Type::Vec3)?;
+    parts.root.accessors[position.value()].min = Some(serde_json::json!(bounds[0]));
+    parts.root.accessors[position.value()].max = Some(serde_json::json!(bounds[1]));
+    let mut attributes = std::collections::BTreeMap::from([
+        (Valid(Semantic::Positions), position),
+        (Valid(Semantic::Normals), parts.vertices(&normals, vertices, float, Type::Vec3)?),
+    ]);
+    if !colors.is_empty() {
+        let color = parts.vertices(&colors, vertices, ComponentType::U8, Type::Vec4)?;
+        parts.root.accessors[color.value()].normalized = true;
+        attributes.insert(Valid(Semantic::Colors(0)), color);
+    }
+    let count = 3 * picture.triangles.len();
+    let indices = parts.indices(&indices, count)?;
+    let Parts { root, bin } = parts;
+
+    let base = if colors.is_empty() { light(&plain).map(|c| f32::from(c) / 255.0) } else { [1.0; 4] };
+    let material = root.push(Material {
+        name: Some("skin".into()),
+        double_sided: true,
+        pbr_metallic_roughness: PbrMetallicRoughness {
+            base_color_factor: PbrBaseColorFactor(base),
+            metallic_factor: StrengthFactor(0.1),
+            roughness_factor: StrengthFactor(0.6),
+            ..PbrMetallicRoughness::default()
+        },
+        ..Material::default()
+    });
+    let primitive = Primitive {
+        attributes,
+        extensions: None,
+        extras: None,
+        indices: Some(indices),
+        material: Some(material),
+        mode: Valid(Mode::Triangles),
+        targets: None,
+    };
+    let mesh = root.push(Mesh {
+        extensions: None,
+        extras: None,
+        name: Some(name.into()),
+        primitives: vec![primitive],
+        weights: None,
+    });
+    root.push(Node {
+        mesh: Some(mesh),
+        name: Some(name.into()),
+        rotation: Some(UnitQuaternion(Y_UP_FROM_Z_UP)),
+        scale: Some(METRE_FROM_MM),
+        ..Node::default()
+    });
+    root.push(Buffer {
+        byte_length: USize64::from(bin.len()),
+        name: None,
+        uri: None,
+        extensions: None,
+        extras: None,
+    });
+    Ok(bin)
+}
+
+struct Parts<'a> {
+    root: &'a mut Root,
+    bin: Vec<u8>,
+}
+
+impl Parts<'_> {
+    fn view(&mut self, bytes: &[u8], target: Target) -> io::Result<Index<View>> {
+        let offset = self.bin.len();
+        self.bin.extend_from_slice(bytes);
+        u32::try_from(self.bin.len()).map_err(|_| too_large())?;
+        Ok(self.root.push(View {
+            buffer: Index::new(0),
+            byte_length: USize64::from(bytes.len()),
+            byte_offset: Some(USize64::from(offset)),
+            byte_stride: None,
+            name: None,
+            target: Some(Valid(target)),
+            extensions: None,
+            extras: None,
+        }))
+    }
+
+    fn vertices(&mut self, bytes: &[u8], count: usize, part: ComponentType, kind: Type) -> io::Result<Index<Accessor>> {
+        let view = self.view(bytes, Target::ArrayBuffer)?;
+        Ok(self.root.push(accessor(view, count, GenericComponentType(part), kind)))
+    }
+
+    fn indices(&mut self, bytes: &[u8], count: usize) -> io::Result<Index<Accessor>> {
+        let view = self.view(bytes, Target::ElementArrayBuffer)?;
+        let part: ComponentType = IndexComponentType(ComponentType::U32).0;
+        Ok(self.root.push(accessor(view, count, GenericComponentType(part), Type::Scalar)))
+    }
+}
+
+fn accessor(view: Index<View>, count: usize, part: GenericComponentType, kind: Type) -> Accessor {
+    Accessor {
+        buffer_view: Some(view),
+        byte_offset: Some(USize64(0)),
+        count: USize64::from(count),
+        component_type: Valid(part),
+        type_: Valid(kind),
+        min: None,
+        max: None,
+        name: None,
+        normalized: false,
+        sparse: None,
+        extensions: None,
+        extras: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::{Aabb, Point, box_mesh};
+
+    use super::*;
+    use crate::color::STEEL;
+
+    fn picture() -> Picture {
+        let mesh = box_mesh(&Aabb { min: Point::new(-1.0, 0.0, 0.0), max: Point::new(10.0, 20.0, 30.0) });
+        let colors: Vec<Rgba> = (0..8).map(|i| [i * 30, 255, 0, 255]).collect();
+        Picture::new(&mesh, &[], &colors)
+    }
+
+    fn bytes(picture: &Picture) -> Vec<u8> {
+        let mut out = Vec::new();
+        write_glb(&mut out, "part", picture, STEEL).expect("a vector takes everything");
+        out
+    }
+
+    #[test]
+    fn an_independent_reader_finds_the_same_mesh() {
+        let picture = picture();
+        let file = gltf::Gltf::from_slice(&bytes(&picture)).expect("valid glTF");
+        let blob = file.blob.as_deref().expect("binary chunk");
+        let node = file.default_scene().expect("scene").nodes().next().expect("root node");
+        let mesh = node.mesh().expect("mesh");
+        let primitive = mesh.primitives().next().expect("primitive");
+        let reader = primitive.reader(|_| Some(blob));
+        let positions: Vec<[f32; 3]> = reader.read_positions().expect("positions").collect();
+        assert_eq!(positions, picture.positions);
+        assert_eq!(reader.read_normals().expect("normals").count(), 8);
+        let indices: Vec<u32> = reader.read_indices().expect("indices").into_u32().collect();
+        assert_eq!(indices, picture.triangles.concat());
+        let colors: Vec<[u8; 4]> = reader.read_colors(0).expect("colors").into_rgba_u8().collect();
+        assert_eq!(colors[0], [0, 255, 0, 255], "0 and 255 are the same in linear light");
+        assert_eq!(primitive.bounding_box().max, [10.0, 20.0, 30.0]);
+        // Z up in mm becomes Y up in metre.
+        let m = node.transform().matrix();
+        let to = |p: [f32; 3]| [0, 1, 2].map(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r]);
+        let up = to([0.0, 0.0, 1000.0]);
+        assert!((up[1] - 1.0).abs() < 1e-6 && up[0].abs() < 1e-6 && up[2].abs() < 1e-6, "{up:?}");
+        let depth = to([0.0, 1000.0, 0.0]);
+        assert!((depth[2] + 1.0).abs() < 1e-6, "Y of the workpiece looks away from the viewer");
+    }
+
+    #[test]
+    fn same_mesh_same_bytes_and_plain_color() {
+        assert_eq!(bytes(&picture()), bytes(&picture()));
+        let plain = Picture { colors: Vec::new(), ..picture() };
+        let file = gltf::Gltf::from_slice(&bytes(&plain)).expect("valid glTF");
+        let base = file.materials().next().expect("material").pbr_metallic_roughness().base_color_factor();
+        assert!((f64::from(base[0]) - linear_from_srgb(STEEL[0])).abs() < 3e-3);
+    }
+
+    #[test]
+    fn nothing_to_show_gives_a_valid_file_without_mesh() {
+        let file = gltf::Gltf::from_slice(&bytes(&Picture::default())).expect("valid glTF");
+        let nodes: Vec<_> = file.default_scene().expect("scene").nodes().collect();
+        assert!(nodes.len() == 1 && nodes[0].mesh().is_none());
+    }
+}

@@ -1,0 +1,321 @@
+//! Meshes for pictures: positions in single precision, normals, colors, and their reduction to a bounded size.
+
+use nalgebra::{Matrix3, Vector3};
+use proveout_geom::{Aabb, Point, TriMesh, Vector};
+
+use crate::color::Rgba;
+
+/// Indexed triangles with a normal and a color a vertex; mm, counter-clockwise seen from outside.
+///
+/// Single precision is enough for pictures only (0.06 µm at 1000 mm); what is measured stays in `surface.parquet`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// Positions, mm.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals, as many as positions.
+    pub normals: Vec<[f32; 3]>,
+    /// Colors, as many as positions; empty when the mesh has one color.
+    pub colors: Vec<Rgba>,
+    /// Three vertex indices a triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+fn single(v: &Vector) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
+impl Picture {
+    /// A mesh with the given outward normals and colors (either may be empty).
+    ///
+    /// Missing normals, and normals that are not finite, are replaced by the area-weighted mean of the faces round the
+    /// vertex. Triangles that name a missing vertex or one that is not finite are left out: files for viewers must
+    /// not carry such numbers.
+    pub fn new(mesh: &TriMesh, normals: &[Vector], colors: &[Rgba]) -> Self {
+        let count = mesh.positions.len();
+        let finite: Vec<bool> = mesh.positions.iter().map(|p| p.iter().all(|v| v.is_finite())).collect();
+        let good = |t: &&[u32; 3]| t.iter().all(|&i| finite.get(i as usize).copied().unwrap_or(false));
+        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().filter(good).copied().collect();
+        let mut sums = vec![Vector::zeros(); count];
+        for t in &triangles {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            let area = (b - a).cross(&(c - a));
+            for &i in t {
+                sums[i as usize] += area;
+            }
+        }
+        let unit = |i: usize| {
+            let given = normals.get(i).filter(|n| n.norm_squared().is_finite() && n.norm_squared() > 1e-12);
+            given.unwrap_or(&sums[i]).try_normalize(1e-300).unwrap_or_else(Vector::z)
+        };
+        Self {
+            positions: mesh.positions.iter().zip(&finite).map(|(p, ok)| if *ok { single(&p.coords) } else { [0.0; 3] }).collect(),
+            normals: (0..count).map(|i| single(&unit(i))).collect(),
+            colors: if colors.len() == count { colors.to_vec() } else { Vec::new() },
+            triangles,
+        }
+    }
+
+    /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled, so that
+    /// boxes look like boxes.
+    pub fn creased(mesh: &TriMesh, crease: f64) -> Self {
+        let limit = crease.cos();
+        let merged = mesh.merge_equal_vertices();
+        let normal = |t: usize| merged.area_normal(t).try_normalize(1e-300);
+        let faces: Vec<Option<Vector>> = (0..merged.triangles.len()).map(normal).collect();
+        let mut around: Vec<Vec<u32>> = vec![Vec::new(); merged.positions.len()];
+        for (t, triangle) in merged.triangles.iter().enumerate() {
+            for &i in triangle {
+                around[i as usize].push(t as u32);
+            }
+        }
+        let mut out = Self::default();
+        let mut made: Vec<Vec<(Vector, u32)>> = vec![Vec::new(); merged.positions.len()];
+        for (t, triangle) in merged.triangles.iter().enumerate() {
+            let Some(face) = faces[t] else { continue };
+            out.triangles.push(triangle.map(|i| {
+                let mut sum = Vector::zeros();
+                for &other in &around[i as usize] {
+                    if let Some(n) = faces[other as usize].filter(|n| n.dot(&face) >= limit) {
+                        sum += n * merged.area_normal(other as usize).norm();
+                    }
+                }
+                let n = sum.try_normalize(1e-300).unwrap_or(face);
+                let known = &mut made[i as usize];
+                if let Some((_, index)) = known.iter().find(|(m, _)| m.dot(&n) > 1.0 - 1e-9) {
+                    return *index;
+                }
+                let index = out.positions.len() as u32;
+                out.positions.push(single(&merged.positions[i as usize].coords));
+                out.normals.push(single(&n));
+                known.push((n, index));
+                index
+            }));
+        }
+        out
+    }
+
+    /// Smallest box round the vertices that triangles use.
+    pub fn aabb(&self) -> Aabb {
+        let mut all = Aabb::empty();
+        for i in self.triangles.iter().flatten() {
+            all.grow(&self.point(*i));
+        }
+        all
+    }
+
+    fn point(&self, i: u32) -> Point {
+        Point::from(self.positions[i as usize].map(f64::from))
+    }
+
+    /// The same shape with at most `limit` triangles, and the edge length (mm) of the cells it was gathered in; itself
+    /// when it is small enough.
+    pub fn reduced(self, limit: usize) -> (Self, Option<f64>) {
+        if self.triangles.len() <= limit {
+            return (self, None);
+        }
+        let area: f64 = (0..self.triangles.len()).map(|t| self.area_normal(t).norm() * 0.5).sum();
+        // A cell of edge h keeps about two triangles a h² of surface.
+        let mut cell = (2.0 * area / limit.max(1) as f64).sqrt().max(1e-6);
+        loop {
+            let coarse = self.clustered(cell);
+            if coarse.triangles.len() <= limit {
+                return (coarse, Some(cell));
+            }
+            cell *= (coarse.triangles.len() as f64 / limit.max(1) as f64).sqrt().max(1.05);
+        }
+    }
+
+    fn area_normal(&self, t: usize) -> Vector {
+        let [a, b, c] = self.triangles[t].map(|i| self.point(i));
+        (b - a).cross(&(c - a))
+    }
+
+    /// Gathers the vertices of each cubic cell (edge `cell`, mm, grid through the origin) into one.
+    ///
+    /// Vertex clustering after Rossignac and Borrel (1993); the new vertex is put where the sum of squared distances
+    /// from the planes of the cell's triangles is least (Lindstrom 2000, quadric error), so that edges and corners
+    /// stay sharp. Along directions that the planes leave open it stays at the mean of the cell's vertices, and it never
+    /// leaves the cell. Known limit: walls thinner than a cell may merge. For pictures only.
+    pub fn clustered(&self, cell: f64) -> Self {
+        let key = |i: u32| self.positions[i as usize].map(|v| (f64::from(v) / cell).floor() as i64);
+        let mut used = vec![false; self.positions.len()];
+        for &i in self.triangles.iter().flatten() {
+            used[i as usize] = true;
+        }
+        let mut keyed: Vec<([i64; 3], u32)> =
+            (0..self.positions.len() as u32).filter(|&i| used[i as usize]).map(|i| (key(i), i)).collect();
+        keyed.sort_unstable();
+        let mut cluster_of = vec![0_u32; self.positions.len()];
+        let mut clusters: Vec<Cluster> = Vec::new();
+        for (n, &(k, i)) in keyed.iter().enumerate() {
+            if n == 0 || keyed[n - 1].0 != k {
+                clusters.push(Cluster { key: k, ..Cluster::default() });
+            }
+            let id = clusters.len() - 1;
+            cluster_of[i as usize] = id as u32;
+            let c = &mut clusters[id];
+            c.count += 1.0;
+            c.position += Vector3::from(self.positions[i as usize].map(f64::from));
+            c.normal += Vector3::from(self.normals[i as usize].map(f64::from));
+            if let Some(color) = self.colors.get(i as usize) {
+                for (sum, v) in c.color.iter_mut().zip(color) {
+                    *sum += f64::from(*v);
+                }
+            }
+        }
+        for c in &mut clusters {
+            c.position /= c.count;
+        }
+        let mut triangles = Vec::new();
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            let ids = triangle.map(|i| cluster_of[i as usize]);
+            let area = self.area_normal(t);
+            if let Some(n) = area.try_normalize(1e-300) {
+                let corner = self.point(triangle[0]).coords;
+                for (k, &id) in ids.iter().enumerate() {
+                    if !ids[..k].contains(&id) {
+                        clusters[id as usize].add_plane(&n, &corner, area.norm());
+                    }
+                }
+            }
+            if ids[0] != ids[1] && ids[1] != ids[2] && ids[2] != ids[0] {
+                let least = (0..3).min_by_key(|&k| ids[k]).unwrap_or(0);
+                triangles.push([ids[least], ids[(least + 1) % 3], ids[(least + 2) % 3]]);
+            }
+        }
+        // Two sheets that fall together give the same triangle twice.
+        triangles.sort_unstable();
+        triangles.dedup();
+        Self {
+            positions: clusters.iter().map(|c| single(&c.place(cell))).collect(),
+            normals: clusters.iter().map(|c| single(&c.normal.try_normalize(1e-12).unwrap_or_else(Vector::z))).collect(),
+            colors: if self.colors.is_empty() { Vec::new() } else { clusters.iter().map(Cluster::mean_color).collect() },
+            triangles,
+        }
+    }
+}
+
+/// Sums over the vertices and planes of one cell.
+#[derive(Clone, Default)]
+struct Cluster {
+    key: [i64; 3],
+    count: f64,
+    position: Vector,
+    normal: Vector,
+    color: [f64; 4],
+    /// Sum of w n nᵀ.
+    a: Matrix3<f64>,
+    /// Sum of w n (n · (p - mean)).
+    b: Vector,
+}
+
+impl Cluster {
+    fn add_plane(&mut self, n: &Vector, p: &Vector, weight: f64) {
+        self.a += n * n.transpose() * weight;
+        self.b += n * (n.dot(&(p - self.position)) * weight);
+    }
+
+    /// Least squares point in the cell: directions whose eigenvalue is below a hundredth of the largest are open.
+    fn place(&self, cell: f64) -> Vector {
+        let eigen = self.a.symmetric_eigen();
+        let largest = eigen.eigenvalues.max();
+        let mut shift = Vector::zeros();
+        for k in 0..3 {
+            let value = eigen.eigenvalues[k];
+            if value > 1e-2 * largest && value > 0.0 {
+                let direction = eigen.eigenvectors.column(k);
+                shift += direction * (direction.dot(&self.b) / value);
+            }
+        }
+        let mut place = self.position + if shift.norm().is_finite() { shift } else { Vector::zeros() };
+        for k in 0..3 {
+            let low = self.key[k] as f64 * cell;
+            place[k] = place[k].clamp(low, low + cell);
+        }
+        place
+    }
+
+    fn mean_color(&self) -> Rgba {
+        self.color.map(|sum| (sum / self.count).round() as u8)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::{box_mesh, cylinder_mesh};
+
+    use super::*;
+
+    fn cube() -> TriMesh {
+        box_mesh(&Aabb { min: Point::new(-1.0, -2.0, -3.0), max: Point::new(4.0, 3.0, 2.0) })
+    }
+
+    /// A box face split into many triangles keeps its corners.
+    fn fine_box(n: u32) -> TriMesh {
+        let mut mesh = TriMesh::default();
+        let base = cube();
+        for t in 0..base.triangles.len() {
+            let [a, b, c] = base.corners(t);
+            let at = |i: u32, j: u32| a + (b - a) * (f64::from(i) / f64::from(n)) + (c - a) * (f64::from(j) / f64::from(n));
+            let mut put = |p: [Point; 3]| {
+                let first = mesh.positions.len() as u32;
+                mesh.positions.extend(p);
+                mesh.triangles.push([first, first + 1, first + 2]);
+            };
+            for i in 0..n {
+                for j in 0..n - i {
+                    put([at(i, j), at(i + 1, j), at(i, j + 1)]);
+                    if i + j + 1 < n {
+                        put([at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+                    }
+                }
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn creases_double_the_vertices_of_a_box_and_not_of_a_fine_cylinder() {
+        let picture = Picture::creased(&cube(), 0.5);
+        assert_eq!(picture.positions.len(), 24);
+        assert_eq!(picture.triangles.len(), 12);
+        for n in &picture.normals {
+            assert_eq!(n.iter().map(|v| v.abs()).sum::<f32>(), 1.0, "normals of a box lie along axes");
+        }
+        let round = Picture::creased(&cylinder_mesh(5.0, 0.0, 10.0, 64), 0.5);
+        assert_eq!(round.positions.len(), 2 * 64 + 2 * 65, "side and caps, each its own");
+    }
+
+    #[test]
+    fn reduction_keeps_size_and_corners() {
+        let fine = fine_box(40);
+        let picture = Picture::new(&fine, &[], &vec![[10, 20, 30, 255]; fine.positions.len()]);
+        let before = picture.triangles.len();
+        let (small, cell) = picture.clone().reduced(4000);
+        let cell = cell.expect("it was reduced");
+        assert!(small.triangles.len() <= 4000 && small.triangles.len() > 400, "{} of {before}", small.triangles.len());
+        let (a, b) = (picture.aabb(), small.aabb());
+        for k in 0..3 {
+            assert!((a.min[k] - b.min[k]).abs() < 1e-5 && (a.max[k] - b.max[k]).abs() < 1e-5, "corners of a box stay");
+        }
+        assert!(cell < 2.0 && small.colors.iter().all(|c| *c == [10, 20, 30, 255]));
+        let mesh = TriMesh {
+            positions: (0..small.positions.len() as u32).map(|i| small.point(i)).collect(),
+            triangles: small.triangles.clone(),
+        };
+        // Planes stay planes and edges stay edges up to single precision: so does the volume.
+        assert!((mesh.volume() - 125.0).abs() < 1e-3, "volume {}", mesh.volume());
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_do_not_reach_a_viewer() {
+        let mut bad = cube();
+        bad.positions[3].x = f64::NAN;
+        bad.triangles.push([0, 1, 99]);
+        let picture = Picture::new(&bad, &[Vector::repeat(f64::NAN); 8], &[]);
+        assert!(picture.positions.iter().chain(&picture.normals).flatten().all(|v| v.is_finite()));
+        assert!(picture.triangles.iter().flatten().all(|&i| i != 3 && i < 8));
+        assert!(!picture.triangles.is_empty());
+        assert_eq!(Picture::default().reduced(10), (Picture::default(), None));
+    }
+}

@@ -1,0 +1,65 @@
+//! What the page is made from: plain data, free of engine state.
+
+use proveout_sim::Verdict;
+
+use crate::{color::DeviationMap, envelope::Envelope, picture::Picture};
+
+/// Signals of one joint over the run, mm or degrees, seconds.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct JointSignals {
+    pub(crate) name: String,
+    /// `mm` or `deg`.
+    pub(crate) unit: &'static str,
+    /// Limits of speed, acceleration and jerk, where the machine has them.
+    pub(crate) limits: [Option<f64>; 3],
+    /// Commanded position, velocity, acceleration, jerk.
+    pub(crate) signals: [Envelope; 4],
+}
+
+/// Signals of the process over the run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ProcessSignals {
+    /// mm/min.
+    pub(crate) feed_programmed: Envelope,
+    /// mm/min.
+    pub(crate) feed: Envelope,
+    /// mm³/s.
+    pub(crate) removal: Envelope,
+    /// mm.
+    pub(crate) clearance: Envelope,
+    /// Time (s) and name of each tool that comes into the spindle.
+    pub(crate) tool_changes: Vec<(f64, String)>,
+}
+
+/// The cut part as the page shows it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PartView {
+    /// Reduced mesh in the workpiece frame.
+    pub(crate) picture: Picture,
+    /// Position of every vertex on the color map, 0..=1; empty without a design.
+    pub(crate) shades: Vec<f64>,
+    /// The map, where there is a design.
+    pub(crate) map: Option<DeviationMap>,
+    /// Triangles of the mesh before reduction.
+    pub(crate) triangles: usize,
+    /// Edge of the cells of the reduction, mm; none when nothing was reduced.
+    pub(crate) cell: Option<f64>,
+    /// Share of the measured points in each of equal classes from minus to plus the range of the map.
+    pub(crate) shares: Vec<f64>,
+    /// Shares below and above the range.
+    pub(crate) outside: [f64; 2],
+}
+
+/// Everything on the page.
+#[derive(Clone, Debug)]
+pub(crate) struct Page<'a> {
+    pub(crate) verdict: &'a Verdict,
+    pub(crate) machine: &'a str,
+    /// What the scene says about itself.
+    pub(crate) description: &'a str,
+    /// Rows of "inputs and method" beside what the verdict holds: name and value.
+    pub(crate) method: Vec<(String, String)>,
+    pub(crate) joints: &'a [JointSignals],
+    pub(crate) process: &'a ProcessSignals,
+    pub(crate) part: &'a PartView,
+}

@@ -1,0 +1,176 @@
+//! Findings as the page shows them: grouped by code, errors first, with what to do about each.
+
+use std::collections::BTreeMap;
+
+use proveout_sim::{CODES, Finding, Severity};
+use serde::Serialize;
+
+use crate::report::format::{compact, count, duration, file_name, fixed, length};
+
+/// Rows of one code that are shown; all are in `verdict.json`.
+const ROWS: usize = 200;
+/// Marks on the part: more hide it.
+const MARKS: usize = 60;
+
+#[derive(Serialize)]
+pub(crate) struct Group {
+    class: &'static str,
+    severity: &'static str,
+    code: String,
+    summary: String,
+    remedy: &'static str,
+    count: String,
+    rows: Vec<Row>,
+    left_out: String,
+}
+
+#[derive(Serialize)]
+struct Row {
+    id: String,
+    number: usize,
+    marked: bool,
+    place: String,
+    file: String,
+    time: String,
+    message: String,
+    more: String,
+    value: String,
+    limit: String,
+    axes: String,
+}
+
+#[derive(Serialize)]
+pub(crate) struct Mark {
+    id: String,
+    label: String,
+    title: String,
+    severity: &'static str,
+    point: [f64; 3],
+}
+
+fn class(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Info => "info",
+    }
+}
+
+fn id(index: usize) -> String {
+    format!("finding-{}", index + 1)
+}
+
+/// What a machinist or programmer can do about a code; empty for codes that this table does not know.
+fn remedy(code: &str) -> &'static str {
+    match code {
+        "program-stopped" => "Correct the named block; nothing after it was run.",
+        "limits-overtravel" => "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again.",
+        "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
+        "limits-spindle-speed" => "Lower the programmed speed, or use a tool or spindle that allows it.",
+        "process-rapid-in-material" => "Move in feed here, or raise the retract plane above the stock as it stands at this block.",
+        "process-spindle-off" => "Start the spindle before the tool reaches the material.",
+        "process-spindle-wrong-way" => "Turn the spindle the way the tool cuts (M3 for right-handed, M4 for left-handed tools).",
+        "process-no-tool" => "Call a tool before this block.",
+        "process-neck-rubs" | "process-shank-rubs" => "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall.",
+        "collision-holder-stock" => "Clamp the tool longer (the time and tool table says how long), or tilt it away from the wall.",
+        "collision-bodies" => "Change approach or retract, the mounting, or the rotary solution before this block.",
+        "collision-near-miss" => "Check the real clamping here before the first part.",
+        "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
+        "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",
+        "geometry-inspection" => "Compare the block that made the feature with the drawing.",
+        _ => "",
+    }
+}
+
+/// Groups by code: errors, then warnings, then notes; within a weight in order of first time.
+pub(crate) fn groups(findings: &[Finding]) -> Vec<Group> {
+    let marked: Vec<String> = marks(findings).into_iter().map(|m| m.id).collect();
+    let mut by_code: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (i, f) in findings.iter().enumerate() {
+        by_code.entry(&f.code).or_default().push(i);
+    }
+    let mut order: Vec<(&str, Vec<usize>)> = by_code.into_iter().collect();
+    order.sort_by_key(|(_, list)| (std::cmp::Reverse(findings[list[0]].severity), list[0]));
+    let group = |(code, list): (&str, Vec<usize>)| {
+        let severity = findings[list[0]].severity;
+        let summary = CODES.iter().find(|c| c.code == code).map_or(code, |c| c.summary.trim_end_matches('.'));
+        let repeats: u64 = list.iter().map(|&i| u64::from(findings[i].repeats)).sum();
+        let places = count(list.len() as u64) + if list.len() == 1 { " place" } else { " places" };
+        Group {
+            class: class(severity),
+            severity: match severity {
+                Severity::Error => "Error",
+                Severity::Warning => "Warning",
+                Severity::Info => "Note",
+            },
+            code: code.into(),
+            summary: summary.into(),
+            remedy: remedy(code),
+            count: if repeats > 0 { format!("{places}, {} blocks", count(list.len() as u64 + repeats)) } else { places },
+            left_out: if list.len() > ROWS {
+                format!("{} more are in verdict.json.", count((list.len() - ROWS) as u64))
+            } else {
+                String::new()
+            },
+            rows: list.iter().take(ROWS).map(|&i| row(i, &findings[i], marked.contains(&id(i)))).collect(),
+        }
+    };
+    order.into_iter().map(group).collect()
+}
+
+fn row(index: usize, f: &Finding, marked: bool) -> Row {
+    let place = match (f.line, f.block) {
+        (Some(line), _) => format!("line {line}"),
+        (None, Some(block)) => format!("block {block}"),
+        (None, None) => String::new(),
+    };
+    let unit = f.unit.as_deref().unwrap_or("");
+    let with_unit = |v: f64| match unit {
+        "mm" => length(v),
+        "deg" => format!("{}°", compact(v)),
+        _ => format!("{} {unit}", compact(v)).trim_end().to_owned(),
+    };
+    let value = f
+        .value
+        .map(with_unit)
+        .or_else(|| f.penetration_mm.map(|p| format!("{} deep", length(p))))
+        .or_else(|| f.clearance_mm.map(|c| format!("{} apart", length(c))));
+    let axes: Vec<String> = f.axes.iter().map(|(name, v)| format!("{name} {}", fixed(*v, 3))).collect();
+    Row {
+        id: id(index),
+        number: index + 1,
+        marked,
+        place,
+        file: f.file.as_deref().map_or_else(String::new, |n| file_name(n).to_owned()),
+        time: f.time_s.map_or_else(String::new, duration),
+        message: f.message.clone(),
+        more: match f.repeats {
+            0 => String::new(),
+            1 => "(and in the block after it)".into(),
+            n => format!("(and in {} blocks after it)", count(u64::from(n))),
+        },
+        value: value.unwrap_or_default(),
+        limit: f.limit.map_or_else(String::new, with_unit),
+        axes: axes.join("  "),
+    }
+}
+
+/// Findings with a place on the workpiece, errors first, as marks on the 3D view.
+pub(crate) fn marks(findings: &[Finding]) -> Vec<Mark> {
+    let mut list: Vec<(usize, [f64; 3])> = findings
+        .iter()
+        .enumerate()
+        .filter_map(|(i, f)| f.point_mm.filter(|p| p.iter().all(|v| v.is_finite())).map(|p| (i, p)))
+        .collect();
+    list.sort_by_key(|(i, _)| (std::cmp::Reverse(findings[*i].severity), *i));
+    list.into_iter()
+        .take(MARKS)
+        .map(|(i, point)| Mark {
+            id: id(i),
+            label: (i + 1).to_string(),
+            title: findings[i].message.clone(),
+            severity: class(findings[i].severity),
+            point,
+        })
+        .collect()
+}

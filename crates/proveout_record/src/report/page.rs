@@ -1,0 +1,411 @@
+//! Fills the page's template.
+
+use minijinja::{Environment, context};
+use proveout_sim::{State, Verdict};
+use serde::Serialize;
+
+use crate::{
+    color::{DeviationMap, STEEL},
+    encode::{base64, pack_mesh},
+    envelope::Envelope,
+    error::RecordError,
+    report::{
+        data::{JointSignals, Page, PartView, ProcessSignals},
+        findings::{groups, marks},
+        format::{compact, count, duration, fixed, length, length_or_dash, path, volume},
+        plot::{Bar, Strip, histogram, svg},
+    },
+};
+
+const TEMPLATE: &str = include_str!("../../templates/report.html");
+const CSS: &str = include_str!("../../templates/report.css");
+const VIEWER: &str = include_str!("../../templates/viewer.js");
+
+/// A name and what it is.
+#[derive(Serialize)]
+struct Entry {
+    name: String,
+    value: String,
+    note: String,
+}
+
+fn entry(name: &str, value: impl Into<String>, note: impl Into<String>) -> Entry {
+    Entry { name: name.into(), value: value.into(), note: note.into() }
+}
+
+/// Writes the page as one string.
+///
+/// Every value of the run goes through the template's HTML escaping or through [`crate::report::plot::escape`]; only
+/// markup made here, the style sheet and the script are put in as they are.
+///
+/// # Errors
+/// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
+pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
+    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
+    let v = page.verdict;
+    let mut environment = Environment::new();
+    environment.add_template("report.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
+    let end = v.time.total_s;
+    let changes: Vec<f64> = page.process.tool_changes.iter().map(|c| c.0).collect();
+    let has_mesh = !page.part.picture.triangles.is_empty();
+    let mesh = if has_mesh { base64(&pack_mesh(&page.part.picture, &page.part.shades)) } else { String::new() };
+    let template = environment.get_template("report.html").map_err(fault)?;
+    template
+        .render(context! {
+            css => CSS,
+            viewer => VIEWER,
+            generator => format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+            program => v.program,
+            scene => v.scene,
+            machine => page.machine,
+            description => page.description.trim().trim_end_matches('.'),
+            verdict => verdict_words(v.verdict),
+            figures => figures(v),
+            gates => gates(v),
+            groups => groups(&v.findings),
+            mesh => mesh,
+            view_data => view_data(page),
+            mesh_notes => mesh_notes(page.part),
+            map => page.part.map.map(|m| map_words(m, page.part)),
+            deviation => deviation(v),
+            inspection => inspection(v),
+            time => time(v),
+            tools => tools(v),
+            process => process_plot(page.process, end, &changes),
+            tool_names => page.process.tool_changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect::<Vec<_>>(),
+            stretch => duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
+            axes => axes(v),
+            plots => page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
+            method => page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
+            digests => v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
+        })
+        .map_err(fault)
+}
+
+#[derive(Serialize)]
+struct VerdictWords {
+    class: &'static str,
+    word: &'static str,
+    meaning: &'static str,
+}
+
+fn verdict_words(state: State) -> VerdictWords {
+    let (class, word, meaning) = match state {
+        State::Pass => ("pass", "Pass", "Every gate was checked and passed."),
+        State::Fail => ("fail", "Fail", "Not for the machine: see the findings."),
+        State::Unchecked => ("unchecked", "Unchecked", "No fault found, but not all was checked."),
+    };
+    VerdictWords { class, word, meaning }
+}
+
+fn figures(v: &Verdict) -> Vec<Entry> {
+    let mut out = vec![entry("Cycle time", duration(v.time.total_s), "")];
+    let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::Severity::Error).count() as u64;
+    let rest = v.findings.len() as u64 - errors;
+    out.push(entry("Errors", count(errors), format!("and {} warnings and notes", count(rest))));
+    out.push(entry("Removed", volume(v.removal.volume_mm3), format!("{} left", volume(v.removal.stock_left_mm3))));
+    let d = &v.deviation;
+    if d.gouge_max_mm.is_some() || d.excess_max_mm.is_some() {
+        out.push(entry("Deepest gouge", length_or_dash(d.gouge_max_mm), ""));
+        out.push(entry("Most material left", length_or_dash(d.excess_max_mm), ""));
+    }
+    let pair = v.clearance.pair.as_ref().map_or_else(String::new, |[a, b]| format!("{a} to {b}"));
+    out.push(entry("Least clearance", length_or_dash(v.clearance.min_mm), pair));
+    if let Some(ratio) = v.path.min_feed_ratio {
+        out.push(entry("Lowest feed reached", format!("{} %", fixed(100.0 * ratio, 0)), "of the programmed feed"));
+    }
+    out
+}
+
+#[derive(Serialize)]
+struct GateRow {
+    question: String,
+    class: &'static str,
+    word: &'static str,
+    reason: String,
+}
+
+fn gates(v: &Verdict) -> Vec<GateRow> {
+    let question = |name: &str| match name {
+        "program" => "Program runs to its end".to_owned(),
+        "limits" => "Travel and drive limits kept".to_owned(),
+        "process" => "No rapid, shank or neck in material".to_owned(),
+        "collision" => "No collision".to_owned(),
+        "near_miss" => "Clearance kept".to_owned(),
+        "gouge" => "No gouge".to_owned(),
+        "excess" => "No material left".to_owned(),
+        "surface" => "Surface texture".to_owned(),
+        other => other.to_owned(),
+    };
+    let row = |g: &proveout_sim::Gate| {
+        let (class, word) = match g.state {
+            State::Pass => ("pass", "Pass"),
+            State::Fail => ("fail", "Fail"),
+            State::Unchecked => ("unchecked", "Unchecked"),
+        };
+        GateRow { question: question(&g.name), class, word, reason: g.reason.clone() }
+    };
+    v.gates.iter().map(row).collect()
+}
+
+/// JSON for the script; `<` is written as an escape so that no value can end the script element.
+fn view_data(page: &Page<'_>) -> String {
+    let map: Vec<u8> = (0..256).flat_map(|i| DeviationMap::at(f64::from(i) / 255.0).into_iter().take(3)).collect();
+    serde_json::json!({
+        "colored": page.part.map.is_some(),
+        "map": base64(&map),
+        "plain": STEEL[..3],
+        "marks": marks(&page.verdict.findings),
+    })
+    .to_string()
+    .replace('<', "\\u003c")
+}
+
+fn mesh_notes(part: &PartView) -> Vec<String> {
+    let mut notes = Vec::new();
+    if part.picture.triangles.is_empty() {
+        notes.push("There is no surface to show.".into());
+    } else if let Some(cell) = part.cell {
+        notes.push(format!(
+            "Shown with {} of {} triangles, gathered in cells of {}; the whole surface is in part.glb.",
+            count(part.picture.triangles.len() as u64),
+            count(part.triangles as u64),
+            length(cell)
+        ));
+    }
+    if part.map.is_none() {
+        notes.push("The scene has no design part, so the surface carries no deviations.".into());
+    }
+    notes
+}
+
+#[derive(Serialize)]
+struct MapWords {
+    stops: String,
+    low: String,
+    high: String,
+    histogram: String,
+    note: String,
+}
+
+fn css(c: [u8; 4]) -> String {
+    format!("#{:02x}{:02x}{:02x}", c[0], c[1], c[2])
+}
+
+fn map_words(map: DeviationMap, part: &PartView) -> MapWords {
+    let stops: Vec<String> = (0..=16).map(|i| css(DeviationMap::at(f64::from(i) / 16.0))).collect();
+    let [low, high] = [-map.range, map.range].map(length);
+    let n = part.shares.len().max(1) as f64;
+    let bars: Vec<Bar> = part
+        .shares
+        .iter()
+        .enumerate()
+        .map(|(i, &share)| Bar { share, color: css(DeviationMap::at((i as f64 + 0.5) / n)) })
+        .collect();
+    let outside = if part.outside.iter().any(|s| *s > 0.0) {
+        let [below, above] = part.outside.map(|s| compact(s * 100.0));
+        format!(" {below} % lie below and {above} % above the range of the colors.")
+    } else {
+        String::new()
+    };
+    MapWords {
+        stops: stops.join(", "),
+        histogram: histogram(&bars, [&low, &high]),
+        low,
+        high,
+        note: format!("Share of the measured surface points in each class.{outside}"),
+    }
+}
+
+fn deviation(v: &Verdict) -> Vec<Entry> {
+    let d = &v.deviation;
+    let mut rows = vec![
+        entry("Deepest gouge", length_or_dash(d.gouge_max_mm), ""),
+        entry("Most material left", length_or_dash(d.excess_max_mm), ""),
+        entry("Mean", length_or_dash(d.mean_mm), ""),
+        entry("Root mean square", length_or_dash(d.rms_mm), ""),
+        entry("Gouged area", d.gouge_area_mm2.map_or_else(|| "–".into(), |a| format!("{} mm²", compact(a))), ""),
+        entry("Points measured", d.samples.map_or_else(|| "–".into(), count), ""),
+        entry("Below this not judged", length_or_dash(d.tolerance_floor_mm), ""),
+    ];
+    if let Some(p) = d.worst_point {
+        rows.push(entry("Worst point", format!("X {} Y {} Z {}", fixed(p[0], 3), fixed(p[1], 3), fixed(p[2], 3)), ""));
+    }
+    rows
+}
+
+#[derive(Serialize)]
+struct InspectionRow {
+    name: String,
+    nominal: String,
+    measured: String,
+    deviation: String,
+    tolerance: String,
+    class: &'static str,
+    word: &'static str,
+}
+
+fn inspection(v: &Verdict) -> Vec<InspectionRow> {
+    let row = |f: &proveout_sim::Inspected| {
+        let off = f.measured_mm.map(|m| m - f.nominal_mm);
+        let (class, word) = match off {
+            None => ("unchecked", "No surface met"),
+            Some(d) if d.abs() <= f.tolerance_mm => ("pass", "In tolerance"),
+            Some(_) => ("fail", "Out of tolerance"),
+        };
+        InspectionRow {
+            name: f.name.clone(),
+            nominal: format!("{} mm", fixed(f.nominal_mm, 3)),
+            measured: f.measured_mm.map_or_else(|| "–".into(), |m| format!("{} mm", fixed(m, 4))),
+            deviation: length_or_dash(off),
+            tolerance: format!("± {}", length(f.tolerance_mm)),
+            class,
+            word,
+        }
+    };
+    v.inspection.iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+struct Share {
+    class: &'static str,
+    name: &'static str,
+    value: String,
+    percent: String,
+}
+
+#[derive(Serialize)]
+struct TimeWords {
+    total: String,
+    shares: Vec<Share>,
+    note: String,
+}
+
+fn time(v: &Verdict) -> TimeWords {
+    let t = &v.time;
+    let parts = [
+        ("cut", "Feed", t.cutting_s),
+        ("rapid", "Rapid", t.rapid_s),
+        ("dwell", "Dwell and spindle", t.dwell_s),
+        ("change", "Tool change", t.tool_change_s),
+    ];
+    let whole = t.total_s.max(parts.iter().map(|p| p.2).sum());
+    let share = |(class, name, s): (&'static str, &'static str, f64)| Share {
+        class,
+        name,
+        value: duration(s),
+        percent: fixed(if whole > 0.0 { 100.0 * s / whole } else { 0.0 }, 1),
+    };
+    let note = t.lower_bound_s.map_or_else(String::new, |bound| {
+        let above = if bound > 0.0 { format!(" ({} % above it)", fixed(100.0 * (t.total_s / bound - 1.0), 1)) } else { String::new() };
+        format!("No control with the same limits can run this path in less than {}{above}.", duration(bound))
+    });
+    TimeWords { total: duration(t.total_s), shares: parts.into_iter().map(share).collect(), note }
+}
+
+#[derive(Serialize)]
+struct ToolRow {
+    number: u32,
+    name: String,
+    time: String,
+    cut: String,
+    length: String,
+    volume: String,
+    overhang: String,
+}
+
+fn tools(v: &Verdict) -> Vec<ToolRow> {
+    let row = |t: &proveout_sim::ToolUse| ToolRow {
+        number: t.number,
+        name: t.name.clone(),
+        time: duration(t.time_s),
+        cut: duration(t.cut_time_s),
+        length: path(t.length_mm),
+        volume: volume(t.volume_mm3),
+        overhang: t.min_overhang_mm.map_or_else(|| "–".into(), |o| format!("{} mm", fixed(o, 1))),
+    };
+    v.tools.iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+struct Use {
+    value: String,
+    percent: Option<String>,
+    width: String,
+    over: bool,
+}
+
+#[derive(Serialize)]
+struct AxisRow {
+    name: String,
+    min: String,
+    max: String,
+    uses: Vec<Use>,
+    reversals: String,
+    following: String,
+}
+
+fn axes(v: &Verdict) -> Vec<AxisRow> {
+    let row = |(name, a): (&String, &proveout_sim::Axis)| {
+        let sign = symbol(&a.unit);
+        let usage = |value: f64, per: &str, part: Option<f64>| Use {
+            value: format!("{} {sign}/{per}", compact(value)),
+            percent: part.map(|p| fixed(100.0 * p, 1)),
+            width: fixed(part.map_or(0.0, |p| (100.0 * p).clamp(0.0, 100.0)), 0),
+            over: part.is_some_and(|p| p > 1.001), // the promise of the planner: 0.1 percent
+        };
+        let error = |e: f64| if a.unit == "deg" { format!("{}°", compact(e)) } else { length(e) };
+        AxisRow {
+            name: name.clone(),
+            min: format!("{} {sign}", fixed(a.min, 3)),
+            max: format!("{} {sign}", fixed(a.max, 3)),
+            uses: vec![
+                usage(a.max_velocity, "s", a.velocity_utilisation),
+                usage(a.max_acceleration, "s²", a.acceleration_utilisation),
+                usage(a.max_jerk, "s³", a.jerk_utilisation),
+            ],
+            reversals: count(a.reversals),
+            following: a.max_following_error.map_or_else(|| "not simulated".into(), error),
+        }
+    };
+    v.axes.iter().map(row).collect()
+}
+
+fn symbol(unit: &str) -> &str {
+    if unit == "deg" { "°" } else { unit }
+}
+
+#[derive(Serialize)]
+struct Plot {
+    name: String,
+    svg: String,
+}
+
+fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
+    let unit = symbol(joint.unit);
+    let names = ["Position", "Velocity", "Acceleration", "Jerk"];
+    let per = ["", "/s", "/s²", "/s³"];
+    let strips: Vec<Strip<'_>> = (0..4)
+        .map(|k| Strip {
+            name: format!("{}, {unit}{}", names[k], per[k]),
+            signal: &joint.signals[k],
+            second: None,
+            limit: k.checked_sub(1).and_then(|k| joint.limits[k]),
+            height: if k == 0 { 84.0 } else { 62.0 },
+        })
+        .collect();
+    let name = format!("Axis {}", joint.name);
+    Plot { svg: svg(&strips, end, &[], &format!("{name}: position, velocity, acceleration and jerk over time")), name }
+}
+
+fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
+    let strip = |name: &str, signal, second, height| Strip { name: name.into(), signal, second, limit: None, height };
+    let mut strips = vec![
+        strip("Feed reached (blue) and programmed (orange), mm/min", &process.feed, Some(&process.feed_programmed), 96.0),
+        strip("Removal rate, mm³/s", &process.removal, None, 70.0),
+    ];
+    if !Envelope::is_empty(&process.clearance) {
+        strips.push(strip("Proved clearance, mm", &process.clearance, None, 60.0));
+    }
+    svg(&strips, end, changes, "Feed and removal rate over time")
+}

@@ -1,0 +1,205 @@
+//! Plots of signals over time as SVG.
+
+use std::fmt::Write;
+
+use crate::{envelope::Envelope, report::format::compact};
+
+const WIDTH: f64 = 640.0;
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 6.0;
+const TOP: f64 = 18.0;
+const GAP: f64 = 24.0;
+const BOTTOM: f64 = 20.0;
+
+/// One signal, or two on the same scale, above the common time axis.
+pub(crate) struct Strip<'a> {
+    /// Name with unit; plain text.
+    pub(crate) name: String,
+    /// Filled band.
+    pub(crate) signal: &'a Envelope,
+    /// Line over it: the largest value of each stretch.
+    pub(crate) second: Option<&'a Envelope>,
+    /// Limit to both sides of zero, drawn when the signal comes near it.
+    pub(crate) limit: Option<f64>,
+    /// Height of the strip in the picture.
+    pub(crate) height: f64,
+}
+
+/// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s).
+///
+/// Every text goes through [`escape`]; the result is SVG markup without scripts or references.
+pub(crate) fn svg(strips: &[Strip<'_>], end: f64, changes: &[f64], label: &str) -> String {
+    let end = if end.is_finite() && end > 0.0 { end } else { 1.0 };
+    let height = TOP + strips.iter().map(|s| s.height + GAP).sum::<f64>() - GAP + BOTTOM;
+    let x = |t: f64| LEFT + (WIDTH - LEFT - RIGHT) * (t / end).clamp(0.0, 1.0);
+    let mut out = format!(
+        r#"<svg class="plot" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{}">"#,
+        escape(label)
+    );
+    let mut top = TOP;
+    for strip in strips {
+        draw_strip(&mut out, strip, top, &x, changes);
+        top += strip.height + GAP;
+    }
+    let base = top - GAP;
+    for t in ticks(0.0, end, 6) {
+        put(&mut out, format_args!(
+            r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#, x(t), base + 15.0, compact(t)
+        ));
+    }
+    out.push_str("</svg>");
+    out
+}
+
+fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
+    out.write_fmt(text).unwrap_or_default(); // a string takes everything
+}
+
+fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, x: &impl Fn(f64) -> f64, changes: &[f64]) {
+    let bottom = top + strip.height;
+    let ranges = [strip.signal.range(), strip.second.and_then(Envelope::range)];
+    let (mut low, mut high) = ranges
+        .iter()
+        .flatten()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| (l.min(r[0]), h.max(r[1])));
+    put(out, format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, top - 5.0, escape(&strip.name)));
+    put(out, format_args!(
+        r#"<rect class="frame" x="{LEFT}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
+        WIDTH - LEFT - RIGHT, strip.height
+    ));
+    if low > high {
+        put(out, format_args!(
+            r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">not recorded</text>"#,
+            (LEFT + WIDTH) / 2.0, (top + bottom) / 2.0 + 4.0
+        ));
+        return;
+    }
+    // A limit is shown when it is reached for by half; a far one would press the signal flat.
+    let limits: Vec<f64> = strip
+        .limit
+        .filter(|l| l.is_finite() && *l > 0.0)
+        .map(|l| [l, -l].into_iter().filter(|s| s * if *s > 0.0 { high } else { low } > 0.5 * l * l).collect())
+        .unwrap_or_default();
+    for l in &limits {
+        (low, high) = (low.min(*l), high.max(*l));
+    }
+    let least = 1e-9_f64.max(1e-6 * low.abs().max(high.abs()));
+    if high - low < least {
+        (low, high) = (low - 0.5 * least.max(1.0), high + 0.5 * least.max(1.0));
+    }
+    let margin = 0.05 * (high - low);
+    let (low, high) = (low - margin, high + margin);
+    let y = |v: f64| bottom - (bottom - top) * ((v - low) / (high - low)).clamp(0.0, 1.0);
+    for v in ticks(low, high, 3) {
+        put(out, format_args!(
+            r#"<path class="zero" d="M{LEFT} {0:.1}H{1}"/><text x="{2}" y="{3:.1}" text-anchor="end">{4}</text>"#,
+            y(v), WIDTH - RIGHT, LEFT - 6.0, y(v) + 4.0, compact(v)
+        ));
+    }
+    for t in changes {
+        put(out, format_args!(r#"<path class="change-line" d="M{:.1} {top:.1}V{bottom:.1}"/>"#, x(*t)));
+    }
+    for l in &limits {
+        put(out, format_args!(r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), WIDTH - RIGHT));
+    }
+    let stretches: Vec<_> = strip.signal.stretches().collect();
+    let upper = stretches.iter().map(|&(t, _, h)| (t, h));
+    let lower = stretches.iter().rev().map(|&(t, l, _)| (t, l));
+    path(out, "signal", upper.chain(lower).map(|(t, v)| (x(t), y(v))), true);
+    if let Some(second) = strip.second {
+        path(out, "second", second.stretches().map(|(t, _, h)| (x(t), y(h))), false);
+    }
+}
+
+fn path(out: &mut String, class: &str, points: impl Iterator<Item = (f64, f64)>, closed: bool) {
+    put(out, format_args!(r#"<path class="{class}" d=""#));
+    for (i, (x, y)) in points.enumerate() {
+        put(out, format_args!("{}{x:.1} {y:.1}", if i == 0 { 'M' } else { 'L' }));
+    }
+    out.push_str(if closed { r#"Z"/>"# } else { r#""/>"# });
+}
+
+/// Round values (1, 2 or 5 times a power of ten apart) between two bounds, about `wanted` of them.
+pub(crate) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
+    let raw = (high - low) / f64::from(wanted.max(1));
+    if !(raw.is_finite() && raw > 0.0) {
+        return Vec::new();
+    }
+    let power = 10_f64.powf(raw.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= raw).unwrap_or(10.0 * power);
+    let first = (low / step).ceil() as i64;
+    (first..first + 2 * i64::from(wanted) + 2).map(|k| k as f64 * step).take_while(|v| *v <= high).collect()
+}
+
+/// A bar of the histogram.
+pub(crate) struct Bar {
+    pub(crate) share: f64,
+    /// CSS color.
+    pub(crate) color: String,
+}
+
+/// Bars from `-range` to `range` (left to right), with their largest share as scale.
+pub(crate) fn histogram(bars: &[Bar], ends: [&str; 2]) -> String {
+    const HEIGHT: f64 = 120.0;
+    let top = bars.iter().map(|b| b.share).fold(0.0, f64::max).max(1e-12);
+    let mut out = format!(
+        r#"<svg class="plot" viewBox="0 0 480 {}" role="img" aria-label="Distribution of the deviation">"#,
+        HEIGHT + 30.0
+    );
+    let width = 480.0 / bars.len().max(1) as f64;
+    for (i, bar) in bars.iter().enumerate() {
+        let h = HEIGHT * bar.share / top;
+        put(&mut out, format_args!(
+            r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{h:.1}" fill="{}" stroke="currentColor" stroke-opacity=".25" stroke-width=".5"/>"#,
+            i as f64 * width, 10.0 + HEIGHT - h, (width - 1.0).max(0.5), escape(&bar.color)
+        ));
+    }
+    put(&mut out, format_args!(
+        r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">0</text><text x="480" y="{1}" text-anchor="end">{3}</text><text x="480" y="18" text-anchor="end">highest bar {4} %</text></svg>"#,
+        10.0 + HEIGHT, 26.0 + HEIGHT, escape(ends[0]), escape(ends[1]), compact(top * 100.0)
+    ));
+    out
+}
+
+/// Text for markup: the five characters that have a meaning there.
+pub(crate) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            _ => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        assert_eq!(ticks(0.0, 100.0, 5), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
+        assert_eq!(ticks(-0.3, 0.3, 3), [-0.2, 0.0, 0.2]);
+        assert!(ticks(1.0, 1.0, 3).is_empty() && ticks(f64::NAN, 1.0, 3).is_empty());
+    }
+
+    #[test]
+    fn plots_stay_inside_their_frame_and_escape_names() {
+        let mut signal = Envelope::default();
+        for i in 0..5000 {
+            signal.push(f64::from(i) * 0.01, (f64::from(i) * 0.02).sin() * 1e3);
+        }
+        let empty = Envelope::default();
+        let strip = |name: &str, signal| Strip { name: name.into(), signal, second: None, limit: Some(1100.0), height: 70.0 };
+        let text = svg(&[strip("<b>X", &signal), strip("Y", &empty)], 50.0, &[7.0], "a \"b\"");
+        assert!(text.contains("&lt;b&gt;X") && text.contains("a &quot;b&quot;") && text.contains("not recorded"));
+        assert_eq!(text.matches("class=\"limit\"").count(), 2);
+        assert!(!text.contains("NaN") && !text.contains("inf"));
+        assert!(text.starts_with("<svg") && text.ends_with("</svg>"));
+    }
+}
