@@ -26,8 +26,8 @@ fn touch(feature: &InspectFile, stock: &TriDexel) -> Option<f64> {
     let (axis, sign) = probe_direction(feature.direction.get_ref())?;
     let from = feature.from_mm.get_ref();
     let (u, v) = (from[(axis + 1) % 3], from[(axis + 2) % 3]);
-    let spans = stock.intervals_on(axis, u, v);
-    let faces = spans.iter().map(|[low, high]| if sign > 0.0 { *low } else { *high });
+    let (_, material) = stock.intervals_on(axis, u, v);
+    let faces = material.iter().map(|i| if sign > 0.0 { i.lo } else { i.hi });
     let ahead = faces.filter(|face| (face - from[axis]) * sign >= 0.0);
     ahead.min_by(|a, b| (a * sign).total_cmp(&(b * sign)))
 }

@@ -216,7 +216,7 @@ fn make_stock(scene: &Scene, cell: f64, inputs: &mut Vec<(String, PathBuf)>) -> 
     }
     if let Some(c) = &file.cylinder {
         let base = Point::from(c.base_mm);
-        return Ok(TriDexel::from_cylinder(&base, 2, c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
+        return Ok(TriDexel::from_cylinder(&base, &Vector::z(), c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
     }
     let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
     inputs.push(("stock".into(), path.clone()));
