@@ -6,4 +6,5 @@ mod envelope;
 mod error;
 mod glb;
 mod picture;
+mod report;
 mod table;

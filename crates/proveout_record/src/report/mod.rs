@@ -5,3 +5,6 @@ pub(crate) mod findings;
 pub(crate) mod format;
 pub(crate) mod page;
 pub(crate) mod plot;
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,6 @@
 //! Fills the page's template.
 
-use minijinja::{Environment, context};
+use minijinja::{Environment, value::Serde};
 use proveout_sim::{State, Verdict};
 use serde::Serialize;
 
@@ -50,36 +50,35 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     let has_mesh = !page.part.picture.triangles.is_empty();
     let mesh = if has_mesh { base64(&pack_mesh(&page.part.picture, &page.part.shades)) } else { String::new() };
     let template = environment.get_template("report.html").map_err(fault)?;
-    template
-        .render(context! {
-            css => CSS,
-            viewer => VIEWER,
-            generator => format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
-            program => v.program,
-            scene => v.scene,
-            machine => page.machine,
-            description => page.description.trim().trim_end_matches('.'),
-            verdict => verdict_words(v.verdict),
-            figures => figures(v),
-            gates => gates(v),
-            groups => groups(&v.findings),
-            mesh => mesh,
-            view_data => view_data(page),
-            mesh_notes => mesh_notes(page.part),
-            map => page.part.map.map(|m| map_words(m, page.part)),
-            deviation => deviation(v),
-            inspection => inspection(v),
-            time => time(v),
-            tools => tools(v),
-            process => process_plot(page.process, end, &changes),
-            tool_names => page.process.tool_changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect::<Vec<_>>(),
-            stretch => duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
-            axes => axes(v),
-            plots => page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
-            method => page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
-            digests => v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
-        })
-        .map_err(fault)
+    let data = serde_json::json!({
+        "css": CSS,
+        "viewer": VIEWER,
+        "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+        "program": v.program,
+        "scene": v.scene,
+        "machine": page.machine,
+        "description": page.description.trim().trim_end_matches('.'),
+        "verdict": verdict_words(v.verdict),
+        "figures": figures(v),
+        "gates": gates(v),
+        "groups": groups(&v.findings),
+        "mesh": mesh,
+        "view_data": view_data(page),
+        "mesh_notes": mesh_notes(page.part),
+        "map": page.part.map.map(|m| map_words(m, page.part)),
+        "deviation": deviation(v),
+        "inspection": inspection(v),
+        "time": time(v),
+        "tools": tools(v),
+        "process": process_plot(page.process, end, &changes),
+        "tool_names": page.process.tool_changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect::<Vec<_>>(),
+        "stretch": duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
+        "axes": axes(v),
+        "plots": page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
+        "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
+        "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
+    });
+    template.render(Serde(&data)).map_err(fault)
 }
 
 #[derive(Serialize)]
