@@ -1,4 +1,8 @@
-use std::fmt::Display;
+use std::{fmt::Display, path::Path};
+
+use proveout_machine::MachineError;
+use proveout_sim::SimError;
+use proveout_tool::ToolError;
 
 /// An error for people: place, message, line of text, remedy. Ends the program with exit code 2.
 #[derive(Debug, Default)]
@@ -50,4 +54,52 @@ impl Display for Failure {
         }
         Ok(())
     }
+}
+
+impl From<&SimError> for Failure {
+    fn from(e: &SimError) -> Self {
+        match e {
+            SimError::Config(c) => Self::new(&c.message)
+                .at(c.file.display(), c.line, c.column, 1, &c.source_line)
+                .with_help(&c.help),
+            SimError::Program(d) => Self::new(format!("{} [{}]", d.message, d.code))
+                .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &d.source_line)
+                .with_help(d.help.as_deref().unwrap_or_default()),
+            SimError::Machine(MachineError::Content(c)) => {
+                Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
+                    .at(c.file.display(), c.line, c.column, c.key.rsplit('.').next().map_or(1, str::len), &line_of(&c.file, c.line))
+                    .with_help(&c.remedy)
+            }
+            SimError::Tools(ToolError::Defect(d)) => {
+                let tool = if d.tool.is_empty() { String::new() } else { format!("tool {:?}: ", d.tool) };
+                let key = if d.key.is_empty() { String::new() } else { format!("`{}` ", d.key) };
+                let value = if d.value.is_empty() { String::new() } else { format!("= {} ", d.value) };
+                Self::new(format!("{tool}{key}{value}{}", d.message))
+                    .at(d.file.display(), d.line, d.column, d.key.len().max(1), &line_of(&d.file, d.line))
+                    .with_help(&d.remedy)
+            }
+            SimError::Control(c) => {
+                let failure = Self::new(format!("{} [{}]", c.message, c.code)).with_help(c.help.as_deref().unwrap_or_default());
+                match &c.location {
+                    Some(l) => {
+                        let text = line_of(Path::new(&*l.file), l.line as usize);
+                        failure.at(&l.file, l.line as usize, l.column as usize, l.length as usize, &text)
+                    }
+                    None => failure,
+                }
+            }
+            SimError::Mesh { path, source } => Self::new(source)
+                .at(path.display(), 0, 0, 0, "")
+                .with_help("repair the mesh in the program that made it: a solid is closed, with faces outward"),
+            SimError::Stock(s) => Self::new(s).with_help("see resolution_mm of the scene, or --resolution-mm"),
+            SimError::Folder(f) => Self::new(f).with_help("name another folder with --out"),
+            other => Self::new(other),
+        }
+    }
+}
+
+/// A line of a file for display; empty when it cannot be read any more.
+fn line_of(file: &Path, line: usize) -> String {
+    let text = std::fs::read(file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
+    text.lines().nth(line.saturating_sub(1)).unwrap_or_default().to_owned()
 }

@@ -42,8 +42,8 @@ pub enum SimError {
     #[error("stock: {0}")]
     Stock(#[from] StockError),
     /// Program that the control cannot execute.
-    #[error(transparent)]
-    Control(#[from] ControlError),
+    #[error("{0}")]
+    Control(Box<ControlError>),
     /// File that cannot be written.
     #[error(transparent)]
     Observer(#[from] ObserverError),

@@ -355,6 +355,30 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let at = file.stock.span().start;
         return fault(at, "the cylinder holds nothing".into(), "radius_mm and height_mm must be above 0");
     }
+    if let Some(part) = &file.part {
+        let fault = |message: &str, help: &str| {
+            Err(ConfigError::at(path, text, text.find("[part").unwrap_or(0), message, help))
+        };
+        if part.mesh.is_some() == part.cone_frustum.is_some() {
+            return fault("the part needs exactly one form", "give either `mesh` or `cone_frustum`");
+        }
+        if !(part.chord_error_mm >= 0.0) {
+            return fault("chord_error_mm must not be negative", "give the largest distance of the mesh from the design");
+        }
+        if let Some(c) = part.cone_frustum
+            && !(c.half_angle_deg > 0.0
+                && c.half_angle_deg < 90.0
+                && 0.0 <= c.from_mm
+                && c.from_mm < c.to_mm
+                && c.reach_mm > 0.0
+                && Vector::from(c.axis).norm() > 1e-9)
+        {
+            return fault(
+                "the cone frustum is not one",
+                "half_angle_deg between 0 and 90, 0 <= from_mm < to_mm, reach_mm above 0, axis with a length",
+            );
+        }
+    }
     for probe in &file.inspect {
         if probe_direction(probe.direction.get_ref()).is_none() {
             let at = probe.direction.span().start;

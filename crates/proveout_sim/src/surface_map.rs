@@ -8,7 +8,8 @@ pub struct SurfaceMap {
     pub mesh: TriMesh,
     /// Unit normals at the vertices of `mesh`, outward.
     pub normals: Vec<proveout_geom::Vector>,
-    /// Signed deviation from the design at the vertices of `mesh`, mm; empty when there is no design.
+    /// Signed deviation from the design at the vertices of `mesh`, mm; NaN where no design
+    /// surface applies; empty when there is no design.
     pub vertex_deviation: Vec<f64>,
     /// Exact points, in the fixed order of the stock.
     pub points: Vec<MapPoint>,

@@ -4,8 +4,14 @@
 //! heavy crates: `cargo xtask` must build in seconds.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line prints")]
 
+mod checks;
+mod ci;
 mod cone_frustum;
 mod files;
+#[cfg(feature = "schemas")]
+mod schemas;
+mod tools;
+mod workspace;
 
 use std::{
     path::{Path, PathBuf},
@@ -25,7 +31,11 @@ fn workspace_root() -> PathBuf {
 const HELP: &str = "\
 cargo xtask COMMAND
 
+  ci               everything that must hold before a change lands
+  ci --only STEP   one step of it
+  deps             which crate uses which
   cone-frustum     write the programs of scenes/cone-frustum
+  schemas          write docs/schemas
 
   --check          with a command that writes files: compare only, fail on a difference
 ";
@@ -48,8 +58,38 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             print!("{HELP}");
             Ok(())
         }
+        ["ci"] => ci::run(&root, None),
+        ["ci", "--only", step] => ci::run(&root, Some(step)),
+        ["deps"] => {
+            let workspace = workspace::Workspace::read(&root)?;
+            print!("{}", checks::layers::table(&workspace));
+            checks::layers::check(&workspace).map(|_| ())
+        }
+        ["schemas", options @ ..] => schemas(&root, options),
         ["cone-frustum"] => cone_frustum::run(&root, false),
         ["cone-frustum", "--check"] => cone_frustum::run(&root, true),
         _ => Err(Failure(format!("unknown command: {}\n\n{HELP}", words.join(" ")))),
     }
+}
+
+/// The schemas come from types of the product; only the build with this feature waits for its crates.
+#[cfg(feature = "schemas")]
+fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
+    match options {
+        [] => schemas::run(root, false),
+        ["--check"] => schemas::run(root, true),
+        _ => Err(Failure(format!("unknown options: {}", options.join(" ")))),
+    }
+}
+
+/// Starts the build that has the schemas.
+#[cfg(not(feature = "schemas"))]
+fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
+    let status = std::process::Command::new(workspace::cargo())
+        .args(["run", "--quiet", "--locked", "--package", "xtask", "--features", "schemas", "--", "schemas"])
+        .args(options)
+        .current_dir(root)
+        .status()
+        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+    if status.success() { Ok(()) } else { Err(Failure("the schemas were not written".into())) }
 }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use super::{
     geometry::{Location, Rotaries},
     plan::{
-        BASE_DEPTH, BASE_RADIUS, CLEARANCE, FEED_MM_MIN, HALF_ANGLE_DEG, LEAD_DEG, OVERLAP_DEG, PLUNGE_MM_MIN, Pass,
-        SAFE_HEIGHT, SPINDLE_RPM, TILT_DEG, TOOL_NAME, TOOL_RADIUS, greatest_depth, passes,
+        BASE_DEPTH, BASE_RADIUS, CLEARANCE, Cutter, HALF_ANGLE_DEG, LEAD_DEG, OVERLAP_DEG, PLUNGE_MM_MIN, Pass,
+        SAFE_HEIGHT, TILT_DEG, greatest_depth, passes,
     },
 };
 
@@ -94,7 +94,12 @@ pub(crate) fn write(target: &Target) -> Written {
     let mut out = Writer { text: String::new(), number: 0 };
     let mut reports = Vec::new();
     head(&mut out, target);
+    let mut cutter = None;
     for (index, pass) in passes().iter().enumerate() {
+        if cutter != Some(pass.cutter) {
+            change_tool(&mut out, target.rotaries, &pass.cutter);
+            cutter = Some(pass.cutter);
+        }
         reports.push(write_pass(&mut out, target.rotaries, index, pass));
     }
     foot(&mut out, target.rotaries);
@@ -108,22 +113,23 @@ fn head(out: &mut Writer, target: &Target) {
     out.block(";Written by: cargo xtask cone-frustum. Do not edit by hand.");
     out.block(&format!(";Half apex angle {HALF_ANGLE_DEG} deg, axis tilted {TILT_DEG} deg from +Z toward +X"));
     out.block(&format!(";Base circle radius {BASE_RADIUS} mm, center X0 Y0 Z-{BASE_DEPTH}; Z0 is the top face"));
-    out.block(&format!(
-        ";Tool {TOOL_NAME}: flat end mill, radius {TOOL_RADIUS} mm, flutes over {:.1} mm",
-        greatest_depth()
-    ));
+    out.block(&format!(";Flutes must be longer than {:.1} mm", greatest_depth()));
     for name in ["_camtolerance".to_owned(), format!("_X_HOME, _Y_HOME, _Z_HOME, _{tilt}_HOME, _C_HOME")] {
         out.block(&format!("DEF REAL {name}"));
     }
     out.block("G40 G17 G710 G94 G90 G60 G601 FNORM");
-    out.block("M9");
     out.block("CYCLE800()");
     out.block(&format!("_X_HOME={x} _Y_HOME={y} _Z_HOME={z}"));
     out.block(&format!("_{tilt}_HOME=0.0 _C_HOME=0.0"));
-    go_home(out, target.rotaries);
-    out.block(&format!("T=\"{TOOL_NAME}\""));
+}
+
+fn change_tool(out: &mut Writer, rotaries: Rotaries, cutter: &Cutter) {
+    out.block("M9");
+    go_home(out, rotaries);
+    out.block("M5");
+    out.block(&format!("T=\"{}\"", cutter.name));
     out.block("M6");
-    go_home(out, target.rotaries);
+    go_home(out, rotaries);
 }
 
 fn go_home(out: &mut Writer, rotaries: Rotaries) {
@@ -185,12 +191,12 @@ fn write_pass(out: &mut Writer, rotaries: Rotaries, index: usize, pass: &Pass) -
     out.block("CYCLE832(_camtolerance,1,1)");
     out.block("TRAORI");
     out.block("G54");
-    out.block(&format!("G0 {} {start_rotary} S{SPINDLE_RPM} D1 M3 M8", xyz(&start_high)));
+    out.block(&format!("G0 {} {start_rotary} S{} D1 M3 M8", xyz(&start_high), pass.cutter.spindle_rpm));
     out.block(&format!("G0 {} {start_rotary}", xyz(&start_low)));
     out.block(&format!("G1 {} {start_rotary} F{}", xyz(&start), word(PLUNGE_MM_MIN, 1)));
     for i in (turn_end - lead..lead).rev() {
         let location = at(i);
-        let feed = if i == lead - 1 { format!(" F{}", word(FEED_MM_MIN, 1)) } else { String::new() };
+        let feed = if i == lead - 1 { format!(" F{}", word(pass.cutter.feed_mm_min, 1)) } else { String::new() };
         let rotary = rotary_words(&location);
         out.block(&format!("{} {rotary}{feed}", xyz(&location)));
     }

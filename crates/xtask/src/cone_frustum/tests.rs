@@ -15,7 +15,9 @@ const COS_15: f64 = 0.965_925_826_289;
 /// Half a unit of the last printed decimal: 4 for mm, 5 for degrees.
 const LENGTH_ROUNDING: f64 = 0.5e-4;
 const ANGLE_ROUNDING_DEG: f64 = 0.5e-5;
-const RADIUS: f64 = 10.0;
+
+/// Of the end mill that cuts the flank.
+const FINISH_RADIUS: f64 = 10.0;
 
 #[derive(Clone, Copy, Debug)]
 struct Row {
@@ -99,8 +101,8 @@ fn programs() -> Vec<(Target, Vec<Vec<Row>>)> {
 }
 
 /// Blocks of the full turn: those in feed whose distance is the allowance; the leads are further off.
-fn turn(pass: &[Row], allowance: f64) -> Vec<&Row> {
-    let near = |row: &&Row| row.feed && !row.rapid && distance(row.tip) - RADIUS - allowance < 1e-3;
+fn turn(pass: &[Row], radius: f64, allowance: f64) -> Vec<&Row> {
+    let near = |row: &&Row| row.feed && !row.rapid && distance(row.tip) - radius - allowance < 1e-3;
     pass.iter().filter(near).collect()
 }
 
@@ -111,16 +113,17 @@ fn every_block_of_a_turn_lies_on_the_cone_with_its_allowance() {
     let reach = 40.0;
     let bound = 1e-6 + 3_f64.sqrt() * LENGTH_ROUNDING + 2.0 * ANGLE_ROUNDING_DEG.to_radians() * reach;
     for (target, passes) in programs() {
-        let allowances: Vec<f64> = plan::passes().iter().map(|p| p.allowance).collect();
-        assert_eq!(passes.len(), allowances.len());
-        for (pass, allowance) in passes.iter().zip(allowances) {
-            let rows = turn(pass, allowance);
+        let wanted = plan::passes();
+        assert_eq!(passes.len(), wanted.len());
+        for (pass, wanted) in passes.iter().zip(wanted) {
+            let (radius, allowance) = (wanted.cutter.radius, wanted.allowance);
+            let rows = turn(pass, radius, allowance);
             assert!(rows.len() > 180, "{} blocks", rows.len());
             for row in rows {
                 let axis = tool_axis(target.rotaries, row);
                 for height in [0.0, 13.0, reach] {
                     let center: [f64; 3] = std::array::from_fn(|i| row.tip[i] + height * axis[i]);
-                    let off = distance(center) - RADIUS - allowance;
+                    let off = distance(center) - radius - allowance;
                     assert!(off.abs() < bound, "{row:?} height {height}: {off}");
                 }
             }
@@ -130,10 +133,10 @@ fn every_block_of_a_turn_lies_on_the_cone_with_its_allowance() {
 
 #[test]
 fn between_blocks_the_finish_pass_stays_within_its_bound() {
-    // Half a micrometre as stated in the program, and the rounding of its words at both ends.
+    // Half a micrometer as stated in the program, and the rounding of its words at both ends.
     let bound = 0.0005 + 3_f64.sqrt() * LENGTH_ROUNDING + 2.0 * ANGLE_ROUNDING_DEG.to_radians() * 40.0;
     for (target, passes) in programs() {
-        let rows = turn(passes.last().expect("passes"), 0.0);
+        let rows = turn(passes.last().expect("passes"), FINISH_RADIUS, 0.0);
         let mut worst: f64 = 0.0;
         for pair in rows.windows(2) {
             for step in 1..16 {
@@ -148,7 +151,7 @@ fn between_blocks_the_finish_pass_stays_within_its_bound() {
                 let axis = tool_axis(target.rotaries, &row);
                 for height in 0..=8 {
                     let center: [f64; 3] = std::array::from_fn(|i| row.tip[i] + 5.0 * f64::from(height) * axis[i]);
-                    worst = worst.max(RADIUS - distance(center));
+                    worst = worst.max(FINISH_RADIUS - distance(center));
                 }
             }
         }
@@ -176,14 +179,14 @@ fn a_turn_closes_without_a_jump_of_c_and_in_climb_direction() {
 #[test]
 fn rapids_and_plunges_stay_outside_of_the_blank() {
     for (target, passes) in programs() {
-        for pass in &passes {
+        for (pass, wanted) in passes.iter().zip(plan::passes()) {
             // The first three rows and the last are rapid or plunge; the motion between them is along the tool axis.
             for row in pass[..3].iter().chain(pass.last()) {
                 let axis = tool_axis(target.rotaries, row);
                 for height in 0..300 {
                     let p: [f64; 3] = std::array::from_fn(|i| row.tip[i] + f64::from(height) * axis[i]);
                     let beside = (p[0].hypot(p[1]) - plan::BLANK_RADIUS).max(0.0);
-                    let gap = beside.hypot(p[2].max(0.0)) - RADIUS;
+                    let gap = beside.hypot(p[2].max(0.0)) - wanted.cutter.radius;
                     assert!(gap > plan::CLEARANCE - 0.01, "{row:?} height {height}: {gap}");
                 }
             }
@@ -195,12 +198,12 @@ fn rapids_and_plunges_stay_outside_of_the_blank() {
 
 #[test]
 fn the_tool_passes_the_base_circle_and_no_pass_cuts_deeper_than_the_flutes() {
-    for (target, passes) in programs() {
-        let finish = turn(passes.last().expect("passes"), 0.0);
+    for (_, passes) in programs() {
+        let finish = turn(passes.last().expect("passes"), FINISH_RADIUS, 0.0);
         for row in finish {
             // The contact point at the lower end: from the tip back to the cone by one radius.
             let from_apex = minus(row.tip, APEX);
-            let lower_end = (dot(from_apex, from_apex) - RADIUS * RADIUS).sqrt();
+            let lower_end = (dot(from_apex, from_apex) - FINISH_RADIUS * FINISH_RADIUS).sqrt();
             let base = plan::BASE_RADIUS / SIN_15;
             assert!((lower_end - base - plan::RUN_PAST).abs() < 1e-3, "{lower_end}");
         }
@@ -227,4 +230,20 @@ fn words_have_no_negative_zero_and_always_a_point() {
     assert_eq!(word(12.0, 4), "12.0");
     assert_eq!(word(-3.250_04, 4), "-3.25");
     assert_eq!(word(0.005, 4), "0.005");
+}
+
+#[test]
+fn the_tool_library_has_the_cutters_with_these_radii_and_long_flutes() {
+    let path = crate::workspace_root().join("tools/cone-frustum.toml");
+    let library = std::fs::read_to_string(path).expect("the tool library");
+    for cutter in [plan::ROUGHER, plan::FINISHER] {
+        let tables: Vec<&str> = library.split("[[tool]]").collect();
+        let name = format!("name = \"{}\"", cutter.name);
+        let table = tables.iter().find(|t| t.lines().any(|l| l == name)).expect(cutter.name);
+        let value = |key: &str| {
+            table.lines().find_map(|l| l.strip_prefix(key)?.trim().strip_prefix('=')?.trim().parse::<f64>().ok())
+        };
+        assert_eq!(value("diameter_mm"), Some(2.0 * cutter.radius));
+        assert!(value("flute_length_mm").is_some_and(|length| length > plan::greatest_depth()));
+    }
 }

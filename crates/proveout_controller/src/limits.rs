@@ -1,0 +1,178 @@
+//! From joint limits to limits along the path parameter.
+//!
+//! With q(s) along the path and s(t) in time, the chain rule gives for every joint
+//!
+//! ```text
+//!   q.   = q' s.
+//!   q..  = q' s.. + q'' s.^2
+//!   q... = q' s... + 3 q'' s. s.. + q''' s.^3
+//! ```
+//!
+//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and
+//! leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
+
+use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+
+use crate::{plan::Cell, scurve::Rates, shape::DerivativeBounds};
+
+/// Speed along the path where nothing limits it, mm/s or degrees a second: a thousand times that of real machines, and
+/// finite, so that the plan stays finite on a machine without limits.
+pub(crate) const UNLIMITED_SPEED: f64 = 1e6;
+/// Part of the acceleration limit that the curvature of the path may use at V.
+const CURVATURE_ACCELERATION: f64 = 0.8;
+/// Part of the jerk limit that the change of curvature may use at V.
+const CURVATURE_JERK: f64 = 0.75;
+
+/// Limits of every joint; infinite where nobody stated one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointLimits {
+    pub(crate) count: usize,
+    pub(crate) velocity: [f64; MAX_JOINTS],
+    pub(crate) rapid: [f64; MAX_JOINTS],
+    pub(crate) acceleration: [f64; MAX_JOINTS],
+    pub(crate) jerk: [f64; MAX_JOINTS],
+}
+
+impl JointLimits {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let none = [f64::INFINITY; MAX_JOINTS];
+        let count = machine.joints.len().min(MAX_JOINTS);
+        let mut l = Self { count, velocity: none, rapid: none, acceleration: none, jerk: none };
+        for (i, joint) in machine.joints.iter().take(MAX_JOINTS).enumerate() {
+            l.velocity[i] = joint.max_velocity.unwrap_or(f64::INFINITY);
+            l.rapid[i] = joint.rapid_velocity.unwrap_or(f64::INFINITY).min(l.velocity[i]);
+            l.acceleration[i] = joint.max_acceleration.unwrap_or(f64::INFINITY);
+            l.jerk[i] = joint.max_jerk.unwrap_or(f64::INFINITY);
+        }
+        l
+    }
+}
+
+/// What a cell allows, for the plan and for the lower bound of the time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellLimits {
+    /// V, A, J for the plan.
+    pub(crate) cell: Cell,
+    /// V and A that no motion under the joint limits can pass (jerk infinite).
+    pub(crate) bound: Cell,
+    /// V without curvature: feed and joint velocities alone, and the joint that limits it below the feed.
+    pub(crate) steady: f64,
+    pub(crate) steady_joint: Option<usize>,
+}
+
+/// Limits over a cell of `length` whose joints have derivatives within `b`; `feed` is the programmed speed along the
+/// path (infinite for rapid motion).
+pub(crate) fn cell_limits(l: &JointLimits, rapid: bool, feed: f64, length: f64, b: &DerivativeBounds) -> CellLimits {
+    let velocity = if rapid { &l.rapid } else { &l.velocity };
+    let mut speed = feed.min(UNLIMITED_SPEED);
+    let mut bound_speed = speed;
+    let mut steady_joint = None;
+    for i in 0..l.count {
+        if b.first[i] > 0.0 && velocity[i] < speed * b.first[i] {
+            speed = velocity[i] / b.first[i];
+            steady_joint = Some(i);
+        }
+        if b.first_low[i] > 0.0 {
+            bound_speed = bound_speed.min(velocity[i] / b.first_low[i]);
+        }
+    }
+    let steady = speed;
+    for i in 0..l.count {
+        if b.second[i] > 0.0 {
+            speed = speed.min((CURVATURE_ACCELERATION * l.acceleration[i] / b.second[i]).sqrt());
+        }
+        if b.third[i] > 0.0 {
+            speed = speed.min((CURVATURE_JERK * l.jerk[i] / b.third[i]).cbrt());
+        }
+    }
+    let mut rates = Rates::FREE;
+    let mut bound_acceleration = f64::INFINITY;
+    for i in 0..l.count {
+        let (a, j) = (l.acceleration[i], l.jerk[i]);
+        if b.first[i] > 0.0 {
+            rates.acceleration = rates.acceleration.min((a - b.second[i] * speed * speed) / b.first[i]);
+        }
+        if b.second[i] > 0.0 && speed > 0.0 {
+            let left = j - b.third[i] * speed * speed * speed;
+            rates.acceleration = rates.acceleration.min(left / (6.0 * b.second[i] * speed));
+        }
+        if b.first_low[i] > 0.0 {
+            let most = (a + b.second[i] * bound_speed * bound_speed) / b.first_low[i];
+            bound_acceleration = bound_acceleration.min(most);
+        }
+    }
+    for i in 0..l.count {
+        if b.first[i] > 0.0 && l.jerk[i].is_finite() {
+            let curved = b.third[i] * speed * speed * speed + cross(b.second[i], speed, rates.acceleration);
+            rates.jerk = rates.jerk.min((l.jerk[i] - curved) / b.first[i]);
+        }
+    }
+    CellLimits {
+        cell: Cell { length, speed, rates },
+        bound: Cell {
+            length,
+            speed: bound_speed,
+            rates: Rates { acceleration: bound_acceleration, jerk: f64::INFINITY },
+        },
+        steady,
+        steady_joint,
+    }
+}
+
+/// 3 q'' s. s.. without the product of zero and infinity.
+fn cross(second: f64, speed: f64, acceleration: f64) -> f64 {
+    if second > 0.0 { 3.0 * second * speed * acceleration } else { 0.0 }
+}
+
+/// Shortest time over cells with V and A alone, from rest to rest (or from and to any speed where `open`): forward and
+/// backward reachability of s.^2, exact for limits that are constant in each cell.
+///
+/// A lower bound of the time of every motion over the same path: V and A of the `bound` cells are no smaller than what
+/// the joints' limits allow anywhere in the cell.
+pub(crate) fn bound_time(cells: &[Cell], open: [bool; 2]) -> f64 {
+    let n = cells.len();
+    let mut b = vec![f64::INFINITY; n + 1];
+    if !open[0] {
+        b[0] = 0.0;
+    }
+    if !open[1] {
+        b[n] = 0.0;
+    }
+    let gain = |c: &Cell| 2.0 * c.rates.acceleration * c.length;
+    for (k, c) in cells.iter().enumerate() {
+        b[k] = b[k].min(c.speed * c.speed);
+        b[k + 1] = b[k + 1].min(b[k] + gain(c));
+    }
+    for (k, c) in cells.iter().enumerate().rev() {
+        b[k + 1] = b[k + 1].min(c.speed * c.speed);
+        b[k] = b[k].min(b[k + 1] + gain(c));
+    }
+    let mut time = 0.0;
+    for (k, c) in cells.iter().enumerate() {
+        let (v0, v1) = (b[k].sqrt(), b[k + 1].sqrt());
+        let a = c.rates.acceleration;
+        if a.is_infinite() {
+            time += c.length / c.speed;
+            continue;
+        }
+        let peak = (0.5 * (b[k] + b[k + 1]) + a * c.length).sqrt().min(c.speed);
+        let ramps = (2.0 * peak * peak - b[k] - b[k + 1]) / (2.0 * a);
+        time += (2.0 * peak - v0 - v1) / a + (c.length - ramps).max(0.0) / peak;
+    }
+    time
+}
+
+/// Lowers the limits of a cell after a sample was found at `velocity`, `acceleration` and `jerk` times the limits.
+pub(crate) fn slow_down(cell: &mut Cell, ratios: [f64; 3]) {
+    let [v, a, j] = ratios.map(|r| r.max(1.0));
+    let margin = 1.002;
+    let time = v.max(a.sqrt()).max(j.cbrt()) * margin; // the factor by which time is stretched
+    cell.speed /= time;
+    cell.rates.acceleration /= time * time;
+    cell.rates.jerk /= time * time * time;
+}
+
+/// True when a set of values is finite.
+pub(crate) fn finite(q: &JointValues) -> bool {
+    q.is_finite()
+}

@@ -1,0 +1,272 @@
+use std::sync::Arc;
+
+use proveout_geom::ToolPose;
+use proveout_machine::JointValues;
+use proveout_nc::{Coolant, SpindleDirection};
+
+/// What a motion is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum MoveKind {
+    /// Positioning at rapid rate.
+    Rapid,
+    /// Motion in programmed feed.
+    Feed,
+    /// Motion that the control makes by itself: to and from the tool change position.
+    Handling,
+}
+
+/// A part of the tool's motion for removal and interference checks.
+///
+/// The tip runs straight and the axis on the great circle, both uniformly, from `pose[0]` to `pose[1]`; no point of
+/// the tool between tip and gauge line is further than `deviation` from its true place. Times are those of the plan,
+/// in which the motion within a piece is generally not uniform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Begin and end, s.
+    pub time: [f64; 2],
+    /// Index of the [`BlockRecord`].
+    pub block: u32,
+    /// Purpose.
+    pub kind: MoveKind,
+    /// Joint positions at both ends, mm and radian.
+    pub joints: [JointValues; 2],
+    /// Tip and axis in the table frame K at both ends.
+    pub pose: [ToolPose; 2],
+    /// Bound of the deviation of any point of the tool, mm.
+    pub deviation: f64,
+}
+
+/// The state at one cycle of the control.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time since the start of the program, s.
+    pub time: f64,
+    /// Index of the [`BlockRecord`].
+    pub block: u32,
+    /// Length of the path so far, mm (blocks of rotary motion alone: degrees).
+    pub path_length: f64,
+    /// Set point of each joint, mm and radian.
+    pub commanded: JointValues,
+    /// First derivative of the set point by time.
+    pub velocity: JointValues,
+    /// Second derivative.
+    pub acceleration: JointValues,
+    /// Third derivative.
+    pub jerk: JointValues,
+    /// Where the joint is after the axis dynamics in force.
+    pub actual: JointValues,
+    /// Tip and axis in the table frame K that belong to `actual`.
+    pub pose: ToolPose,
+    /// Programmed feed, mm/s; zero in rapid motion and at standstill.
+    pub feed_programmed: f64,
+    /// Feed in fact, mm/s (blocks of rotary motion alone: degrees a second).
+    pub feed: f64,
+    /// Purpose.
+    pub kind: MoveKind,
+}
+
+/// What passed its limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum LimitKind {
+    /// Position outside of the joint's travel.
+    Travel,
+    /// The spindle turns faster than spindle or tool allow; the value is in 1/min.
+    SpindleSpeed,
+}
+
+/// Something that happens at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A tool is in the spindle.
+    ToolChange {
+        /// When the change ends, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Index of the tool in the library; none for an empty spindle.
+        tool: Option<usize>,
+    },
+    /// The spindle gets a new state.
+    Spindle {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Direction.
+        direction: SpindleDirection,
+        /// Speed, 1/min; zero when off.
+        speed_rpm: f64,
+    },
+    /// Coolant gets a new state.
+    Coolant {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// State.
+        coolant: Coolant,
+    },
+    /// Text of the program for the operator.
+    Message {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Text.
+        text: String,
+    },
+    /// A word without effect on the twin, named by the reader.
+    Note {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Text.
+        text: String,
+    },
+    /// Wait.
+    Dwell {
+        /// Begin, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Length, s.
+        duration: f64,
+    },
+    /// Program stop; the twin goes on at once.
+    Stop {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// True for an optional stop.
+        optional: bool,
+    },
+    /// End of the program.
+    End {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+    },
+    /// A limit is passed; the motion is executed as programmed. One event a block and joint, with the worst value.
+    Limit {
+        /// Time of the worst value, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Joint; none for the spindle.
+        joint: Option<usize>,
+        /// Worst value, mm, radian or 1/min.
+        value: f64,
+        /// The limit that it passes.
+        limit: f64,
+        /// What passed.
+        kind: LimitKind,
+    },
+    /// No joint positions reach a programmed tool axis; the rotary joints stay where they are.
+    UnreachablePose {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// The pose, in the table frame K.
+        pose: ToolPose,
+        /// Words of the kinematics.
+        reason: String,
+    },
+    /// Joint limits keep the feed of a whole block below a part of the programmed one.
+    FeedReduced {
+        /// Start of the block, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Highest feed that the joints allow in the block's middle over the programmed feed.
+        ratio: f64,
+        /// The joint that limits.
+        joint: Option<usize>,
+    },
+}
+
+impl Event {
+    /// When it happens, s.
+    pub fn time(&self) -> f64 {
+        match self {
+            Self::ToolChange { time, .. }
+            | Self::Spindle { time, .. }
+            | Self::Coolant { time, .. }
+            | Self::Message { time, .. }
+            | Self::Note { time, .. }
+            | Self::Dwell { time, .. }
+            | Self::Stop { time, .. }
+            | Self::End { time, .. }
+            | Self::Limit { time, .. }
+            | Self::UnreachablePose { time, .. }
+            | Self::FeedReduced { time, .. } => *time,
+        }
+    }
+
+    /// Index of the [`BlockRecord`] that it belongs to.
+    pub fn block(&self) -> u32 {
+        match self {
+            Self::ToolChange { block, .. }
+            | Self::Spindle { block, .. }
+            | Self::Coolant { block, .. }
+            | Self::Message { block, .. }
+            | Self::Note { block, .. }
+            | Self::Dwell { block, .. }
+            | Self::Stop { block, .. }
+            | Self::End { block, .. }
+            | Self::Limit { block, .. }
+            | Self::UnreachablePose { block, .. }
+            | Self::FeedReduced { block, .. } => *block,
+        }
+    }
+}
+
+/// What a block does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum BlockKind {
+    /// Motion.
+    Move(MoveKind),
+    /// Waiting.
+    Dwell,
+    /// Tool change.
+    ToolChange,
+    /// Spindle, messages, stops: no motion.
+    Action,
+}
+
+/// One command of the program that takes time or causes an event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlockRecord {
+    /// Running number in the order of execution, from 0.
+    pub index: u32,
+    /// File.
+    pub file: Arc<str>,
+    /// Line, from 1.
+    pub line: u32,
+    /// Begin, s.
+    pub start_time: f64,
+    /// End, s.
+    pub end_time: f64,
+    /// Length of the path, mm (rotary motion alone: degrees).
+    pub length: f64,
+    /// Programmed feed, mm/s; zero for rapid motion and without motion.
+    pub feed: f64,
+    /// What it does.
+    pub kind: BlockKind,
+}
+
+/// A stretch of the run, everything in the order of time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Chunk {
+    /// Motion.
+    pub pieces: Vec<Piece>,
+    /// Control samples on the grid of the control cycle; a standstill has only its first and last.
+    pub samples: Vec<Sample>,
+    /// Events.
+    pub events: Vec<Event>,
+    /// Blocks that ended.
+    pub blocks: Vec<BlockRecord>,
+}

@@ -1,0 +1,287 @@
+//! Exact path of one block and the quintic pieces that round corners, in task coordinates (see `rig.rs`).
+
+use proveout_geom::Vector;
+use proveout_machine::{JointValues, MAX_JOINTS};
+
+use crate::jet::{Jet, JointJet, VectorJet};
+
+/// Path of a block over its parameter u in 0..=length.
+#[derive(Clone, Debug)]
+pub(crate) enum Shape {
+    /// All task coordinates in proportion to u.
+    Line {
+        from: JointValues,
+        slope: JointValues,
+    },
+    /// The three coordinates `slots` on a circle or helix, the others in proportion to u.
+    Arc(Box<Arc>),
+    /// Pieces that join with equal value, first and second derivative; begins of the pieces grow.
+    Spline(Vec<Quintic>),
+}
+
+/// Circle, helix, or spiral where the radii at start and end differ by rounding of the program.
+#[derive(Clone, Debug)]
+pub(crate) struct Arc {
+    pub(crate) slots: [usize; 3],
+    pub(crate) center: Vector,
+    /// Unit vector from the center to the start.
+    pub(crate) u: Vector,
+    /// Unit vector in the sense of travel at the start.
+    pub(crate) v: Vector,
+    /// Advance along the normal per parameter.
+    pub(crate) rise: Vector,
+    pub(crate) radius: f64,
+    pub(crate) radius_slope: f64,
+    /// Angle per parameter.
+    pub(crate) omega: f64,
+    pub(crate) from: JointValues,
+    pub(crate) slope: JointValues,
+}
+
+/// Polynomial of fifth degree in Bezier form over u0..=u1.
+#[derive(Clone, Debug)]
+pub(crate) struct Quintic {
+    pub(crate) u0: f64,
+    pub(crate) u1: f64,
+    control: [JointValues; 6],
+}
+
+/// Bounds of the absolute derivatives of each coordinate over a range of the parameter.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DerivativeBounds {
+    /// Upper bound of |x'|.
+    pub(crate) first: JointValues,
+    /// Lower bound of |x'|.
+    pub(crate) first_low: JointValues,
+    /// Upper bound of |x''|.
+    pub(crate) second: JointValues,
+    /// Upper bound of |x'''|.
+    pub(crate) third: JointValues,
+}
+
+impl Shape {
+    /// Taylor coefficients at u.
+    pub(crate) fn jet(&self, u: f64) -> JointJet {
+        match self {
+            Self::Line { from, slope } => JointJet([*from + *slope * u, *slope, JointValues::ZERO, JointValues::ZERO]),
+            Self::Arc(arc) => arc.jet(u),
+            Self::Spline(pieces) => {
+                let i = pieces.partition_point(|p| p.u1 <= u).min(pieces.len() - 1);
+                pieces[i].jet(u)
+            }
+        }
+    }
+
+    /// True when all derivatives of the coordinates above the first vanish.
+    pub(crate) fn is_line(&self) -> bool {
+        matches!(self, Self::Line { .. })
+    }
+}
+
+impl Arc {
+    fn jet(&self, u: f64) -> JointJet {
+        let mut out = JointJet([self.from + self.slope * u, self.slope, JointValues::ZERO, JointValues::ZERO]);
+        let (s, c) = Jet([self.omega * u, self.omega, 0.0, 0.0]).sin_cos();
+        let r = Jet([self.radius + self.radius_slope * u, self.radius_slope, 0.0, 0.0]);
+        let mut p = VectorJet::constant(self.u).times(&c.times(&r)).plus(&VectorJet::constant(self.v).times(&s.times(&r)));
+        p.0[0] += self.center + self.rise * u;
+        p.0[1] += self.rise;
+        for (k, &slot) in self.slots.iter().enumerate() {
+            out.set(slot, &Jet(std::array::from_fn(|m| p.0[m][k])));
+        }
+        out
+    }
+
+    /// Bounds over u0..=u1 of the coordinates themselves (no tool center point control).
+    pub(crate) fn bounds(&self, u0: f64, u1: f64) -> DerivativeBounds {
+        let abs = self.slope.map(f64::abs);
+        let mut b = DerivativeBounds { first: abs, first_low: abs, second: JointValues::ZERO, third: JointValues::ZERO };
+        let r = (self.radius + self.radius_slope * u0).max(self.radius + self.radius_slope * u1);
+        let dr = self.radius_slope.abs();
+        let w = self.omega.abs();
+        for (k, &slot) in self.slots.iter().enumerate() {
+            let amplitude = self.u[k].hypot(self.v[k]);
+            // x = amplitude r cos(omega u - phase)
+            let phase = self.v[k].atan2(self.u[k]);
+            let range = [self.omega * u0 - phase, self.omega * u1 - phase];
+            let (cos_high, _) = abs_cos_range(range);
+            let (sin_high, sin_low) = abs_cos_range(range.map(|a| a - std::f64::consts::FRAC_PI_2));
+            let rise = self.rise[k];
+            b.first[slot] = amplitude * (r * w * sin_high + dr) + rise.abs();
+            b.first_low[slot] = (amplitude * (r * w * sin_low - dr * (1.0 + w * (u1 - u0))) - rise.abs()).max(0.0);
+            b.second[slot] = amplitude * w * (r * w * cos_high + 2.0 * dr);
+            b.third[slot] = amplitude * w * w * (r * w * sin_high + 3.0 * dr);
+        }
+        b
+    }
+}
+
+/// Highest and lowest |cos| over an interval.
+fn abs_cos_range([a, b]: [f64; 2]) -> (f64, f64) {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let (a, b) = if a <= b { (a, b) } else { (b, a) };
+    let (ca, cb) = (a.cos().abs(), b.cos().abs());
+    let has = |offset: f64| ((a - offset) / PI).ceil() * PI + offset <= b;
+    (if has(0.0) { 1.0 } else { ca.max(cb) }, if has(FRAC_PI_2) { 0.0 } else { ca.min(cb) })
+}
+
+impl Quintic {
+    /// The piece with given Taylor coefficients (up to the second) at both ends.
+    pub(crate) fn hermite(u0: f64, u1: f64, a: &JointJet, b: &JointJet) -> Self {
+        let h = u1 - u0;
+        let p1 = a.0[0] + a.0[1] * (h / 5.0);
+        let p2 = p1 * 2.0 - a.0[0] + a.0[2] * (h * h / 10.0);
+        let p4 = b.0[0] - b.0[1] * (h / 5.0);
+        let p3 = p4 * 2.0 - b.0[0] + b.0[2] * (h * h / 10.0);
+        Self { u0, u1, control: [a.0[0], p1, p2, p3, p4, b.0[0]] }
+    }
+
+    pub(crate) fn jet(&self, u: f64) -> JointJet {
+        let h = self.u1 - self.u0;
+        let t = (u - self.u0) / h;
+        let mut level = self.control;
+        let mut out = JointJet::constant(JointValues::ZERO);
+        // Differences of the control points give the derivatives (Farin 2002, section 5.3).
+        let mut factor = 1.0;
+        for k in 0..4 {
+            let n = 5 - k;
+            out.0[k] = casteljau(&level[..=n], t) * factor;
+            for i in 0..n {
+                level[i] = level[i + 1] - level[i];
+            }
+            factor *= n as f64 / (h * (k + 1) as f64);
+        }
+        out
+    }
+
+    /// Bounds of the derivatives over the whole piece, by the convex hull of their control points.
+    pub(crate) fn bounds(&self) -> DerivativeBounds {
+        let h = self.u1 - self.u0;
+        let mut level = self.control;
+        let mut high = [JointValues::ZERO; 4];
+        let mut low = JointValues::ZERO;
+        let mut factor = 1.0;
+        for (k, bound) in high.iter_mut().enumerate() {
+            let n = 5 - k;
+            if k == 1 {
+                low = JointValues(std::array::from_fn(|i| {
+                    let same = level[..=n].iter().all(|p| p[i] > 0.0) || level[..=n].iter().all(|p| p[i] < 0.0);
+                    if same { level[..=n].iter().fold(f64::INFINITY, |m, p| m.min(p[i].abs())) * factor } else { 0.0 }
+                }));
+            }
+            for p in &level[..=n] {
+                *bound = bound.zip_map(*p, |m, v| m.max(v.abs() * factor));
+            }
+            for i in 0..n {
+                level[i] = level[i + 1] - level[i];
+            }
+            factor *= n as f64 / h;
+        }
+        DerivativeBounds { first: high[1], first_low: low, second: high[2], third: high[3] }
+    }
+
+    /// The two parts before and after t = 1/2 (de Casteljau).
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        let mut level = self.control;
+        let mut left = level;
+        let mut right = level;
+        for k in 0..6 {
+            left[k] = level[0];
+            right[5 - k] = level[5 - k];
+            for i in 0..5 - k {
+                level[i] = (level[i] + level[i + 1]) * 0.5;
+            }
+        }
+        let mid = 0.5 * (self.u0 + self.u1);
+        [Self { u0: self.u0, u1: mid, control: left }, Self { u0: mid, u1: self.u1, control: right }]
+    }
+}
+
+fn casteljau(points: &[JointValues], t: f64) -> JointValues {
+    let n = points.len() - 1;
+    let mut sum = [0.0; MAX_JOINTS];
+    // Bernstein weights by their recurrence; degree at most five.
+    let mut weights = [0.0; 6];
+    weights[0] = 1.0;
+    for k in 1..=n {
+        for i in (1..=k).rev() {
+            weights[i] = weights[i] * (1.0 - t) + weights[i - 1] * t;
+        }
+        weights[0] *= 1.0 - t;
+    }
+    for (w, p) in weights.iter().zip(points) {
+        for (s, v) in sum.iter_mut().zip(p.0) {
+            *s += w * v;
+        }
+    }
+    JointValues(sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(a: f64, b: f64) -> JointValues {
+        JointValues([a, b, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    #[test]
+    fn hermite_pieces_meet_their_ends_and_bounds_hold() {
+        let a = JointJet([values(1.0, 0.0), values(1.0, 0.2), values(0.3, -0.1), JointValues::ZERO]);
+        let b = JointJet([values(2.0, 1.5), values(-0.4, 1.0), values(0.0, 0.7), JointValues::ZERO]);
+        let q = Quintic::hermite(2.0, 4.5, &a, &b);
+        for (u, end) in [(2.0, &a), (4.5, &b)] {
+            let jet = q.jet(u);
+            for k in 0..3 {
+                assert!((jet.0[k] - end.0[k]).max_abs() < 1e-13);
+            }
+        }
+        let bounds = q.bounds();
+        let h = 1e-4;
+        for i in 1..250 {
+            let u = 2.0 + 0.01 * f64::from(i);
+            let jet = q.jet(u);
+            // Central difference, error h^2/6 times the fourth derivative.
+            let slope = (q.jet(u + h).0[0] - q.jet(u - h).0[0]) * (0.5 / h);
+            assert!((slope - jet.first()).max_abs() < 1e-6);
+            for j in 0..2 {
+                assert!(jet.first()[j].abs() <= bounds.first[j] + 1e-12);
+                assert!(jet.first()[j].abs() >= bounds.first_low[j] - 1e-12);
+                assert!(jet.second()[j].abs() <= bounds.second[j] + 1e-12);
+                assert!(jet.third()[j].abs() <= bounds.third[j] + 1e-12);
+            }
+        }
+        let [left, right] = q.halves();
+        assert!((left.jet(2.7).0[0] - q.jet(2.7).0[0]).max_abs() < 1e-13);
+        assert!((right.jet(4.0).0[3] - q.jet(4.0).0[3]).max_abs() < 1e-11);
+    }
+
+    #[test]
+    fn arc_bounds_hold() {
+        let arc = Arc {
+            slots: [0, 1, 2],
+            center: Vector::new(1.0, 2.0, 3.0),
+            u: Vector::x(),
+            v: Vector::new(0.0, 0.8, 0.6),
+            rise: Vector::new(0.0, -0.06, 0.08),
+            radius: 5.0,
+            radius_slope: 1e-5,
+            omega: 0.2,
+            from: JointValues::ZERO,
+            slope: JointValues::ZERO,
+        };
+        for k in 0..40 {
+            let (u0, u1) = (f64::from(k), f64::from(k) + 1.3);
+            let b = arc.bounds(u0, u1);
+            for i in 0..=20 {
+                let jet = arc.jet(u0 + (u1 - u0) * f64::from(i) / 20.0);
+                for j in 0..3 {
+                    assert!(jet.first()[j].abs() <= b.first[j] + 1e-12);
+                    assert!(jet.first()[j].abs() >= b.first_low[j] - 1e-12, "{j}");
+                    assert!(jet.second()[j].abs() <= b.second[j] + 1e-12);
+                    assert!(jet.third()[j].abs() <= b.third[j] + 1e-12);
+                }
+            }
+        }
+    }
+}

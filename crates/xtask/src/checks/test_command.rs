@@ -1,0 +1,38 @@
+//! `.ci/run` runs what the README tells people to run, and nothing else.
+
+use std::path::Path;
+
+use crate::{Failure, files};
+
+/// The one command.
+pub(crate) const COMMAND: &str = "cargo xtask ci";
+
+/// Commands of a shell script: lines that are not empty, comments, or `set`.
+fn commands(script: &str) -> Vec<&str> {
+    script.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#') && !l.starts_with("set ")).collect()
+}
+
+/// Fails when script or README names another command.
+pub(crate) fn check(root: &Path) -> Result<String, Failure> {
+    let script = files::get(&root.join(".ci/run"))?;
+    let found = commands(&script);
+    if found != ["cd \"$(dirname \"$0\")/..\"", COMMAND] {
+        return Err(Failure(format!(
+            ".ci/run must go to the root and run `{COMMAND}`, nothing else; found: {found:?}"
+        )));
+    }
+    if !files::get(&root.join("README.md"))?.lines().any(|l| l.trim() == COMMAND) {
+        return Err(Failure(format!("README.md must show the test command on a line of its own: {COMMAND}")));
+    }
+    Ok(format!("both say: {COMMAND}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_and_comments_are_no_commands() {
+        assert_eq!(commands("#!/usr/bin/env bash\n\nset -euo pipefail\n  cargo xtask ci\n# end\n"), [COMMAND]);
+    }
+}

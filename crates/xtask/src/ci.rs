@@ -1,0 +1,266 @@
+//! `cargo xtask ci`: everything that must hold before a change lands, in the order of cost.
+
+use std::{
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
+use crate::{
+    Failure,
+    checks::{architecture, findings, layers, test_command},
+    cone_frustum, files,
+    tools::{self, DENY, TYPOS},
+    workspace::{Workspace, cargo},
+};
+
+/// One step.
+struct Step {
+    /// For `--only`.
+    name: &'static str,
+    /// Why it exists.
+    why: &'static str,
+    /// Does the work; gives a short account.
+    run: fn(&Context) -> Result<String, Failure>,
+}
+
+struct Context {
+    root: PathBuf,
+    workspace: Workspace,
+}
+
+const STEPS: &[Step] = &[
+    Step { name: "format", why: "one layout, so that a diff shows only what changed", run: format },
+    Step {
+        name: "layers",
+        why: "a crate uses only crates before it: program, motion, geometry, judgement, record",
+        run: layers,
+    },
+    Step {
+        name: "architecture",
+        why: "the map in ARCHITECTURE.md names every crate and what it truly uses",
+        run: architecture,
+    },
+    Step { name: "findings", why: "a machinist can look up every code that a run can raise", run: findings },
+    Step { name: "test-command", why: "one test command: in the README, in .ci/run, here", run: test_command },
+    Step { name: "clippy", why: "no warning in any target; each exception carries its reason", run: clippy },
+    Step { name: "docs", why: "public items are documented and their links work", run: docs },
+    Step { name: "generated", why: "generated programs and schemas are those that the code makes", run: generated },
+    Step { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
+    Step { name: "typos", why: "American spelling, and names without slips", run: typos },
+    Step {
+        name: "deny",
+        why: "allowed licenses, crates.io only, one version of the crates whose types we exchange",
+        run: deny,
+    },
+];
+
+/// Runs all steps, or the one named, and stops at the first failure.
+pub(crate) fn run(root: &Path, only: Option<&str>) -> Result<(), Failure> {
+    let steps: Vec<&Step> = STEPS.iter().filter(|s| only.is_none_or(|name| name == s.name)).collect();
+    if steps.is_empty() {
+        let names: Vec<&str> = STEPS.iter().map(|s| s.name).collect();
+        return Err(Failure(format!("no step {:?}; steps: {}", only.unwrap_or_default(), names.join(", "))));
+    }
+    let context = Context { root: root.to_path_buf(), workspace: Workspace::read(root)? };
+    let start = Instant::now();
+    let mut lines = Vec::new();
+    for (index, step) in steps.iter().enumerate() {
+        println!("\n=== {}/{} {}: {}", index + 1, steps.len(), step.name, step.why);
+        let step_start = Instant::now();
+        let result = (step.run)(&context);
+        let time = seconds(step_start.elapsed());
+        match result {
+            Ok(account) => {
+                println!("=== {} passed in {time}: {account}", step.name);
+                lines.push(format!("  {:<13} {time:>9}  {account}", step.name));
+            }
+            Err(Failure(reason)) => {
+                println!("\n{}", lines.join("\n"));
+                return Err(Failure(format!("{reason}\nci FAILED at step {} after {time}", step.name)));
+            }
+        }
+    }
+    println!("\n{}\nci passed: {} steps in {}", lines.join("\n"), steps.len(), seconds(start.elapsed()));
+    Ok(())
+}
+
+fn seconds(time: Duration) -> String {
+    format!("{:.1} s", time.as_secs_f64())
+}
+
+/// Runs a command with its output in view.
+fn call(context: &Context, program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), Failure> {
+    let shown = shown(program, arguments, environment);
+    println!("{shown}");
+    let status = Command::new(program)
+        .args(arguments)
+        .envs(environment.iter().copied())
+        .current_dir(&context.root)
+        .status()
+        .map_err(|e| Failure(format!("cannot start {}: {e}", program.display())))?;
+    if status.success() { Ok(()) } else { Err(Failure(format!("failed: {shown}"))) }
+}
+
+fn shown(program: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> String {
+    let name = program.file_name().unwrap_or_default().to_string_lossy();
+    let variables: Vec<String> = environment.iter().map(|(k, v)| format!("{k}={v:?}")).collect();
+    [variables, vec![name.into_owned()], arguments.iter().map(|&a| a.to_owned()).collect()].concat().join(" ")
+}
+
+fn cargo_call(context: &Context, arguments: &[&str], environment: &[(&str, &str)]) -> Result<(), Failure> {
+    call(context, Path::new(&cargo()), arguments, environment)
+}
+
+fn format(context: &Context) -> Result<String, Failure> {
+    cargo_call(context, &["fmt", "--all", "--check"], &[])
+        .map_err(|Failure(text)| Failure(format!("{text}\nremedy: cargo fmt --all")))?;
+    Ok("all crates".into())
+}
+
+fn layers(context: &Context) -> Result<String, Failure> {
+    layers::check(&context.workspace)
+}
+
+fn architecture(context: &Context) -> Result<String, Failure> {
+    architecture::check(&files::get(&context.root.join("ARCHITECTURE.md"))?, &context.workspace)
+}
+
+fn findings(context: &Context) -> Result<String, Failure> {
+    findings::check(&context.root)
+}
+
+fn test_command(context: &Context) -> Result<String, Failure> {
+    test_command::check(&context.root)
+}
+
+fn clippy(context: &Context) -> Result<String, Failure> {
+    cargo_call(
+        context,
+        &["clippy", "--workspace", "--all-targets", "--all-features", "--locked", "--", "-D", "warnings"],
+        &[],
+    )?;
+    Ok("all targets, all features, no warning".into())
+}
+
+fn docs(context: &Context) -> Result<String, Failure> {
+    cargo_call(context, &["doc", "--workspace", "--no-deps", "--locked"], &[("RUSTDOCFLAGS", "-D warnings")])?;
+    Ok("no warning".into())
+}
+
+fn generated(context: &Context) -> Result<String, Failure> {
+    cone_frustum::run(&context.root, true)?;
+    crate::schemas(&context.root, &["--check"])?;
+    Ok("cone frustum programs, schemas".into())
+}
+
+/// Tests, with their output in view and their closing lines counted.
+fn tests(context: &Context) -> Result<String, Failure> {
+    let arguments = ["test", "--workspace", "--locked"];
+    let shown = shown(Path::new("cargo"), &arguments, &[]);
+    println!("{shown}");
+    let mut child = Command::new(cargo())
+        .args(arguments)
+        .current_dir(&context.root)
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+    let mut total = Total::default();
+    if let Some(output) = child.stdout.take() {
+        for line in BufReader::new(output).lines() {
+            let line = line.map_err(|e| Failure(format!("cannot read the output of the tests: {e}")))?;
+            println!("{line}");
+            total.add(&line);
+        }
+    }
+    let status = child.wait().map_err(|e| Failure(format!("cannot wait for the tests: {e}")))?;
+    if status.success() { Ok(total.to_string()) } else { Err(Failure(format!("{total}\nfailed: {shown}"))) }
+}
+
+/// Sum over the closing lines `test result: ok. 7 passed; 0 failed; 0 ignored; ...`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Total {
+    suites: u64,
+    passed: u64,
+    failed: u64,
+    ignored: u64,
+}
+
+impl Total {
+    fn add(&mut self, line: &str) {
+        let Some(counts) = line.strip_prefix("test result: ") else { return };
+        self.suites += 1;
+        let words: Vec<&str> = counts.split([' ', ';', '.']).filter(|w| !w.is_empty()).collect();
+        for pair in words.windows(2) {
+            let [count, what] = pair else { continue };
+            let Ok(count) = count.parse::<u64>() else { continue };
+            match *what {
+                "passed" => self.passed += count,
+                "failed" => self.failed += count,
+                "ignored" => self.ignored += count,
+                _ => {}
+            }
+        }
+    }
+}
+
+impl std::fmt::Display for Total {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { suites, passed, failed, ignored } = self;
+        write!(f, "{passed} tests passed, {failed} failed, {ignored} ignored in {suites} suites")
+    }
+}
+
+fn typos(context: &Context) -> Result<String, Failure> {
+    let program = tools::find(&TYPOS, &context.workspace.target)?;
+    call(context, &program, &["--config", ".typos.toml"], &[])?;
+    Ok("no misspelling".into())
+}
+
+fn deny(context: &Context) -> Result<String, Failure> {
+    let program = tools::find(&DENY, &context.workspace.target)?;
+    // cargo-deny reads the manifests of all crates for the target in deny.toml; cargo has them after this.
+    cargo_call(context, &["fetch", "--locked", "--quiet", "--target", "x86_64-unknown-linux-gnu"], &[])?;
+    let mut checks = vec!["--offline", "--locked", "check", "bans", "licenses", "sources"];
+    let advisories = advisory_database();
+    if advisories {
+        checks.push("advisories");
+    }
+    call(context, &program, &checks, &[])?;
+    if advisories {
+        return Ok("bans, licenses, sources, advisories".into());
+    }
+    Ok("bans, licenses, sources; ADVISORIES LEFT OUT: no database on this machine (fetch it: cargo deny fetch)".into())
+}
+
+/// True when a database of advisories lies where cargo-deny keeps it.
+fn advisory_database() -> bool {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::var_os("HOME").map(|h| PathBuf::from(h).join(".cargo")));
+    home.and_then(|home| std::fs::read_dir(home.join("advisory-dbs")).ok())
+        .is_some_and(|mut entries| entries.any(|e| e.is_ok_and(|e| e.path().is_dir())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closing_lines_are_summed() {
+        let mut total = Total::default();
+        total.add("running 7 tests");
+        total.add("test result: ok. 7 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 2.28s");
+        total.add("test result: FAILED. 2 passed; 3 failed; 0 ignored; 0 measured; 0 filtered out; finished in 1.00s");
+        assert_eq!(total, Total { suites: 2, passed: 9, failed: 3, ignored: 1 });
+        assert_eq!(total.to_string(), "9 tests passed, 3 failed, 1 ignored in 2 suites");
+    }
+
+    #[test]
+    fn steps_have_their_own_names() {
+        for (i, step) in STEPS.iter().enumerate() {
+            assert!(STEPS[i + 1..].iter().all(|other| other.name != step.name), "{} twice", step.name);
+        }
+        assert!(run(Path::new("."), Some("no-such-step")).expect_err("an unknown step").0.contains("format, layers"));
+    }
+}

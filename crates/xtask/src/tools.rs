@@ -1,0 +1,72 @@
+//! Programs that are not part of the toolchain: one pinned version each, installed beside the build.
+
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use crate::{Failure, workspace::cargo};
+
+/// A program of the package registry.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tool {
+    /// Package.
+    pub(crate) package: &'static str,
+    /// Executable.
+    pub(crate) program: &'static str,
+    /// Version that the configuration files here are written for.
+    pub(crate) version: &'static str,
+}
+
+/// Spelling.
+pub(crate) const TYPOS: Tool = Tool { package: "typos-cli", program: "typos", version: "1.52.0" };
+/// Licenses, duplicate crates, sources, advisories.
+pub(crate) const DENY: Tool = Tool { package: "cargo-deny", program: "cargo-deny", version: "0.20.2" };
+
+/// The program: from the path where its version is the pinned one, else from `target/ci-tools`, where it is installed
+/// when it is missing.
+pub(crate) fn find(tool: &Tool, target: &Path) -> Result<PathBuf, Failure> {
+    let on_path = PathBuf::from(tool.program);
+    if has_version(&on_path, tool) {
+        return Ok(on_path);
+    }
+    let root = target.join("ci-tools");
+    let program = root.join("bin").join(format!("{}{}", tool.program, std::env::consts::EXE_SUFFIX));
+    if has_version(&program, tool) {
+        return Ok(program);
+    }
+    println!("installing {} {} into {} (once)", tool.package, tool.version, root.display());
+    let build = root.join("build");
+    let status = Command::new(cargo())
+        .args(["install", "--locked", "--force", "--version", tool.version, "--root"])
+        .arg(&root)
+        .arg("--target-dir")
+        .arg(&build)
+        .arg(tool.package)
+        // They check texts for a second: a quick build is worth more than a quick program.
+        .envs([
+            ("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1"),
+            ("CARGO_PROFILE_RELEASE_LTO", "off"),
+            ("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16"),
+            ("CARGO_PROFILE_RELEASE_DEBUG", "false"),
+        ])
+        // Flags meant for this workspace are not meant for a foreign program.
+        .env_remove("RUSTFLAGS")
+        .status()
+        .map_err(|e| Failure(format!("cannot start cargo install: {e}")))?;
+    // Hundreds of MB that nobody needs again; a failure to clear them is no fault of the check.
+    let _ = std::fs::remove_dir_all(&build);
+    if status.success() && has_version(&program, tool) {
+        return Ok(program);
+    }
+    Err(Failure(format!(
+        "{} {} is not there and could not be installed. Without network, install it beforehand and put it on the path:\n  \
+         cargo install --locked --version {} {}",
+        tool.program, tool.version, tool.version, tool.package
+    )))
+}
+
+fn has_version(program: &Path, tool: &Tool) -> bool {
+    let Ok(output) = Command::new(program).arg("--version").output() else { return false };
+    String::from_utf8_lossy(&output.stdout).split_whitespace().any(|word| word == tool.version)
+}

@@ -1,0 +1,53 @@
+//! The tilted cone frustum on two machines: the flank against its closed form.
+
+use proveout_sim::{Choice, scene::DynamicsFile, verdict::State};
+use proveout_tests::{prove, scene};
+
+/// Distance of the rays, mm. Points of the cut surface are exact whatever it is.
+const CELL_MM: f64 = 1.0;
+/// Bound on the flank cut by the programmed path itself: 1 micrometre between blocks (the generator's own bound on the
+/// finishing passes) and 1 micrometre of the swept volume.
+const IDEAL_MM: f64 = 0.002;
+/// The finishing passes allow corners to be rounded by this much (`CYCLE832` in the program).
+const PATH_TOLERANCE_MM: f64 = 0.01;
+
+fn choice(program: &str, dynamics: DynamicsFile) -> Choice {
+    Choice {
+        program: Some(program.into()),
+        resolution_mm: Some(CELL_MM),
+        dynamics: Some(dynamics),
+        ..Choice::default()
+    }
+}
+
+#[test]
+fn the_programmed_path_cuts_the_cone_of_the_drawing() {
+    for program in ["bc", "ac"] {
+        let run = prove(&scene("cone-frustum"), &choice(program, DynamicsFile::Ideal), 2).expect("runs");
+        let d = &run.verdict.deviation;
+        let (gouge, excess) = (d.gouge_max_mm.expect("measured"), d.excess_max_mm.expect("measured"));
+        assert!(d.samples.expect("measured") > 2000, "{program}: {d:?}");
+        assert!(gouge <= IDEAL_MM && excess <= IDEAL_MM, "{program}: gouge {gouge} mm, excess {excess} mm");
+    }
+}
+
+#[test]
+fn rounded_corners_stay_within_the_path_tolerance() {
+    let run = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Planned), 2).expect("runs");
+    let d = &run.verdict.deviation;
+    let bound = IDEAL_MM + PATH_TOLERANCE_MM;
+    assert!(d.gouge_max_mm.expect("measured") <= bound, "{d:?}");
+    assert!(d.excess_max_mm.expect("measured") <= bound, "{d:?}");
+    let failed: Vec<_> = run.verdict.gates.iter().filter(|g| g.state == State::Fail).collect();
+    assert!(failed.is_empty(), "{failed:?}\n{:#?}", run.verdict.findings);
+    assert!(run.verdict.time.lower_bound_s.expect("bounded") <= run.verdict.time.total_s);
+}
+
+#[test]
+fn the_verdict_has_the_same_bytes_at_any_thread_count() {
+    let bytes = |threads| {
+        let run = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Planned), threads).expect("runs");
+        serde_json::to_string_pretty(&run.verdict).expect("a verdict is JSON")
+    };
+    assert_eq!(bytes(1), bytes(2));
+}
