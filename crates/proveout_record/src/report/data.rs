@@ -1,6 +1,6 @@
 //! What the page is made from: plain data, free of engine state.
 
-use proveout_sim::Verdict;
+use proveout_sim::verdict::Verdict;
 
 use crate::{color::DeviationMap, envelope::Envelope, picture::Picture};
 

@@ -1,7 +1,7 @@
 //! Fills the page's template.
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::{State, Verdict};
+use proveout_sim::verdict::{State, Verdict};
 use serde::Serialize;
 
 use crate::{
@@ -99,7 +99,7 @@ fn verdict_words(state: State) -> VerdictWords {
 
 fn figures(v: &Verdict) -> Vec<Entry> {
     let mut out = vec![entry("Cycle time", duration(v.time.total_s), "")];
-    let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::Severity::Error).count() as u64;
+    let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).count() as u64;
     let rest = v.findings.len() as u64 - errors;
     out.push(entry("Errors", count(errors), format!("and {} warnings and notes", count(rest))));
     out.push(entry("Removed", volume(v.removal.volume_mm3), format!("{} left", volume(v.removal.stock_left_mm3))));
@@ -136,7 +136,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
         "surface" => "Surface texture".to_owned(),
         other => other.to_owned(),
     };
-    let row = |g: &proveout_sim::Gate| {
+    let row = |g: &proveout_sim::verdict::Gate| {
         let (class, word) = match g.state {
             State::Pass => ("pass", "Pass"),
             State::Fail => ("fail", "Fail"),
@@ -245,7 +245,7 @@ struct InspectionRow {
 }
 
 fn inspection(v: &Verdict) -> Vec<InspectionRow> {
-    let row = |f: &proveout_sim::Inspected| {
+    let row = |f: &proveout_sim::verdict::Inspected| {
         let off = f.measured_mm.map(|m| m - f.nominal_mm);
         let (class, word) = match off {
             None => ("unchecked", "No surface met"),
@@ -314,7 +314,7 @@ struct ToolRow {
 }
 
 fn tools(v: &Verdict) -> Vec<ToolRow> {
-    let row = |t: &proveout_sim::ToolUse| ToolRow {
+    let row = |t: &proveout_sim::verdict::ToolUse| ToolRow {
         number: t.number,
         name: t.name.clone(),
         time: duration(t.time_s),
@@ -345,7 +345,7 @@ struct AxisRow {
 }
 
 fn axes(v: &Verdict) -> Vec<AxisRow> {
-    let row = |(name, a): (&String, &proveout_sim::Axis)| {
+    let row = |(name, a): (&String, &proveout_sim::verdict::Axis)| {
         let sign = symbol(&a.unit);
         let usage = |value: f64, per: &str, part: Option<f64>| Use {
             value: format!("{} {sign}/{per}", compact(value)),

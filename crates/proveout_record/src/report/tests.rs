@@ -1,7 +1,10 @@
 //! The page over plain data: no loads from elsewhere, nothing unescaped, well-formed markup.
 
-use proveout_geom::{cylinder_mesh};
-use proveout_sim::{Axis, Family, Finding, Gate, Inspected, Severity, State, ToolUse, Verdict};
+use proveout_geom::cylinder_mesh;
+use proveout_sim::{
+    finding::{Family, Finding, Severity},
+    verdict::{self, Axis, Gate, Inspected, State, ToolUse, Verdict},
+};
 
 use super::{
     data::{JointSignals, Page, PartView, ProcessSignals},
@@ -60,13 +63,13 @@ pub(crate) fn verdict(message: &str) -> Verdict {
             finding(Severity::Error, "collision-holder-stock", message),
             finding(Severity::Error, message, message),
         ],
-        time: proveout_sim::Time { total_s: 100.0, cutting_s: 60.0, rapid_s: 20.0, dwell_s: 5.0, tool_change_s: 15.0, lower_bound_s: Some(97.0) },
+        time: verdict::Time { total_s: 100.0, cutting_s: 60.0, rapid_s: 20.0, dwell_s: 5.0, tool_change_s: 15.0, lower_bound_s: Some(97.0) },
         axes: [("X".to_owned(), axis)].into(),
-        path: proveout_sim::Path::default(),
-        removal: proveout_sim::Removal { volume_mm3: 4200.0, ..Default::default() },
-        deviation: proveout_sim::Deviation { gouge_max_mm: Some(0.004), excess_max_mm: Some(0.2), ..Default::default() },
-        surface: proveout_sim::Surface::default(),
-        clearance: proveout_sim::Clearance { min_mm: Some(0.5), pair: Some([message.into(), "table".into()]), time_s: Some(3.0), checks: 9 },
+        path: verdict::Path::default(),
+        removal: verdict::Removal { volume_mm3: 4200.0, ..Default::default() },
+        deviation: verdict::Deviation { gouge_max_mm: Some(0.004), excess_max_mm: Some(0.2), ..Default::default() },
+        surface: verdict::Surface::default(),
+        clearance: verdict::Clearance { min_mm: Some(0.5), pair: Some([message.into(), "table".into()]), time_s: Some(3.0), checks: 9 },
         tools: vec![ToolUse { number: 4, name: message.into(), ..Default::default() }],
         inspection: vec![Inspected { name: message.into(), nominal_mm: 10.0, measured_mm: Some(10.002), tolerance_mm: 0.01 }],
     }
