@@ -61,3 +61,9 @@ impl From<Diagnostic> for SimError {
         Self::Program(d.into())
     }
 }
+
+impl From<Box<ControlError>> for SimError {
+    fn from(e: Box<ControlError>) -> Self {
+        Self::Control(e)
+    }
+}

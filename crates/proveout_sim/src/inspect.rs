@@ -11,7 +11,7 @@ use crate::{
 
 /// Measures every feature: from the start point along its direction to the first material, on the ray nearest to the
 /// start point (at most half a cell aside in each direction).
-pub fn inspect(plan: &[InspectFile], stock: &TriDexel) -> Vec<Inspected> {
+pub(crate) fn inspect(plan: &[InspectFile], stock: &TriDexel) -> Vec<Inspected> {
     plan.iter()
         .map(|feature| Inspected {
             name: feature.name.clone(),
@@ -33,7 +33,7 @@ fn touch(feature: &InspectFile, stock: &TriDexel) -> Option<f64> {
 }
 
 /// Findings for features that are out of tolerance or not there.
-pub fn judge(measured: &[Inspected]) -> Vec<Finding> {
+pub(crate) fn judge(measured: &[Inspected]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for m in measured {
         let off = m.measured_mm.map(|v| v - m.nominal_mm);

@@ -154,7 +154,7 @@ impl Prepared {
         let defaults = ControlSettings::default();
         ControlSettings {
             dynamics: self.dynamics,
-            default_tolerance: self.scene.file.control.path_tolerance_mm.unwrap_or(self.machine.control.default_tolerance),
+            default_tolerance: self.scene.file.control.path_tolerance_mm,
             ..defaults
         }
     }

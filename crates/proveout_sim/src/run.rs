@@ -81,7 +81,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
 
     let settings = prepared.control_settings();
     let commands = Program::open(&prepared.program_path, &prepared.nc_settings)?;
-    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings);
+    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {
         let planning = Instant::now();
         let chunk = controller.next_chunk().map_err(from_run_error)?;
