@@ -1,1 +1,48 @@
-//! Machine description, forward and inverse kinematics, travel and drive limits.
+//! Machines: description, forward and inverse kinematics, travel and drive limits, bodies.
+//!
+//! **Data in.** `machine.toml`: joints with their lines, limits and parents, spindle gauge line, table surface, control
+//! and bodies; keys carry their units (mm, deg, mm/min). **Data out.** Joint values ([`JointValues`], mm and radian) and
+//! tool poses ([`proveout_geom::ToolPose`]: tip in mm and unit axis from the tip to the holder).
+//!
+//! **Frames.** M machine, fixed to the base. K table: carried by the last work joint, equal to M with all joints at
+//! zero. S spindle: origin on the gauge line, +z from the tool into the spindle. The tip of a tool lies `tool_length` in
+//! front of the gauge line. Every joint is given by its line in M with all joints at zero, and says whether it carries
+//! tool or workpiece and which way it moves: [`Joint::sense`].
+//!
+//! Main types:
+//! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse ([`Machine::inverse`],
+//!   [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates ([`Machine::jacobian`]).
+//! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that nobody has stated.
+//! * [`MachineBody`] – a part for collision checks and pictures.
+//!
+//! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett 1984).
+//! Inverse: the tool axis gives the rotary joints as the intersection of two cones (Paden 1986), the tip then gives the
+//! linear joints, in which it is linear wherever they stand in the chain. Closed form for any two rotary joints; the
+//! derivation stands at the top of `axis_pair.rs`.
+//!
+//! **Limits.** At most two rotary and three linear joints move; others are held. Parallel sub-chains and geometric
+//! errors of the joints are not described yet. The rounding of angles near a singular pose is that of the pose: with the
+//! tool axis known to 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
+
+mod assemble;
+mod axis_pair;
+mod bodies;
+mod chain;
+mod description;
+mod diagnose;
+mod error;
+mod inverse;
+mod jacobian;
+mod joint;
+mod locate;
+mod machine;
+mod model;
+mod structure;
+
+pub use description::machine_schema;
+pub use diagnose::{Diagnosis, MissingLimit};
+pub use error::{ContentError, MachineError};
+pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, TIP_TOLERANCE};
+pub use jacobian::Jacobian;
+pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
+pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};

@@ -1,0 +1,398 @@
+//! From the content of `machine.toml` to a [`Machine`], with every check that a single value or a pair of them allows.
+
+use std::path::{Path, PathBuf};
+
+use proveout_geom::{Point, Pose, Vector, rad};
+
+use crate::{
+    Attachment, Carries, Control, Joint, JointKind, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData,
+    TableData, Trust,
+    bodies::read_bodies,
+    chain::Chain,
+    description::{CarriesFile, JointFile, KindFile, MachineFile, Notes, RapidFile},
+    error::ContentError,
+    inverse::Solver,
+    locate::{Source, Step, Step::Item, Step::Key},
+    structure::{check_kinematics, chain_to},
+};
+
+/// A direction may miss the length one by this much, and is then normalized: six digits in a file.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+type Checked<T> = Result<T, ContentError>;
+
+impl Machine {
+    /// Reads a machine from its folder or from its `machine.toml`.
+    ///
+    /// # Errors
+    /// [`MachineError`] with file, line, column, key, value and remedy of the first mistake.
+    pub fn read(path: &Path) -> Result<Self, MachineError> {
+        let file: PathBuf = if path.is_dir() { path.join("machine.toml") } else { path.into() };
+        let text =
+            std::fs::read_to_string(&file).map_err(|source| MachineError::Open { path: file.clone(), source })?;
+        Self::from_text(&file, &text)
+    }
+
+    /// Reads a machine from the text of a `machine.toml`; `file` names it in errors, and a model file is looked for
+    /// beside it.
+    ///
+    /// # Errors
+    /// As [`Machine::read`].
+    pub fn from_text(file: &Path, text: &str) -> Result<Self, MachineError> {
+        let source = Source::new(file, text);
+        let content: MachineFile = toml::from_str(text).map_err(|e| source.toml_error(&e))?;
+        Ok(assemble(&source, &content)?)
+    }
+}
+
+fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, MachineError> {
+    if content.joint.len() > MAX_JOINTS {
+        let message = format!("{} joints, and at most {MAX_JOINTS} are handled", content.joint.len());
+        let path = [Key("joint"), Item(MAX_JOINTS)];
+        Err(source.error("machine-too-many-joints", &path, message, "leave out joints that the programs do not move"))?;
+    }
+    let mut joints = Vec::with_capacity(content.joint.len());
+    for (i, joint) in content.joint.iter().enumerate() {
+        if let Some(first) = content.joint[..i].iter().position(|j| j.name == joint.name) {
+            let message = format!("joint {first} has the name {:?} already", joint.name);
+            let path = [Key("joint"), Item(i), Key("name")];
+            Err(source.error("machine-duplicate-joint", &path, message, "give each joint its own name"))?;
+        }
+        joints.push(read_joint(source, i, joint, &content.joint)?);
+    }
+    let spindle_on = attachment(source, &content.joint, &[Key("spindle"), Key("on")], &content.spindle.on)?;
+    let table_on = attachment(source, &content.joint, &[Key("table"), Key("on")], &content.table.on)?;
+    let tool_chain = chain_to(source, &joints, spindle_on, Carries::Tool)?;
+    let work_chain = chain_to(source, &joints, table_on, Carries::Workpiece)?;
+
+    let spindle = &content.spindle;
+    let in_spindle = |key| [Key("spindle"), Key(key)];
+    let up = unit(source, &in_spindle("direction"), spindle.direction)?;
+    let origin = finite_vector(source, &in_spindle("origin_mm"), spindle.origin_mm)?;
+    let spindle_data = SpindleData {
+        attached_to: spindle_on,
+        gauge_pose: Pose { translation: origin, ..upright(&up) },
+        max_speed_rpm: positive(source, &in_spindle("max_speed_rpm"), spindle.max_speed_rpm)?,
+    };
+    let in_table = |key| [Key("table"), Key(key)];
+    let table = TableData {
+        attached_to: table_on,
+        point: Point::from(finite_vector(source, &in_table("point_mm"), content.table.point_mm)?),
+        normal: unit(source, &in_table("normal"), content.table.normal)?,
+    };
+    let chain = Chain::new(&joints, &tool_chain, &work_chain, spindle_data.gauge_pose);
+    let solver = Solver::new(&chain, &joints);
+    check_kinematics(source, &joints, &chain, &solver)?;
+    let control = read_control(source, content, &joints)?;
+    let trust = read_trust(source, content)?;
+    let (bodies, unused_nodes) = read_bodies(source, content, |path, name| {
+        attachment(source, &content.joint, path, name)
+    })?;
+    Ok(Machine {
+        name: content.name.clone(),
+        description: content.description.clone(),
+        joints,
+        tool_chain,
+        work_chain,
+        bodies,
+        control,
+        spindle: spindle_data,
+        table,
+        trust,
+        unused_nodes,
+        chain,
+        solver,
+    })
+}
+
+fn attachment(source: &Source<'_>, joints: &[JointFile], path: &[Step<'_>], name: &str) -> Checked<Attachment> {
+    if name == "base" {
+        return Ok(Attachment::Base);
+    }
+    joints.iter().position(|j| j.name == name).map(Attachment::Joint).ok_or_else(|| {
+        let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).collect();
+        let remedy = format!("write base or a joint of this file: {}", names.join(", "));
+        source.error("machine-unknown-joint", path, format!("there is no joint {name:?}"), remedy)
+    })
+}
+
+fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, all: &[JointFile]) -> Checked<Joint> {
+    let at = |key| [Key("joint"), Item(index), Key(key)];
+    if file.name == "base" || file.name.is_empty() {
+        let message = format!("a joint cannot have the name {:?}", file.name);
+        return Err(source.error("machine-joint-name", &at("name"), message, "name it by its letter, as programs do"));
+    }
+    let rotary = matches!(file.kind, KindFile::Rotary);
+    check_units(source, index, file, rotary)?;
+    let sense = match file.sense {
+        Some(sense) if sense.abs() == 1.0 => sense,
+        Some(sense) => {
+            let message = format!("{sense} is no sense of motion");
+            return Err(source.error("machine-sense", &at("sense"), message, "write 1 or -1"));
+        }
+        None if !rotary => 1.0,
+        None => {
+            let remedy = "write 1 when a growing value turns the carried body right-handed about the direction, else -1 \
+                          (table axes after ISO 841)";
+            return Err(source.error("machine-sense", &at("sense"), "a rotary joint must state its sense", remedy));
+        }
+    };
+    let point = match file.point_mm {
+        Some(p) => Point::from(finite_vector(source, &at("point_mm"), p)?),
+        None if !rotary => Point::origin(),
+        None => {
+            let remedy = "add point_mm, any point on the axis in machine coordinates with all joints at zero";
+            return Err(source.error("machine-missing-key", &at("point_mm"), "the rotary axis has no place", remedy));
+        }
+    };
+    let parent = match attachment(source, all, &at("parent"), &file.parent)? {
+        Attachment::Base => None,
+        Attachment::Joint(j) => Some(j),
+    };
+    let angle = |v: Option<f64>| v.map(rad);
+    let travel = if rotary { file.travel_deg.map(|t| t.map(rad)) } else { file.travel_mm };
+    let travel_key = if rotary { "travel_deg" } else { "travel_mm" };
+    if let Some([low, high]) = travel
+        && !(low < high && low.is_finite() && high.is_finite())
+    {
+        let message = format!("travel from {low} to {high} is upside down (mm or radian)");
+        return Err(source.error("machine-limits-upside-down", &at(travel_key), message, "write the lower end first"));
+    }
+    if file.endless && (!rotary || travel.is_some()) {
+        let message = "endless stands beside end stops or on a linear joint";
+        let remedy = "an endless rotary joint has no travel; leave out one of the two";
+        return Err(source.error("machine-endless", &at("endless"), message, remedy));
+    }
+    let home_key = if rotary { "home_deg" } else { "home_mm" };
+    let home = (if rotary { angle(file.home_deg) } else { file.home_mm }).unwrap_or(0.0);
+    let tool_change_key = if rotary { "tool_change_deg" } else { "tool_change_mm" };
+    let tool_change = if rotary { angle(file.tool_change_deg) } else { file.tool_change_mm };
+    let joint = Joint {
+        name: file.name.clone(),
+        kind: if rotary { JointKind::Rotary } else { JointKind::Linear },
+        carries: match file.carries {
+            CarriesFile::Tool => Carries::Tool,
+            CarriesFile::Workpiece => Carries::Workpiece,
+        },
+        parent,
+        direction: unit(source, &at("direction"), file.direction)?,
+        point,
+        sense,
+        travel,
+        endless: file.endless,
+        held: file.held,
+        max_velocity: velocity(
+            source,
+            index,
+            [
+                ("max_velocity_mm_min", file.max_velocity_mm_min),
+                ("max_velocity_deg_s", file.max_velocity_deg_s),
+                ("max_velocity_rev_min", file.max_velocity_rev_min),
+            ],
+        )?,
+        max_acceleration: if rotary {
+            angle(positive(source, &at("max_acceleration_deg_s2"), file.max_acceleration_deg_s2)?)
+        } else {
+            positive(source, &at("max_acceleration_mm_s2"), file.max_acceleration_mm_s2)?
+        },
+        max_jerk: if rotary {
+            angle(positive(source, &at("max_jerk_deg_s3"), file.max_jerk_deg_s3)?)
+        } else {
+            positive(source, &at("max_jerk_mm_s3"), file.max_jerk_mm_s3)?
+        },
+        rapid_velocity: velocity(
+            source,
+            index,
+            [
+                ("rapid_velocity_mm_min", file.rapid_velocity_mm_min),
+                ("rapid_velocity_deg_s", file.rapid_velocity_deg_s),
+                ("rapid_velocity_rev_min", file.rapid_velocity_rev_min),
+            ],
+        )?,
+        home,
+        tool_change,
+        moving_inertia: if rotary {
+            positive(source, &at("moving_inertia_kg_m2"), file.moving_inertia_kg_m2)?.map(|j| j * 1e6)
+        } else {
+            positive(source, &at("moving_mass_kg"), file.moving_mass_kg)?
+        },
+    };
+    for (key, value) in [(home_key, Some(home)), (tool_change_key, tool_change)] {
+        let Some(value) = value else { continue };
+        if !value.is_finite() || joint.travel_violation(value).is_some() {
+            let message = format!("the position {value} (mm or radian) lies outside the travel");
+            return Err(source.error("machine-home-outside", &at(key), message, "give a position within the travel"));
+        }
+    }
+    if let (Some(rapid), Some(most)) = (joint.rapid_velocity, joint.max_velocity)
+        && rapid > most * (1.0 + 1e-12)
+    {
+        let message = format!("the rapid velocity {rapid} is above the highest velocity {most} (mm/s or rad/s)");
+        let remedy = "lower the rapid velocity or raise the highest one";
+        let key = if rotary { "rapid_velocity_deg_s" } else { "rapid_velocity_mm_min" };
+        return Err(source.error("machine-limits-upside-down", &at(key), message, remedy));
+    }
+    Ok(joint)
+}
+
+/// Refuses keys with the unit of the other kind of joint.
+fn check_units(source: &Source<'_>, index: usize, file: &JointFile, rotary: bool) -> Checked<()> {
+    let of_linear = [
+        ("travel_mm", file.travel_mm.is_some(), "travel_deg"),
+        ("max_velocity_mm_min", file.max_velocity_mm_min.is_some(), "max_velocity_deg_s"),
+        ("max_acceleration_mm_s2", file.max_acceleration_mm_s2.is_some(), "max_acceleration_deg_s2"),
+        ("max_jerk_mm_s3", file.max_jerk_mm_s3.is_some(), "max_jerk_deg_s3"),
+        ("rapid_velocity_mm_min", file.rapid_velocity_mm_min.is_some(), "rapid_velocity_deg_s"),
+        ("home_mm", file.home_mm.is_some(), "home_deg"),
+        ("tool_change_mm", file.tool_change_mm.is_some(), "tool_change_deg"),
+        ("moving_mass_kg", file.moving_mass_kg.is_some(), "moving_inertia_kg_m2"),
+    ];
+    let of_rotary = [
+        ("point_mm", file.point_mm.is_some(), "nothing: a slide has no place"),
+        ("travel_deg", file.travel_deg.is_some(), "travel_mm"),
+        ("max_velocity_deg_s", file.max_velocity_deg_s.is_some(), "max_velocity_mm_min"),
+        ("max_velocity_rev_min", file.max_velocity_rev_min.is_some(), "max_velocity_mm_min"),
+        ("max_acceleration_deg_s2", file.max_acceleration_deg_s2.is_some(), "max_acceleration_mm_s2"),
+        ("max_jerk_deg_s3", file.max_jerk_deg_s3.is_some(), "max_jerk_mm_s3"),
+        ("rapid_velocity_deg_s", file.rapid_velocity_deg_s.is_some(), "rapid_velocity_mm_min"),
+        ("rapid_velocity_rev_min", file.rapid_velocity_rev_min.is_some(), "rapid_velocity_mm_min"),
+        ("home_deg", file.home_deg.is_some(), "home_mm"),
+        ("tool_change_deg", file.tool_change_deg.is_some(), "tool_change_mm"),
+        ("moving_inertia_kg_m2", file.moving_inertia_kg_m2.is_some(), "moving_mass_kg"),
+    ];
+    let wrong = if rotary { &of_linear[..] } else { &of_rotary[..] };
+    let Some((key, _, instead)) = wrong.iter().find(|(_, given, _)| *given) else { return Ok(()) };
+    let kind = if rotary { "rotary" } else { "linear" };
+    let path = [Key("joint"), Item(index), Key(key)];
+    Err(source.error("machine-wrong-unit", &path, format!("a {kind} joint has no {key}"), format!("write {instead}")))
+}
+
+/// The one velocity of several keys (mm/min, deg/s, rev/min) in mm/s or rad/s.
+fn velocity(source: &Source<'_>, index: usize, keys: [(&'static str, Option<f64>); 3]) -> Checked<Option<f64>> {
+    let mut found: Option<f64> = None;
+    for ((key, value), factor) in keys.into_iter().zip([1.0 / 60.0, rad(1.0), rad(6.0)]) {
+        let path = [Key("joint"), Item(index), Key(key)];
+        let Some(value) = positive(source, &path, value)? else { continue };
+        if found.is_some() {
+            let remedy = "keep one of the two keys";
+            return Err(source.error("machine-duplicate-limit", &path, "the velocity is given twice", remedy));
+        }
+        found = Some(value * factor);
+    }
+    Ok(found)
+}
+
+fn positive(source: &Source<'_>, path: &[Step<'_>], value: Option<f64>) -> Checked<Option<f64>> {
+    match value {
+        Some(v) if !(v > 0.0 && v.is_finite()) => {
+            let remedy = "write a finite number above zero, or leave the key out where the value is not known";
+            Err(source.error("machine-not-positive", path, format!("{v} cannot be"), remedy))
+        }
+        v => Ok(v),
+    }
+}
+
+fn not_negative(source: &Source<'_>, path: &[Step<'_>], value: f64) -> Checked<f64> {
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(source.error("machine-not-positive", path, format!("{value} cannot be"), "write zero or a positive number"))
+}
+
+pub(crate) fn finite_vector(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
+    if v.iter().all(|x| x.is_finite()) {
+        return Ok(Vector::from(v));
+    }
+    Err(source.error("machine-not-finite", path, format!("{v:?} is no place"), "write three finite numbers"))
+}
+
+fn unit(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
+    let v = finite_vector(source, path, v)?;
+    let length = v.norm();
+    if (length - 1.0).abs() <= UNIT_TOLERANCE {
+        // A vector that is exact already, as along a machine axis, must stay exact.
+        return Ok(if length == 1.0 { v } else { v / length });
+    }
+    let remedy = match v.try_normalize(1e-12) {
+        Some(n) => format!("write [{:.9}, {:.9}, {:.9}] if that is the direction", n.x, n.y, n.z),
+        None => "write a vector of length one".to_owned(),
+    };
+    let message = format!("the direction {:?} has the length {length:.9}, not one", [v.x, v.y, v.z]);
+    Err(source.error("machine-not-unit", path, message, remedy))
+}
+
+/// The rotation that brings +z into a direction on the shortest way; half a turn about x for -z.
+fn upright(z: &Vector) -> Pose {
+    let across = Vector::z().cross(z);
+    match across.try_normalize(1e-12) {
+        Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(z.z)),
+        None if z.z > 0.0 => Pose::identity(),
+        None => Pose::from_axis_angle(&Vector::x(), rad(180.0)),
+    }
+}
+
+fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) -> Checked<Control> {
+    let file = &content.control;
+    let at = |key| [Key("control"), Key(key)];
+    let mut tool_change_position = [None; MAX_JOINTS];
+    for (place, joint) in tool_change_position.iter_mut().zip(joints) {
+        *place = joint.tool_change;
+    }
+    let required = |key: &'static str, value: f64| {
+        let v = positive(source, &at(key), Some(value))?;
+        Ok(v.unwrap_or(value))
+    };
+    Ok(Control {
+        cycle_time: required("cycle_time_ms", file.cycle_time_ms)? * 1e-3,
+        block_time: not_negative(source, &at("block_time_ms"), file.block_time_ms)? * 1e-3,
+        tool_change_time: not_negative(source, &at("tool_change_time_s"), file.tool_change_time_s)?,
+        spindle_start_time: not_negative(
+            source,
+            &[Key("spindle"), Key("start_time_s")],
+            content.spindle.start_time_s,
+        )?,
+        rapid_mode: match file.rapid_mode {
+            RapidFile::Straight => RapidMode::Straight,
+            RapidFile::Independent => RapidMode::IndependentJoints,
+        },
+        default_tolerance: required("default_tolerance_mm", file.default_tolerance_mm)?,
+        default_orientation_tolerance: positive(
+            source,
+            &at("default_orientation_tolerance_deg"),
+            file.default_orientation_tolerance_deg,
+        )?
+        .map(rad),
+        tool_change_position,
+    })
+}
+
+/// Collects the notes on numbers; each must belong to a key of its table.
+fn read_trust(source: &Source<'_>, content: &MachineFile) -> Checked<Vec<Trust>> {
+    let mut tables: Vec<(Vec<Step<'_>>, String, &Notes, &Notes)> = vec![
+        (vec![Key("spindle")], "spindle".into(), &content.spindle.source, &content.spindle.chosen),
+        (vec![Key("table")], "table".into(), &content.table.source, &content.table.chosen),
+        (vec![Key("control")], "control".into(), &content.control.source, &content.control.chosen),
+    ];
+    for (i, j) in content.joint.iter().enumerate() {
+        tables.push((vec![Key("joint"), Item(i)], format!("joint.{}", j.name), &j.source, &j.chosen));
+    }
+    for (i, b) in content.body.iter().enumerate() {
+        tables.push((vec![Key("body"), Item(i)], format!("body.{}", b.name), &b.source, &b.chosen));
+    }
+    let mut all = Vec::new();
+    for (path, name, sources, chosen) in tables {
+        let keys = source.keys(&path);
+        for (notes, word, is_chosen) in [(sources, "source", false), (chosen, "chosen", true)] {
+            for (key, note) in notes {
+                if key != "*" && !keys.contains(key) {
+                    let mut at = path.clone();
+                    at.extend([Key(word), Key(key)]);
+                    let message = format!("the note is about {key}, which this table does not have");
+                    return Err(source.error("machine-unknown-key", &at, message, "name a key of the same table, or *"));
+                }
+                all.push(Trust { key: format!("{name}.{key}"), chosen: is_chosen, note: note.clone() });
+            }
+        }
+    }
+    Ok(all)
+}

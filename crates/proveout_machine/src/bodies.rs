@@ -1,0 +1,182 @@
+//! Bodies from primitives and from model nodes.
+
+use std::f64::consts::PI;
+
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
+
+use crate::{
+    Attachment, MachineBody,
+    assemble::finite_vector,
+    description::{AlongFile, BodyFile, BoxFile, CylinderFile, MachineFile, PrismFile},
+    error::ContentError,
+    locate::{Source, Step, Step::Item, Step::Key},
+    model::Model,
+};
+
+/// Largest distance (mm) of a cylinder's facets from the cylinder: below what anyone leaves as clearance between
+/// machine parts, and coarse enough for a few hundred facets a body.
+const FACET_TOLERANCE_MM: f64 = 0.05;
+
+/// Color of a body that states none: the gray of castings.
+const DEFAULT_COLOR: [u8; 4] = [150, 155, 160, 255];
+
+type Checked<T> = Result<T, ContentError>;
+
+/// All bodies, and the model nodes with meshes that none of them uses.
+pub(crate) fn read_bodies(
+    source: &Source<'_>,
+    content: &MachineFile,
+    attachment: impl Fn(&[Step<'_>], &str) -> Checked<Attachment>,
+) -> Checked<(Vec<MachineBody>, Vec<String>)> {
+    let model = match &content.model {
+        None => None,
+        Some(name) => {
+            let path = source.file.with_file_name(name);
+            let model = Model::read(&path).map_err(|message| {
+                source.error("machine-model", &[Key("model")], message, "name a .glb file beside machine.toml")
+            })?;
+            Some(model)
+        }
+    };
+    let bound: Vec<&str> = content.body.iter().filter_map(|b| b.node.as_deref()).collect();
+    let mut bodies: Vec<MachineBody> = Vec::new();
+    for (i, body) in content.body.iter().enumerate() {
+        let at = |key| [Key("body"), Item(i), Key(key)];
+        if bodies.iter().any(|b| b.name == body.name) {
+            let message = format!("two bodies have the name {:?}", body.name);
+            return Err(source.error("machine-duplicate-body", &at("name"), message, "give each body its own name"));
+        }
+        let attached_to = attachment(&at("attached_to"), &body.attached_to)?;
+        let color = match body.color.as_deref() {
+            None => DEFAULT_COLOR,
+            Some(&[r, g, b]) => [r, g, b, 255],
+            Some(&[r, g, b, a]) => [r, g, b, a],
+            Some(other) => {
+                let message = format!("{} numbers are no color", other.len());
+                return Err(source.error("machine-color", &at("color"), message, "write red, green, blue, 0 to 255"));
+            }
+        };
+        let mesh = body_mesh(source, i, body, model.as_ref(), &bound)?;
+        let (name, role) = (body.name.clone(), body.role.clone());
+        bodies.push(MachineBody { name, role, attached_to, mesh, color, check: body.check });
+    }
+    Ok((bodies, model.map_or_else(Vec::new, |m| m.nodes_without(&bound))))
+}
+
+fn body_mesh(
+    source: &Source<'_>,
+    index: usize,
+    body: &BodyFile,
+    model: Option<&Model>,
+    bound: &[&str],
+) -> Checked<TriMesh> {
+    let at = |key| [Key("body"), Item(index), Key(key)];
+    let mut mesh = TriMesh::default();
+    if let Some(node) = &body.node {
+        let Some(model) = model else {
+            let remedy = "add model = \"model.glb\" at the top of the file";
+            return Err(source.error("machine-model", &at("node"), "the machine has no model file", remedy));
+        };
+        match model.node_mesh(node, bound) {
+            Some(part) if !part.triangles.is_empty() => mesh.append(&part),
+            Some(_) => {
+                let message = format!("node {node:?} has no mesh");
+                return Err(source.error("machine-model", &at("node"), message, "name a node with a mesh below it"));
+            }
+            None => {
+                let remedy = format!("the model has {}", model.names().join(", "));
+                let message = format!("the model has no node {node:?}");
+                return Err(source.error("machine-model", &at("node"), message, remedy));
+            }
+        }
+    }
+    for (k, part) in body.boxes.iter().enumerate() {
+        mesh.append(&part_box(source, &[Key("body"), Item(index), Key("box"), Item(k)], part)?);
+    }
+    for (k, part) in body.cylinders.iter().enumerate() {
+        mesh.append(&part_cylinder(source, &[Key("body"), Item(index), Key("cylinder"), Item(k)], part)?);
+    }
+    for (k, part) in body.prisms.iter().enumerate() {
+        mesh.append(&part_prism(source, &[Key("body"), Item(index), Key("prism"), Item(k)], part)?);
+    }
+    if mesh.triangles.is_empty() {
+        let remedy = "add a box, a cylinder, a prism or a node";
+        return Err(source.error("machine-empty-body", &at("name"), "the body has no shape", remedy));
+    }
+    Ok(mesh)
+}
+
+fn part_box(source: &Source<'_>, path: &[Step<'_>], part: &BoxFile) -> Checked<TriMesh> {
+    let min = Point::from(finite_vector(source, path, part.min_mm)?);
+    let max = Point::from(finite_vector(source, path, part.max_mm)?);
+    if (0..3).any(|k| min[k] >= max[k]) {
+        let message = format!("the box from {:?} to {:?} is empty", part.min_mm, part.max_mm);
+        return Err(source.error("machine-empty-body", path, message, "write the smaller coordinates as min_mm"));
+    }
+    Ok(box_mesh(&Aabb { min, max }))
+}
+
+fn part_cylinder(source: &Source<'_>, path: &[Step<'_>], part: &CylinderFile) -> Checked<TriMesh> {
+    let from = finite_vector(source, path, part.from_mm)?;
+    let along = finite_vector(source, path, part.to_mm)? - from;
+    let radii = [part.radius_mm, part.end_radius_mm.unwrap_or(part.radius_mm)];
+    let length = along.norm();
+    if !(length > 0.0 && radii.iter().all(|r| *r > 0.0 && r.is_finite())) {
+        let message = format!("a cylinder of length {length} and radii {radii:?} is empty");
+        return Err(source.error("machine-empty-body", path, message, "write two places and a radius above zero"));
+    }
+    let largest = radii[0].max(radii[1]);
+    let half_sector = (1.0 - (FACET_TOLERANCE_MM / largest).min(0.5)).acos();
+    let sectors = ((PI / half_sector).ceil() as usize).max(12);
+    let upright = revolved_mesh(&[[0.0, 0.0], [radii[0], 0.0], [radii[1], length], [0.0, length]], sectors);
+    let z = along / length;
+    let across = Vector::z().cross(&z);
+    let turn = match across.try_normalize(1e-12) {
+        Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(z.z)),
+        None if z.z > 0.0 => Pose::identity(),
+        None => Pose::from_axis_angle(&Vector::x(), PI),
+    };
+    Ok(upright.transformed(&Pose { translation: from, ..turn }))
+}
+
+fn part_prism(source: &Source<'_>, path: &[Step<'_>], part: &PrismFile) -> Checked<TriMesh> {
+    let [low, high] = part.range_mm;
+    let outline = &part.outline_mm;
+    let n = outline.len();
+    let wrong = |message: &str, remedy: &str| Err(source.error("machine-empty-body", path, message, remedy));
+    let finite = outline.iter().flatten().chain(&part.range_mm).all(|v| v.is_finite());
+    if !(low < high && n >= 3 && finite) {
+        return wrong("a prism needs a range and three corners", "write the lower end of range_mm first");
+    }
+    let edge = |k: usize| {
+        let ([ax, ay], [bx, by]) = (outline[k % n], outline[(k + 1) % n]);
+        [bx - ax, by - ay]
+    };
+    let turns_left = |k: usize| {
+        let ([ax, ay], [bx, by]) = (edge(k), edge(k + 1));
+        ax * by - ay * bx > 0.0
+    };
+    let winding: f64 = (0..n).map(|k| {
+        let ([ax, ay], [bx, by]) = (edge(k), edge(k + 1));
+        (ax * by - ay * bx).atan2(ax * bx + ay * by)
+    }).sum();
+    if !(0..n).all(turns_left) || (winding - 2.0 * PI).abs() > 1e-6 {
+        return wrong("the outline is not convex and counter-clockwise", "split it, or turn the order of its corners");
+    }
+    let place = |[a, b]: [f64; 2], t: f64| match part.along {
+        AlongFile::X => Point::new(t, a, b),
+        AlongFile::Y => Point::new(b, t, a),
+        AlongFile::Z => Point::new(a, b, t),
+    };
+    let ends = outline.iter().map(|&c| place(c, low)).chain(outline.iter().map(|&c| place(c, high)));
+    let mut mesh = TriMesh { positions: ends.collect(), triangles: Vec::new() };
+    let count = n as u32;
+    for k in 0..count {
+        let next = (k + 1) % count;
+        mesh.triangles.extend([[k, next, count + next], [k, count + next, count + k]]);
+        if k >= 1 && k + 1 < count {
+            mesh.triangles.extend([[0, k + 1, k], [count, count + k, count + k + 1]]);
+        }
+    }
+    Ok(mesh)
+}

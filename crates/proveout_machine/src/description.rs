@@ -1,0 +1,285 @@
+//! The content of `machine.toml` as it stands there: one Rust type a table, one field a key. The JSON Schema comes
+//! from these types.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Notes on numbers: key of the same table, or `*` for all others, to a text.
+pub(crate) type Notes = BTreeMap<String, String>;
+
+/// A machine tool: joints, spindle, table, control and bodies.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MachineFile {
+    /// Name of the machine.
+    pub(crate) name: String,
+    /// Words for people.
+    #[serde(default)]
+    pub(crate) description: String,
+    /// glTF file with the meshes of bodies that name a node, beside machine.toml.
+    pub(crate) model: Option<String>,
+    /// Axes, in the order of tables and reports.
+    #[serde(default)]
+    pub(crate) joint: Vec<JointFile>,
+    /// The spindle.
+    pub(crate) spindle: SpindleFile,
+    /// The surface that workpieces stand on.
+    pub(crate) table: TableFile,
+    /// The control.
+    pub(crate) control: ControlFile,
+    /// Parts for collision checks and pictures.
+    #[serde(default)]
+    pub(crate) body: Vec<BodyFile>,
+}
+
+/// Slide or turn.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum KindFile {
+    /// Slides; its keys are in mm.
+    Linear,
+    /// Turns; its keys are in degrees.
+    Rotary,
+}
+
+/// Side of the machine.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum CarriesFile {
+    /// Between base and spindle.
+    Tool,
+    /// Between base and table.
+    Workpiece,
+}
+
+/// One axis. A limit that is left out is reported as missing, and the gate that needs it stays unchecked.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct JointFile {
+    /// Name, as programs address it: X, B, C.
+    pub(crate) name: String,
+    /// linear or rotary.
+    pub(crate) kind: KindFile,
+    /// tool or workpiece: what hangs on it.
+    pub(crate) carries: CarriesFile,
+    /// Joint that this one is mounted on, or base.
+    pub(crate) parent: String,
+    /// Unit vector in machine coordinates with all joints at zero.
+    pub(crate) direction: [f64; 3],
+    /// A point on the axis of a rotary joint, machine coordinates with all joints at zero.
+    pub(crate) point_mm: Option<[f64; 3]>,
+    /// 1 or -1: physical motion of what the joint carries along or about the direction, for a growing value. Required for
+    /// rotary joints; linear joints have 1 when left out.
+    pub(crate) sense: Option<f64>,
+    /// Lowest and highest position of a linear joint.
+    pub(crate) travel_mm: Option<[f64; 2]>,
+    /// Lowest and highest position of a rotary joint.
+    pub(crate) travel_deg: Option<[f64; 2]>,
+    /// A rotary joint without end stops.
+    #[serde(default)]
+    pub(crate) endless: bool,
+    /// The setup holds this joint at its home position; kinematics never moves it.
+    #[serde(default)]
+    pub(crate) held: bool,
+    /// Highest velocity of a linear joint.
+    pub(crate) max_velocity_mm_min: Option<f64>,
+    /// Highest velocity of a rotary joint.
+    pub(crate) max_velocity_deg_s: Option<f64>,
+    /// Highest velocity of a rotary joint, in revolutions.
+    pub(crate) max_velocity_rev_min: Option<f64>,
+    /// Highest acceleration of a linear joint.
+    pub(crate) max_acceleration_mm_s2: Option<f64>,
+    /// Highest acceleration of a rotary joint.
+    pub(crate) max_acceleration_deg_s2: Option<f64>,
+    /// Highest jerk of a linear joint.
+    pub(crate) max_jerk_mm_s3: Option<f64>,
+    /// Highest jerk of a rotary joint.
+    pub(crate) max_jerk_deg_s3: Option<f64>,
+    /// Velocity of rapid moves of a linear joint.
+    pub(crate) rapid_velocity_mm_min: Option<f64>,
+    /// Velocity of rapid moves of a rotary joint.
+    pub(crate) rapid_velocity_deg_s: Option<f64>,
+    /// Velocity of rapid moves of a rotary joint, in revolutions.
+    pub(crate) rapid_velocity_rev_min: Option<f64>,
+    /// Home position of a linear joint.
+    pub(crate) home_mm: Option<f64>,
+    /// Home position of a rotary joint.
+    pub(crate) home_deg: Option<f64>,
+    /// Position of a linear joint for a tool change.
+    pub(crate) tool_change_mm: Option<f64>,
+    /// Position of a rotary joint for a tool change.
+    pub(crate) tool_change_deg: Option<f64>,
+    /// Mass that the drive of a linear joint moves.
+    pub(crate) moving_mass_kg: Option<f64>,
+    /// Moment of inertia about the axis that the drive of a rotary joint moves.
+    pub(crate) moving_inertia_kg_m2: Option<f64>,
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// The spindle and its gauge line.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SpindleFile {
+    /// Joint that carries the spindle, or base.
+    pub(crate) on: String,
+    /// Middle of the gauge line in machine coordinates with all joints at zero.
+    pub(crate) origin_mm: [f64; 3],
+    /// Unit vector from the tool into the spindle.
+    pub(crate) direction: [f64; 3],
+    /// Highest speed.
+    pub(crate) max_speed_rpm: Option<f64>,
+    /// Time for reaching or leaving the programmed speed.
+    pub(crate) start_time_s: f64,
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// The clamping surface.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TableFile {
+    /// Joint that carries the table, or base.
+    pub(crate) on: String,
+    /// Middle of the clamping surface in machine coordinates with all joints at zero.
+    pub(crate) point_mm: [f64; 3],
+    /// Unit vector out of the clamping surface.
+    pub(crate) normal: [f64; 3],
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// Way of moving in rapid blocks.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum RapidFile {
+    /// All joints begin and end together.
+    Straight,
+    /// Each joint at its own speed.
+    Independent,
+}
+
+/// What the control does and takes.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ControlFile {
+    /// Interpolation cycle.
+    pub(crate) cycle_time_ms: f64,
+    /// Shortest time for preparing one block.
+    pub(crate) block_time_ms: f64,
+    /// Time of a tool change, once in its position.
+    pub(crate) tool_change_time_s: f64,
+    /// straight or independent.
+    pub(crate) rapid_mode: RapidFile,
+    /// Path tolerance where the program states none.
+    pub(crate) default_tolerance_mm: f64,
+    /// Tolerance of the tool orientation where the program states none.
+    pub(crate) default_orientation_tolerance_deg: Option<f64>,
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// A part of the machine: boxes, cylinders, prisms, or a node of the model. Coordinates are those of the machine with
+/// all joints at zero.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyFile {
+    /// Name, unique in the machine.
+    pub(crate) name: String,
+    /// What it is: bed, column, table, spindle_nose.
+    pub(crate) role: String,
+    /// Joint that carries it, or base.
+    pub(crate) attached_to: String,
+    /// Red, green, blue and, if wanted, alpha, 0 to 255.
+    pub(crate) color: Option<Vec<u8>>,
+    /// False for a body that is only drawn.
+    pub(crate) check: bool,
+    /// Node of the model file whose meshes, children included, make the body.
+    pub(crate) node: Option<String>,
+    /// Boxes.
+    #[serde(default, rename = "box")]
+    pub(crate) boxes: Vec<BoxFile>,
+    /// Cylinders and cones.
+    #[serde(default, rename = "cylinder")]
+    pub(crate) cylinders: Vec<CylinderFile>,
+    /// Convex outlines with a thickness.
+    #[serde(default, rename = "prism")]
+    pub(crate) prisms: Vec<PrismFile>,
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// A box along the machine axes.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BoxFile {
+    /// Corner with the smallest coordinates.
+    pub(crate) min_mm: [f64; 3],
+    /// Corner with the largest coordinates.
+    pub(crate) max_mm: [f64; 3],
+}
+
+/// A cylinder, or the frustum of a cone.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CylinderFile {
+    /// Middle of the first end.
+    pub(crate) from_mm: [f64; 3],
+    /// Middle of the second end.
+    pub(crate) to_mm: [f64; 3],
+    /// Radius, at the first end.
+    pub(crate) radius_mm: f64,
+    /// Radius at the second end, where it differs.
+    pub(crate) end_radius_mm: Option<f64>,
+}
+
+/// Axis along which an outline is drawn out.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum AlongFile {
+    /// Outline in (y, z).
+    X,
+    /// Outline in (z, x).
+    Y,
+    /// Outline in (x, y).
+    Z,
+}
+
+/// A convex outline drawn out along a machine axis.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PrismFile {
+    /// x, y or z.
+    pub(crate) along: AlongFile,
+    /// Lowest and highest coordinate along the axis.
+    pub(crate) range_mm: [f64; 2],
+    /// Corners of the outline, counter-clockwise: (y, z) along x, (z, x) along y, (x, y) along z.
+    pub(crate) outline_mm: Vec<[f64; 2]>,
+}
+
+/// JSON Schema of `machine.toml`.
+pub fn machine_schema() -> schemars::Schema {
+    schemars::schema_for!(MachineFile)
+}

@@ -1,0 +1,57 @@
+use nalgebra::SMatrix;
+use proveout_geom::{Pose, Vector};
+
+use crate::{JointValues, MAX_JOINTS, Machine};
+
+/// Rates of the tip (rows 0 to 2, mm) and of the tool axis (rows 3 to 5) in K with each joint (mm or radian).
+pub type Jacobian = SMatrix<f64, 6, MAX_JOINTS>;
+
+impl Machine {
+    /// Analytic derivative of [`Machine::forward`] by the joint values. Columns of unused joints are zero.
+    ///
+    /// A joint turns all that is nearer to the tool about its line as it stands (the spatial screw): the tip moves with
+    /// w x (tip - p) and the axis with w x axis (Lynch and Park 2017, section 5.1.1).
+    pub fn jacobian(&self, q: &JointValues, tool_length: f64) -> Jacobian {
+        let pose = self.forward(q, tool_length);
+        let mut jacobian = Jacobian::zeros();
+        let mut before = Pose::identity();
+        for link in &self.chain.links {
+            let direction = before.vector(&link.direction);
+            let mut column = jacobian.column_mut(link.joint);
+            if link.rotary {
+                let arm = pose.tip - before.point(&link.point);
+                column.fixed_rows_mut::<3>(0).copy_from(&direction.cross(&arm));
+                column.fixed_rows_mut::<3>(3).copy_from(&direction.cross(&pose.axis));
+            } else {
+                column.fixed_rows_mut::<3>(0).copy_from(&direction);
+            }
+            before = before * link.pose(q[link.joint]);
+        }
+        jacobian
+    }
+
+    /// Rate at which the rotary joints turn, at worst, for one radian of tool axis change: the reciprocal of the
+    /// smallest singular value of d(axis)/d(rotary joints). At least one half on any machine, about 1 / sin(tilt) on a
+    /// machine whose table turns about the upright tool, infinite at a singular pose. `None` on machines with fewer
+    /// than two rotary joints.
+    pub fn rotary_amplification(&self, q: &JointValues) -> Option<f64> {
+        Some(1.0 / self.smallest_axis_rate(q)?)
+    }
+
+    /// Smallest singular value of d(axis)/d(rotary joints), 0 at a singular pose: the least turn of the tool axis, in
+    /// radian, for a joint step of length one radian.
+    pub fn smallest_axis_rate(&self, q: &JointValues) -> Option<f64> {
+        let &[first, second] = self.rotary_joints() else { return None };
+        let jacobian = self.jacobian(q, 0.0);
+        let rate = |j: usize| -> Vector { jacobian.fixed_view::<3, 1>(3, j).into() };
+        let (a, b) = (rate(first), rate(second));
+        // The singular values of [a b] have the product |a x b| and the square sum |a|² + |b|²; their sum and
+        // difference are better conditioned than the eigenvalues of the normal matrix.
+        let product = a.cross(&b).norm();
+        let squares = a.norm_squared() + b.norm_squared();
+        let sum = (squares + 2.0 * product).sqrt();
+        let difference = (squares - 2.0 * product).max(0.0).sqrt();
+        let largest = 0.5 * (sum + difference);
+        Some(if largest > 0.0 { product / largest } else { 0.0 })
+    }
+}

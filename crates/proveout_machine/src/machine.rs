@@ -1,0 +1,222 @@
+use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
+
+use crate::{Joint, JointValues, MAX_JOINTS, chain::Chain, inverse::Solver};
+
+/// What a body or a chain hangs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Attachment {
+    /// The machine bed.
+    Base,
+    /// Index of a joint.
+    Joint(usize),
+}
+
+/// A part of the machine for collision checks and pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineBody {
+    /// Name, unique in the machine.
+    pub name: String,
+    /// What it is (`bed`, `column`, `table`, `spindle_nose`), for people and pictures.
+    pub role: String,
+    /// What moves it.
+    pub attached_to: Attachment,
+    /// Closed shells in M with all joints at zero, mm.
+    pub mesh: TriMesh,
+    /// Red, green, blue, alpha.
+    pub color: [u8; 4],
+    /// False for bodies that are only drawn.
+    pub check: bool,
+}
+
+/// How joints move in a rapid block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum RapidMode {
+    /// All joints begin and end together: the joint-space path is straight.
+    #[default]
+    Straight,
+    /// Each joint at its own speed; the path is bent.
+    IndependentJoints,
+}
+
+/// What the machine's control does and takes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// Interpolation cycle, s.
+    pub cycle_time: f64,
+    /// Shortest time for preparing one block, s.
+    pub block_time: f64,
+    /// Time of a tool change in its position, s.
+    pub tool_change_time: f64,
+    /// Time for starting or stopping the spindle, s.
+    pub spindle_start_time: f64,
+    /// Way of moving in rapid blocks.
+    pub rapid_mode: RapidMode,
+    /// Path tolerance where the program states none, mm.
+    pub default_tolerance: f64,
+    /// Tolerance of the tool orientation where the program states none, radian.
+    pub default_orientation_tolerance: Option<f64>,
+    /// Position of each joint for a tool change; `None` where the joint stays.
+    pub tool_change_position: [Option<f64>; MAX_JOINTS],
+}
+
+/// The spindle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpindleData {
+    /// What carries it.
+    pub attached_to: Attachment,
+    /// Gauge line in M with all joints at zero: origin on the line's plane and the axis, +z from the tool to the spindle.
+    pub gauge_pose: Pose,
+    /// Highest speed, 1/min.
+    pub max_speed_rpm: Option<f64>,
+}
+
+/// The surface that workpieces stand on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableData {
+    /// What carries it.
+    pub attached_to: Attachment,
+    /// Middle of the clamping surface in M with all joints at zero, thus in K, mm.
+    pub point: Point,
+    /// Unit vector out of the surface.
+    pub normal: Vector,
+}
+
+/// Where a number of a machine file comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trust {
+    /// Path of the key, `joint.Z.max_jerk_mm_s3`; ends in `*` where the note covers all other keys of its table.
+    pub key: String,
+    /// True for a number that somebody chose because none is published.
+    pub chosen: bool,
+    /// Source, or the reason of the choice.
+    pub note: String,
+}
+
+/// A machine: two chains of joints, the bodies on them, limits, spindle and control.
+///
+/// Frames: M machine, fixed to the base; K table, equal to M with all joints at zero and carried by the last work
+/// joint; S spindle at the gauge line. The geometry of the joints is compiled when the machine is made: limits may be
+/// changed in place, while a change of directions, points or chains needs [`Machine::recompiled`].
+#[derive(Clone, Debug)]
+pub struct Machine {
+    /// Name.
+    pub name: String,
+    /// Words for people.
+    pub description: String,
+    /// All joints, in the order of the file; the index is the place in [`JointValues`].
+    pub joints: Vec<Joint>,
+    /// Joints from the base to the spindle.
+    pub tool_chain: Vec<usize>,
+    /// Joints from the base to the table.
+    pub work_chain: Vec<usize>,
+    /// Parts.
+    pub bodies: Vec<MachineBody>,
+    /// Control.
+    pub control: Control,
+    /// Spindle.
+    pub spindle: SpindleData,
+    /// Table.
+    pub table: TableData,
+    /// Source of the numbers.
+    pub trust: Vec<Trust>,
+    /// Nodes with meshes of the model file that no body uses.
+    pub unused_nodes: Vec<String>,
+    pub(crate) chain: Chain,
+    pub(crate) solver: Solver,
+}
+
+impl Machine {
+    /// Index of a joint by its name.
+    pub fn joint(&self, name: &str) -> Option<usize> {
+        self.joints.iter().position(|j| j.name == name)
+    }
+
+    /// Index of the joint whose name is one letter, as an NC program addresses it; upper or lower case.
+    pub fn joint_for_letter(&self, letter: char) -> Option<usize> {
+        self.joints.iter().position(|j| {
+            let mut chars = j.name.chars();
+            chars.next().is_some_and(|c| c.eq_ignore_ascii_case(&letter)) && chars.next().is_none()
+        })
+    }
+
+    /// Home position of every joint.
+    pub fn home(&self) -> JointValues {
+        let mut q = JointValues::ZERO;
+        for (i, joint) in self.joints.iter().enumerate() {
+            q[i] = joint.home;
+        }
+        q
+    }
+
+    /// Tip and axis in the table frame K, of a tool whose tip is `tool_length` (mm) in front of the gauge line.
+    pub fn forward(&self, q: &JointValues, tool_length: f64) -> ToolPose {
+        self.chain.forward(q, tool_length)
+    }
+
+    /// Pose of the table frame K in M.
+    pub fn machine_from_table(&self, q: &JointValues) -> Pose {
+        self.chain_pose(&self.work_chain, q)
+    }
+
+    /// Pose of the gauge line S in M.
+    pub fn machine_from_spindle(&self, q: &JointValues) -> Pose {
+        self.chain_pose(&self.tool_chain, q) * self.spindle.gauge_pose
+    }
+
+    /// Pose of the gauge line S in the table frame K.
+    pub fn table_from_spindle(&self, q: &JointValues) -> Pose {
+        let links = self.chain.links.iter();
+        links.fold(Pose::identity(), |p, l| p * l.pose(q[l.joint])) * self.spindle.gauge_pose
+    }
+
+    /// Motion of everything that hangs on each joint, `M at q` from `M at zero`, in the order of the joints.
+    pub fn joint_poses(&self, q: &JointValues) -> [Pose; MAX_JOINTS] {
+        let mut poses = [Pose::identity(); MAX_JOINTS];
+        for chain in [&self.tool_chain, &self.work_chain] {
+            let mut pose = Pose::identity();
+            for &j in chain {
+                pose = pose * self.joint_motion(j, q[j]);
+                poses[j] = pose;
+            }
+        }
+        poses
+    }
+
+    /// Pose of what hangs on an attachment: applied to coordinates in M with all joints at zero.
+    pub fn attachment_pose(&self, attachment: Attachment, q: &JointValues) -> Pose {
+        let Attachment::Joint(joint) = attachment else { return Pose::identity() };
+        for chain in [&self.tool_chain, &self.work_chain] {
+            if let Some(end) = chain.iter().position(|&j| j == joint) {
+                return self.chain_pose(&chain[..=end], q);
+            }
+        }
+        Pose::identity()
+    }
+
+    /// Pose of a body, to be applied to its mesh. An index without a body gives the identity.
+    pub fn body_pose(&self, body: usize, q: &JointValues) -> Pose {
+        let attachment = self.bodies.get(body).map_or(Attachment::Base, |b| b.attached_to);
+        self.attachment_pose(attachment, q)
+    }
+
+    fn joint_motion(&self, joint: usize, value: f64) -> Pose {
+        let j = &self.joints[joint];
+        if j.is_rotary() {
+            Pose::about_line(&j.point, &(j.direction * j.sense), value)
+        } else {
+            Pose::from_translation(j.direction * (j.sense * value))
+        }
+    }
+
+    fn chain_pose(&self, chain: &[usize], q: &JointValues) -> Pose {
+        chain.iter().fold(Pose::identity(), |pose, &j| pose * self.joint_motion(j, q[j]))
+    }
+
+    /// The machine with its kinematics compiled anew from joints, chains and spindle, after they were changed.
+    #[must_use]
+    pub fn recompiled(mut self) -> Self {
+        self.chain = Chain::new(&self.joints, &self.tool_chain, &self.work_chain, self.spindle.gauge_pose);
+        self.solver = Solver::new(&self.chain, &self.joints);
+        self
+    }
+}

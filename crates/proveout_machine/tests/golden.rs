@@ -1,0 +1,94 @@
+//! The four machine families of `tests/reference/kinematics_golden.csv`: pose to joints and back, to 1e-9.
+//!
+//! The linear columns of the file give the tip with the head at zero, so the spindle's gauge line at zero is put one
+//! pivot length (and the head's axes as well) above the machine zero and the tool length equals it: then a slide
+//! position is the file's coordinate.
+
+use std::path::Path;
+
+use proveout_geom::{Point, ToolPose, Vector, rad, wrap_near};
+use proveout_machine::{JointValues, Machine};
+
+/// 1e-9 mm and 1e-9 degrees, the digits of the file, plus its rounding of half a unit through a lever of 200 mm: an axis
+/// rounded to 5e-10 moves a table point 100 mm away by 5e-8 mm, and an angle near a pole by more.
+const FILE_DIGITS: f64 = 1e-9;
+
+fn machine(family: &str) -> Machine {
+    let rotary = |name: &str, carries: &str, parent: &str, direction: [f64; 3], point: [f64; 3]| {
+        let sense = if carries == "tool" { 1 } else { -1 };
+        format!(
+            "[[joint]]\nname = {name:?}\nkind = \"rotary\"\ncarries = {carries:?}\nparent = {parent:?}\n\
+             direction = {direction:?}\npoint_mm = {point:?}\nsense = {sense}\n"
+        )
+    };
+    let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    let (joints, spindle, table, gauge) = match family {
+        "ab_table_head" => (
+            rotary("A", "workpiece", "base", x, [0.0; 3]) + &rotary("B", "tool", "Z", y, [0.0, 0.0, 200.0]),
+            "B", "A", 200.0,
+        ),
+        "bc_head_table" => (
+            rotary("C", "workpiece", "base", z, [0.0; 3]) + &rotary("B", "tool", "Z", y, [0.0, 0.0, 150.0]),
+            "B", "C", 150.0,
+        ),
+        "ac_table_table" => (
+            rotary("A", "workpiece", "base", x, [0.0, 0.0, -40.0]) + &rotary("C", "workpiece", "A", z, [5.0, 0.0, 0.0]),
+            "Z", "C", 0.0,
+        ),
+        _ => (
+            rotary("B", "workpiece", "base", y, [0.0, 0.0, -50.0]) + &rotary("C", "workpiece", "B", z, [0.0, 3.0, 0.0]),
+            "Z", "C", 0.0,
+        ),
+    };
+    let mut text = format!("name = {family:?}\n");
+    for (name, parent, d) in [("X", "base", x), ("Y", "X", y), ("Z", "Y", z)] {
+        text += &format!(
+            "[[joint]]\nname = {name:?}\nkind = \"linear\"\ncarries = \"tool\"\nparent = {parent:?}\ndirection = {d:?}\n"
+        );
+    }
+    text += &joints;
+    text += &format!(
+        "[spindle]\non = {spindle:?}\norigin_mm = [0, 0, {gauge}]\ndirection = [0, 0, 1]\nstart_time_s = 1\n\
+         [table]\non = {table:?}\npoint_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n\
+         [control]\ncycle_time_ms = 1\nblock_time_ms = 1\ntool_change_time_s = 5\nrapid_mode = \"straight\"\n\
+         default_tolerance_mm = 0.01\n"
+    );
+    Machine::from_text(Path::new("golden.toml"), &text).expect("the machine is right")
+}
+
+#[test]
+fn the_golden_poses_are_reproduced() {
+    let text = include_str!("reference/kinematics_golden.csv");
+    let mut rows = 0;
+    let mut worst = [0.0_f64; 4];
+    for line in text.lines().skip(1) {
+        let f: Vec<&str> = line.split(',').collect();
+        let n: Vec<f64> = f[3..].iter().map(|t| t.parse().expect("number")).collect();
+        let machine = machine(f[0]);
+        let tool = if f[0].contains("head") { machine.spindle.gauge_pose.translation.z } else { 0.0 };
+        let mut q = JointValues::ZERO;
+        for (name, value) in [("X", n[7]), ("Y", n[8]), ("Z", n[9]), (f[1], rad(n[10])), (f[2], rad(n[11]))] {
+            q[machine.joint(name).expect("joint")] = value;
+        }
+        let (tip, axis) = (Point::new(n[1], n[2], n[3]), Vector::new(n[4], n[5], n[6]));
+        let pose = machine.forward(&q, tool);
+        worst[0] = worst[0].max((pose.tip - tip).norm());
+        worst[1] = worst[1].max((pose.axis - axis).norm());
+
+        let rounded = ToolPose { tip, axis: axis.normalize() };
+        let branch_of_file = if n[0] > 0.0 { 0 } else { 1 };
+        let branches = machine.inverse(&rounded, tool);
+        let branch = &branches[branch_of_file];
+        for j in 0..machine.joints.len() {
+            let rotary = machine.joints[j].is_rotary();
+            let was = if rotary { wrap_near(q[j], branch.q[j]) } else { q[j] };
+            let k = if rotary { 3 } else { 2 };
+            worst[k] = worst[k].max((branch.q[j] - was).abs());
+        }
+        rows += 1;
+    }
+    eprintln!("{rows} rows, worst {worst:?}");
+    assert!(rows == 70, "only {rows} rows");
+    assert!(worst[0] < 100.0 * FILE_DIGITS, "tip {}", worst[0]);
+    assert!(worst[1] < 2.0 * FILE_DIGITS, "axis {}", worst[1]);
+}
