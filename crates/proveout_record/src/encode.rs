@@ -22,11 +22,12 @@ pub(crate) fn base64(bytes: &[u8]) -> String {
 /// u32 vertices, u32 triangles, f32 low[3], f32 size[3]          box of the vertices, mm
 /// u16 x, y, z   a vertex: low + size * value / 65535
 /// i8  x, y, z   a vertex: normal * 127
-/// u8            a vertex: position on the color map, 0..=255     only with colors
+/// u8            a vertex: 254 * position on the color map, 255 where there is no value; only with shades
 /// varint        an index: zigzag of the difference to the index before (LEB128)
 /// ```
 ///
-/// A part of 300 mm is resolved to 5 µm. `shades` are positions on the color map, 0..=1, or empty.
+/// A part of 300 mm is resolved to 5 µm. `shades` are positions on the color map, 0..=1
+/// or not a number, or empty.
 pub(crate) fn pack_mesh(picture: &Picture, shades: &[f64]) -> Vec<u8> {
     let bounds = picture.aabb();
     let (low, size) = if bounds.is_empty() { ([0.0; 3], [1.0; 3]) } else { (bounds.min.into(), bounds.size().into()) };
@@ -48,7 +49,7 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: &[f64]) -> Vec<u8> {
         out.extend(n.map(|v| (v * 127.0).round() as i8 as u8));
     }
     if !shades.is_empty() {
-        out.extend(shades.iter().map(|s| (s.clamp(0.0, 1.0) * 255.0).round() as u8));
+        out.extend(shades.iter().map(|s| if s.is_nan() { 255 } else { (s.clamp(0.0, 1.0) * 254.0).round() as u8 }));
     }
     let mut last = 0_i64;
     for &i in picture.triangles.iter().flatten() {
@@ -84,7 +85,8 @@ mod tests {
     fn a_packed_mesh_unpacks_to_itself() {
         let mesh = box_mesh(&Aabb { min: Point::new(-5.0, 0.0, 2.0), max: Point::new(5.0, 7.0, 2.5) });
         let picture = Picture::new(&mesh, &[], &[]);
-        let shades: Vec<f64> = (0..8).map(|i| f64::from(i) / 7.0).collect();
+        let mut shades: Vec<f64> = (0..8).map(|i| f64::from(i) / 4.0).collect();
+        shades[7] = f64::NAN;
         let bytes = pack_mesh(&picture, &shades);
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
         assert_eq!((word(0), word(4)), (8, 12));
@@ -96,7 +98,7 @@ mod tests {
                 assert!((low + size * t - p[k]).abs() < 1e-4);
             }
         }
-        assert_eq!(bytes[32 + 8 * 9..32 + 8 * 10], [0, 36, 73, 109, 146, 182, 219, 255]);
+        assert_eq!(bytes[32 + 8 * 9..32 + 8 * 10], [0, 64, 127, 191, 254, 254, 254, 255]);
         let (mut at, mut last, mut indices) = (32 + 8 * 10, 0_i64, Vec::new());
         while at < bytes.len() {
             let (mut code, mut shift) = (0_u64, 0);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use proveout_sim::observer::ObserverError;
 use thiserror::Error;
 
 /// A file of the run folder could not be written.
@@ -53,5 +54,20 @@ impl RecordError {
 
     pub(crate) fn table<E: std::fmt::Display>(path: &Path) -> impl FnOnce(E) -> Self + '_ {
         move |e| Self::Table { path: path.to_path_buf(), message: e.to_string() }
+    }
+}
+impl From<RecordError> for ObserverError {
+    fn from(e: RecordError) -> Self {
+        let what = match &e {
+            RecordError::Io { path, .. } | RecordError::Table { path, .. } => path.display().to_string(),
+            RecordError::Page { .. } => "report.html".into(),
+            RecordError::Recording { target, .. } => target.clone(),
+        };
+        let message = match &e {
+            RecordError::Io { source, .. } => source.to_string(),
+            RecordError::Table { message, .. } | RecordError::Page { message } => message.clone(),
+            RecordError::Recording { message, remedy, .. } => format!("{message}{}", remedy_text(remedy)),
+        };
+        Self { what, message }
     }
 }

@@ -22,21 +22,33 @@ const METRE_FROM_MM: [f32; 3] = [1e-3; 3];
 const Y_UP_FROM_Z_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
 /// Writes a mesh as binary glTF. Vertices stay in mm and the frame of `picture`; the root node carries the scale to
-/// metre and the turn to Y up. Colors are turned from sRGB to linear light, as `COLOR_0` wants them; a mesh without
-/// colors gets `plain` as material color. A mesh without triangles gives a file whose only node has no mesh.
+/// metre and the turn to Y up. `colors` (one a vertex) are turned from sRGB to linear light, as `COLOR_0` wants them;
+/// without them the material gets the color `plain`. `note` goes to the extras of the asset. A mesh without triangles gives a file whose only node has no mesh.
 ///
 /// # Errors
 /// What `out` returns, or a mesh above 4 GiB, which the format cannot hold.
-pub fn write_glb(out: &mut impl Write, name: &str, picture: &Picture, plain: Rgba) -> io::Result<()> {
+pub fn write_glb(
+    out: &mut impl Write,
+    name: &str,
+    note: &str,
+    picture: &Picture,
+    colors: &[Rgba],
+    plain: Rgba,
+) -> io::Result<()> {
+    let extras = serde_json::json!({ "unit": "millimetre in the mesh, metre at the root", "note": note }).to_string();
     let mut root = Root {
-        asset: Asset { generator: Some(format!("proveout {}", env!("CARGO_PKG_VERSION"))), ..Asset::default() },
+        asset: Asset {
+            generator: Some(format!("proveout {}", env!("CARGO_PKG_VERSION"))),
+            extras: serde_json::value::RawValue::from_string(extras).ok(),
+            ..Asset::default()
+        },
         ..Root::default()
     };
     let bin = if picture.triangles.is_empty() {
         root.push(Node { name: Some(name.into()), ..Node::default() });
         Vec::new()
     } else {
-        add_mesh(&mut root, name, picture, plain)?
+        add_mesh(&mut root, name, picture, colors, plain)?
     };
     let scene = root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
     root.scene = Some(scene);
@@ -64,7 +76,7 @@ fn too_large() -> io::Error {
 }
 
 /// Adds buffer, accessors, material, mesh and root node; gives the binary chunk (every part is a multiple of 4 bytes).
-fn add_mesh(root: &mut Root, name: &str, picture: &Picture, plain: Rgba) -> io::Result<Vec<u8>> {
+fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], plain: Rgba) -> io::Result<Vec<u8>> {
     let bounds = picture.positions.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], |[low, high], p| {
         [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]
     });
@@ -72,7 +84,7 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, plain: Rgba) -> io::
     let normals: Vec<u8> = picture.normals.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     let linear: [u8; 256] = std::array::from_fn(|c| (linear_from_srgb(c as u8) * 255.0).round() as u8);
     let light = |c: &Rgba| [linear[c[0] as usize], linear[c[1] as usize], linear[c[2] as usize], c[3]];
-    let colors: Vec<u8> = picture.colors.iter().flat_map(light).collect();
+    let colors: Vec<u8> = if colors.len() == picture.positions.len() { colors } else { &[] }.iter().flat_map(light).collect();
     let indices: Vec<u8> = picture.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
 
     let mut parts = Parts { root, bin: Vec::new() };
@@ -199,20 +211,20 @@ mod tests {
 
     fn picture() -> Picture {
         let mesh = box_mesh(&Aabb { min: Point::new(-1.0, 0.0, 0.0), max: Point::new(10.0, 20.0, 30.0) });
-        let colors: Vec<Rgba> = (0..8).map(|i| [i * 30, 255, 0, 255]).collect();
-        Picture::new(&mesh, &[], &colors)
+        Picture::new(&mesh, &[], &[])
     }
 
-    fn bytes(picture: &Picture) -> Vec<u8> {
+    fn bytes(picture: &Picture, colors: &[Rgba]) -> Vec<u8> {
         let mut out = Vec::new();
-        write_glb(&mut out, "part", picture, STEEL).expect("a vector takes everything");
+        write_glb(&mut out, "part", "whole \"part\"", picture, colors, STEEL).expect("a vector takes everything");
         out
     }
 
     #[test]
     fn an_independent_reader_finds_the_same_mesh() {
         let picture = picture();
-        let file = gltf::Gltf::from_slice(&bytes(&picture)).expect("valid glTF");
+        let colors: Vec<Rgba> = (0..8).map(|i| [i * 30, 255, 0, 255]).collect();
+        let file = gltf::Gltf::from_slice(&bytes(&picture, &colors)).expect("valid glTF");
         let blob = file.blob.as_deref().expect("binary chunk");
         let node = file.default_scene().expect("scene").nodes().next().expect("root node");
         let mesh = node.mesh().expect("mesh");
@@ -237,16 +249,15 @@ mod tests {
 
     #[test]
     fn same_mesh_same_bytes_and_plain_color() {
-        assert_eq!(bytes(&picture()), bytes(&picture()));
-        let plain = Picture { colors: Vec::new(), ..picture() };
-        let file = gltf::Gltf::from_slice(&bytes(&plain)).expect("valid glTF");
+        assert_eq!(bytes(&picture(), &[]), bytes(&picture(), &[]));
+        let file = gltf::Gltf::from_slice(&bytes(&picture(), &[])).expect("valid glTF");
         let base = file.materials().next().expect("material").pbr_metallic_roughness().base_color_factor();
         assert!((f64::from(base[0]) - linear_from_srgb(STEEL[0])).abs() < 3e-3);
     }
 
     #[test]
     fn nothing_to_show_gives_a_valid_file_without_mesh() {
-        let file = gltf::Gltf::from_slice(&bytes(&Picture::default())).expect("valid glTF");
+        let file = gltf::Gltf::from_slice(&bytes(&Picture::default(), &[])).expect("valid glTF");
         let nodes: Vec<_> = file.default_scene().expect("scene").nodes().collect();
         assert!(nodes.len() == 1 && nodes[0].mesh().is_none());
     }

@@ -1,9 +1,20 @@
 //! Observers: Rerun, HTML report, glTF, Parquet, JSON.
-#![allow(dead_code, unreachable_pub, reason = "the observers that use the file formats follow")]
 mod color;
 mod encode;
 mod envelope;
 mod error;
 mod glb;
+mod json;
+mod part;
 mod picture;
+mod report;
 mod table;
+mod tables;
+mod units;
+
+pub use color::{DeviationMap, Rgba};
+pub use error::RecordError;
+pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
+pub use part::{GltfObserver, write_part_files};
+pub use report::ReportObserver;
+pub use tables::{TableObserver, write_surface_table};

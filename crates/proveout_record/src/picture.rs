@@ -1,11 +1,9 @@
-//! Meshes for pictures: positions in single precision, normals, colors, and their reduction to a bounded size.
+//! Meshes for pictures: positions in single precision, normals, a value a vertex, and their reduction to a bounded size.
 
 use nalgebra::{Matrix3, Vector3};
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
-use crate::color::Rgba;
-
-/// Indexed triangles with a normal and a color a vertex; mm, counter-clockwise seen from outside.
+/// Indexed triangles with a normal and a value a vertex; mm, counter-clockwise seen from outside.
 ///
 /// Single precision is enough for pictures only (0.06 µm at 1000 mm); what is measured stays in `surface.parquet`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,8 +12,9 @@ pub struct Picture {
     pub positions: Vec<[f32; 3]>,
     /// Unit normals, as many as positions.
     pub normals: Vec<[f32; 3]>,
-    /// Colors, as many as positions; empty when the mesh has one color.
-    pub colors: Vec<Rgba>,
+    /// A value for each position, such as its deviation (mm), not a number where there is none; empty when no vertex
+    /// has one.
+    pub values: Vec<f32>,
     /// Three vertex indices a triangle.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -25,12 +24,12 @@ fn single(v: &Vector) -> [f32; 3] {
 }
 
 impl Picture {
-    /// A mesh with the given outward normals and colors (either may be empty).
+    /// A mesh with the given outward normals and values (either may be empty).
     ///
     /// Missing normals, and normals that are not finite, are replaced by the area-weighted mean of the faces round the
     /// vertex. Triangles that name a missing vertex or one that is not finite are left out: files for viewers must
     /// not carry such numbers.
-    pub fn new(mesh: &TriMesh, normals: &[Vector], colors: &[Rgba]) -> Self {
+    pub fn new(mesh: &TriMesh, normals: &[Vector], values: &[f64]) -> Self {
         let count = mesh.positions.len();
         let finite: Vec<bool> = mesh.positions.iter().map(|p| p.iter().all(|v| v.is_finite())).collect();
         let good = |t: &&[u32; 3]| t.iter().all(|&i| finite.get(i as usize).copied().unwrap_or(false));
@@ -50,7 +49,7 @@ impl Picture {
         Self {
             positions: mesh.positions.iter().zip(&finite).map(|(p, ok)| if *ok { single(&p.coords) } else { [0.0; 3] }).collect(),
             normals: (0..count).map(|i| single(&unit(i))).collect(),
-            colors: if colors.len() == count { colors.to_vec() } else { Vec::new() },
+            values: if values.len() == count { values.iter().map(|v| *v as f32).collect() } else { Vec::new() },
             triangles,
         }
     }
@@ -157,10 +156,9 @@ impl Picture {
             c.count += 1.0;
             c.position += Vector3::from(self.positions[i as usize].map(f64::from));
             c.normal += Vector3::from(self.normals[i as usize].map(f64::from));
-            if let Some(color) = self.colors.get(i as usize) {
-                for (sum, v) in c.color.iter_mut().zip(color) {
-                    *sum += f64::from(*v);
-                }
+            if let Some(value) = self.values.get(i as usize).filter(|v| v.is_finite()) {
+                c.value += f64::from(*value);
+                c.valued += 1.0;
             }
         }
         for c in &mut clusters {
@@ -189,7 +187,7 @@ impl Picture {
         Self {
             positions: clusters.iter().map(|c| single(&c.place(cell))).collect(),
             normals: clusters.iter().map(|c| single(&c.normal.try_normalize(1e-12).unwrap_or_else(Vector::z))).collect(),
-            colors: if self.colors.is_empty() { Vec::new() } else { clusters.iter().map(Cluster::mean_color).collect() },
+            values: if self.values.is_empty() { Vec::new() } else { clusters.iter().map(Cluster::mean_value).collect() },
             triangles,
         }
     }
@@ -202,7 +200,8 @@ struct Cluster {
     count: f64,
     position: Vector,
     normal: Vector,
-    color: [f64; 4],
+    value: f64,
+    valued: f64,
     /// Sum of w n nᵀ.
     a: Matrix3<f64>,
     /// Sum of w n (n · (p - mean)).
@@ -235,8 +234,9 @@ impl Cluster {
         place
     }
 
-    fn mean_color(&self) -> Rgba {
-        self.color.map(|sum| (sum / self.count).round() as u8)
+    /// Not a number when no vertex of the cell has a value.
+    fn mean_value(&self) -> f32 {
+        (self.value / self.valued) as f32
     }
 }
 
@@ -289,7 +289,9 @@ mod tests {
     #[test]
     fn reduction_keeps_size_and_corners() {
         let fine = fine_box(40);
-        let picture = Picture::new(&fine, &[], &vec![[10, 20, 30, 255]; fine.positions.len()]);
+        let mut values = vec![0.25; fine.positions.len()];
+        values[7] = f64::NAN;
+        let picture = Picture::new(&fine, &[], &values);
         let before = picture.triangles.len();
         let (small, cell) = picture.clone().reduced(4000);
         let cell = cell.expect("it was reduced");
@@ -298,7 +300,7 @@ mod tests {
         for k in 0..3 {
             assert!((a.min[k] - b.min[k]).abs() < 1e-5 && (a.max[k] - b.max[k]).abs() < 1e-5, "corners of a box stay");
         }
-        assert!(cell < 2.0 && small.colors.iter().all(|c| *c == [10, 20, 30, 255]));
+        assert!(cell < 2.0 && small.values.iter().all(|v| *v == 0.25));
         let mesh = TriMesh {
             positions: (0..small.positions.len() as u32).map(|i| small.point(i)).collect(),
             triangles: small.triangles.clone(),

@@ -37,14 +37,17 @@
   gl.attachShader(program, compile(gl.VERTEX_SHADER, `#version 300 es
     in vec3 position; in vec3 normal; in float shade;
     uniform mat4 clip; uniform mat3 turn; uniform vec3 low, size;
-    out vec3 n; out float s;
-    void main() { gl_Position = clip * vec4(low + size * position, 1.0); n = turn * normal; s = shade; }`));
+    out vec3 n; out float s, known;
+    void main() {
+      gl_Position = clip * vec4(low + size * position, 1.0); n = turn * normal;
+      known = shade < 0.999 ? 1.0 : 0.0; s = shade < 0.999 ? shade * 255.0 / 254.0 : 0.5;
+    }`));
   gl.attachShader(program, compile(gl.FRAGMENT_SHADER, `#version 300 es
     precision highp float;
-    in vec3 n; in float s; uniform sampler2D map; uniform vec3 plain; uniform bool colored;
+    in vec3 n; in float s, known; uniform sampler2D map; uniform vec3 plain; uniform bool colored;
     out vec4 color;
     void main() {
-      vec3 base = colored ? texture(map, vec2(s * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb : plain;
+      vec3 base = colored && known > 0.99 ? texture(map, vec2(s * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb : plain;
       vec3 d = normalize(n);
       if (!gl_FrontFacing) { d = -d; base *= 0.6; }
       float head = max(d.z, 0.0);

@@ -1,6 +1,6 @@
 //! What the page is made from: plain data, free of engine state.
 
-use proveout_sim::Verdict;
+use proveout_sim::verdict::Verdict;
 
 use crate::{color::DeviationMap, envelope::Envelope, picture::Picture};
 
@@ -36,7 +36,8 @@ pub(crate) struct ProcessSignals {
 pub(crate) struct PartView {
     /// Reduced mesh in the workpiece frame.
     pub(crate) picture: Picture,
-    /// Position of every vertex on the color map, 0..=1; empty without a design.
+    /// Position of every vertex on the color map, 0..=1, not a number where the design says
+    /// nothing; empty without a design.
     pub(crate) shades: Vec<f64>,
     /// The map, where there is a design.
     pub(crate) map: Option<DeviationMap>,

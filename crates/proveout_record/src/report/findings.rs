@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use proveout_sim::{CODES, Finding, Severity};
+use proveout_sim::finding::{CODES, Finding, Severity};
 use serde::Serialize;
 
 use crate::report::format::{compact, count, duration, file_name, fixed, length};

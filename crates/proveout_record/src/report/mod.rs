@@ -1,7 +1,164 @@
-//! The page `report.html`.
+//! The page `report.html`: signals are gathered while the run goes on, the page is written at its end.
 
-pub(crate) mod data;
-pub(crate) mod findings;
-pub(crate) mod format;
-pub(crate) mod page;
-pub(crate) mod plot;
+mod data;
+mod findings;
+mod format;
+mod page;
+mod plot;
+#[cfg(test)]
+mod tests;
+
+use std::{fs, path::Path};
+
+use proveout_controller::{Event, MoveKind};
+use proveout_sim::{
+    Observer, SurfaceMap,
+    observer::{Batch, ObserverError, Outcome, Setup},
+    scene::DynamicsFile,
+};
+
+use self::data::{JointSignals, Page, PartView, ProcessSignals};
+use crate::{
+    color::DeviationMap,
+    error::RecordError,
+    part::{map_of, picture_of, range_floor},
+    units::{JointUnit, PER_MINUTE},
+};
+
+/// Most triangles of the page's 3D view: about 4 MB of page.
+const VIEW_TRIANGLES: usize = 300_000;
+/// Classes of the histogram.
+const CLASSES: usize = 41;
+
+/// Writes `report.html`. Memory does not grow with the length of the run.
+#[derive(Default)]
+pub struct ReportObserver {
+    units: Vec<JointUnit>,
+    joints: Vec<JointSignals>,
+    process: ProcessSignals,
+}
+
+impl Observer for ReportObserver {
+    fn name(&self) -> &'static str {
+        "report"
+    }
+
+    fn begin(&mut self, setup: &Setup<'_>, _folder: &Path) -> Result<(), ObserverError> {
+        self.units = JointUnit::all(setup.machine);
+        let signals = |(unit, joint): (&JointUnit, &proveout_machine::Joint)| JointSignals {
+            name: unit.name.clone(),
+            unit: unit.unit,
+            limits: [joint.max_velocity, joint.max_acceleration, joint.max_jerk].map(|l| l.map(|l| l * unit.factor)),
+            signals: Default::default(),
+        };
+        self.joints = self.units.iter().zip(&setup.machine.joints).map(signals).collect();
+        self.process = ProcessSignals::default();
+        Ok(())
+    }
+
+    fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
+        for (i, s) in batch.samples.iter().enumerate() {
+            for (k, (joint, unit)) in self.joints.iter_mut().zip(&self.units).enumerate() {
+                let values = [s.commanded[k], s.velocity[k], s.acceleration[k], s.jerk[k]];
+                for (signal, value) in joint.signals.iter_mut().zip(values) {
+                    signal.push(s.time, value * unit.factor);
+                }
+            }
+            let beside = batch.signals.get(i).copied().unwrap_or_default();
+            self.process.feed.push(s.time, s.feed * PER_MINUTE);
+            if s.kind == MoveKind::Feed {
+                self.process.feed_programmed.push(s.time, s.feed_programmed * PER_MINUTE);
+            }
+            self.process.removal.push(s.time, beside.removal_rate);
+            if let Some(clearance) = beside.clearance {
+                self.process.clearance.push(s.time, clearance);
+            }
+        }
+        for event in batch.events {
+            if let Event::ToolChange { time, tool, .. } = event {
+                let name = tool.and_then(|t| setup.tools.tools.get(t)).map_or("empty spindle", |t| t.name.as_str());
+                self.process.tool_changes.push((*time, name.to_owned()));
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
+        let part = part_view(outcome.surface, range_floor(setup));
+        let text = page::render(&Page {
+            verdict: outcome.verdict,
+            machine: &setup.machine.name,
+            description: &setup.scene.file.description,
+            method: method(setup, outcome),
+            joints: &self.joints,
+            process: &self.process,
+            part: &part,
+        })?;
+        let path = outcome.folder.join("report.html");
+        fs::write(&path, text).map_err(RecordError::io(&path))?;
+        Ok(())
+    }
+}
+
+fn part_view(surface: &SurfaceMap, floor: f64) -> PartView {
+    let map = map_of(surface, floor);
+    let (picture, cell) = picture_of(surface).reduced(VIEW_TRIANGLES);
+    let position = |map: DeviationMap, v: f32| if v.is_nan() { f64::NAN } else { map.position(f64::from(v)) };
+    let shades = map.map_or_else(Vec::new, |m| picture.values.iter().map(|v| position(m, *v)).collect());
+    let mut view =
+        PartView { triangles: surface.mesh.triangles.len(), picture, shades, map, cell, ..PartView::default() };
+    if let Some(map) = map {
+        (view.shares, view.outside) = shares(map, surface.points.iter().filter_map(|p| p.deviation));
+    }
+    view
+}
+
+/// Share of the values in each class of the map's range, and below and above it.
+fn shares(map: DeviationMap, values: impl Iterator<Item = f64>) -> (Vec<f64>, [f64; 2]) {
+    let mut counts = vec![0_u64; CLASSES];
+    let mut outside = [0_u64; 2];
+    for v in values.filter(|v| v.is_finite()) {
+        let t = 0.5 + 0.5 * v / map.range;
+        if t < 0.0 {
+            outside[0] += 1;
+        } else if t > 1.0 {
+            outside[1] += 1;
+        } else {
+            counts[((t * CLASSES as f64) as usize).min(CLASSES - 1)] += 1;
+        }
+    }
+    let all = (counts.iter().sum::<u64>() + outside[0] + outside[1]).max(1) as f64;
+    (counts.iter().map(|c| *c as f64 / all).collect(), outside.map(|c| c as f64 / all))
+}
+
+/// What the run was made with, in rows.
+fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
+    let (file, v) = (&setup.scene.file, outcome.verdict);
+    let mut rows: Vec<(String, String)> = Vec::new();
+    let mut put = |name: &str, value: String| rows.push((name.into(), value));
+    put("Program", format!("{}, {} lines, {} blocks with motion, path {}", setup.program, format::count(u64::from(setup.program_lines)), format::count(v.path.blocks), format::path(v.path.length_mm)));
+    put("Machine", if setup.machine.description.is_empty() { setup.machine.name.clone() } else { format!("{}. {}", setup.machine.name, setup.machine.description) });
+    let chosen: Vec<&str> = setup.machine.trust.iter().filter(|t| t.chosen).map(|t| t.key.as_str()).collect();
+    if !chosen.is_empty() {
+        put("Machine data that were chosen, not published", chosen.join(", "));
+    }
+    let stock = &file.stock.get_ref().source;
+    if !stock.is_empty() {
+        put("Source of the stock", stock.clone());
+    }
+    put("Stock resolution", format!("rays {} apart, ends exact; swept surface within {}", format::length(v.removal.cell_mm), format::length(v.removal.sweep_bound_mm)));
+    put("Motion that cuts", match file.control.dynamics {
+        DynamicsFile::Ideal => "the programmed path without corner rounding".into(),
+        DynamicsFile::Planned => "the set points of the control, corners rounded within its tolerance".into(),
+    });
+    if let Some(chord) = v.path.max_chord_error_mm {
+        put("Straight pieces stay within", format!("{} of their path", format::length(chord)));
+    }
+    if let Some(contour) = v.path.max_contour_error_mm {
+        put("Largest contour error", format::length(contour));
+    }
+    let t = &file.tolerances;
+    put("Tolerances", format!("gouge {}, material left {}, wanted clearance {}, touching up to {}", format::length(t.gouge_mm), format::length(t.excess_mm), format::length(t.near_miss_mm), format::length(t.contact_mm)));
+    put("Interference", format!("{} checks of a motion piece against the world", format::count(v.clearance.checks)));
+    rows
+}

@@ -1,7 +1,7 @@
 //! Fills the page's template.
 
-use minijinja::{Environment, context};
-use proveout_sim::{State, Verdict};
+use minijinja::{Environment, value::Serde};
+use proveout_sim::verdict::{State, Verdict};
 use serde::Serialize;
 
 use crate::{
@@ -50,36 +50,35 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     let has_mesh = !page.part.picture.triangles.is_empty();
     let mesh = if has_mesh { base64(&pack_mesh(&page.part.picture, &page.part.shades)) } else { String::new() };
     let template = environment.get_template("report.html").map_err(fault)?;
-    template
-        .render(context! {
-            css => CSS,
-            viewer => VIEWER,
-            generator => format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
-            program => v.program,
-            scene => v.scene,
-            machine => page.machine,
-            description => page.description.trim().trim_end_matches('.'),
-            verdict => verdict_words(v.verdict),
-            figures => figures(v),
-            gates => gates(v),
-            groups => groups(&v.findings),
-            mesh => mesh,
-            view_data => view_data(page),
-            mesh_notes => mesh_notes(page.part),
-            map => page.part.map.map(|m| map_words(m, page.part)),
-            deviation => deviation(v),
-            inspection => inspection(v),
-            time => time(v),
-            tools => tools(v),
-            process => process_plot(page.process, end, &changes),
-            tool_names => page.process.tool_changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect::<Vec<_>>(),
-            stretch => duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
-            axes => axes(v),
-            plots => page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
-            method => page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
-            digests => v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
-        })
-        .map_err(fault)
+    let data = serde_json::json!({
+        "css": CSS,
+        "viewer": VIEWER,
+        "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+        "program": v.program,
+        "scene": v.scene,
+        "machine": page.machine,
+        "description": page.description.trim().trim_end_matches('.'),
+        "verdict": verdict_words(v.verdict),
+        "figures": figures(v),
+        "gates": gates(v),
+        "groups": groups(&v.findings),
+        "mesh": mesh,
+        "view_data": view_data(page),
+        "mesh_notes": mesh_notes(page.part),
+        "map": page.part.map.map(|m| map_words(m, page.part)),
+        "deviation": deviation(v),
+        "inspection": inspection(v),
+        "time": time(v),
+        "tools": tools(v),
+        "process": process_plot(page.process, end, &changes),
+        "tool_names": page.process.tool_changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect::<Vec<_>>(),
+        "stretch": duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
+        "axes": axes(v),
+        "plots": page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
+        "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
+        "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
+    });
+    template.render(Serde(&data)).map_err(fault)
 }
 
 #[derive(Serialize)]
@@ -100,7 +99,7 @@ fn verdict_words(state: State) -> VerdictWords {
 
 fn figures(v: &Verdict) -> Vec<Entry> {
     let mut out = vec![entry("Cycle time", duration(v.time.total_s), "")];
-    let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::Severity::Error).count() as u64;
+    let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).count() as u64;
     let rest = v.findings.len() as u64 - errors;
     out.push(entry("Errors", count(errors), format!("and {} warnings and notes", count(rest))));
     out.push(entry("Removed", volume(v.removal.volume_mm3), format!("{} left", volume(v.removal.stock_left_mm3))));
@@ -137,7 +136,7 @@ fn gates(v: &Verdict) -> Vec<GateRow> {
         "surface" => "Surface texture".to_owned(),
         other => other.to_owned(),
     };
-    let row = |g: &proveout_sim::Gate| {
+    let row = |g: &proveout_sim::verdict::Gate| {
         let (class, word) = match g.state {
             State::Pass => ("pass", "Pass"),
             State::Fail => ("fail", "Fail"),
@@ -246,7 +245,7 @@ struct InspectionRow {
 }
 
 fn inspection(v: &Verdict) -> Vec<InspectionRow> {
-    let row = |f: &proveout_sim::Inspected| {
+    let row = |f: &proveout_sim::verdict::Inspected| {
         let off = f.measured_mm.map(|m| m - f.nominal_mm);
         let (class, word) = match off {
             None => ("unchecked", "No surface met"),
@@ -315,7 +314,7 @@ struct ToolRow {
 }
 
 fn tools(v: &Verdict) -> Vec<ToolRow> {
-    let row = |t: &proveout_sim::ToolUse| ToolRow {
+    let row = |t: &proveout_sim::verdict::ToolUse| ToolRow {
         number: t.number,
         name: t.name.clone(),
         time: duration(t.time_s),
@@ -346,7 +345,7 @@ struct AxisRow {
 }
 
 fn axes(v: &Verdict) -> Vec<AxisRow> {
-    let row = |(name, a): (&String, &proveout_sim::Axis)| {
+    let row = |(name, a): (&String, &proveout_sim::verdict::Axis)| {
         let sign = symbol(&a.unit);
         let usage = |value: f64, per: &str, part: Option<f64>| Use {
             value: format!("{} {sign}/{per}", compact(value)),

@@ -1,0 +1,164 @@
+//! The page over plain data: no loads from elsewhere, nothing unescaped, well-formed markup.
+
+use proveout_geom::cylinder_mesh;
+use proveout_sim::{
+    finding::{Family, Finding, Severity},
+    verdict::{self, Axis, Gate, Inspected, State, ToolUse, Verdict},
+};
+
+use super::{
+    data::{JointSignals, Page, PartView, ProcessSignals},
+    page::render,
+};
+use crate::{color::DeviationMap, picture::Picture};
+
+/// Text that would be markup, a script end or a load if it went through unescaped.
+const EVIL: &str = "</script><script>alert(1)</script><img src='http://evil.example/x' onerror=\"x\"> & {{ 7*7 }}";
+
+pub(crate) fn finding(severity: Severity, code: &str, message: &str) -> Finding {
+    Finding {
+        code: code.into(),
+        family: Family::Collision,
+        severity,
+        file: Some("axis/part.mpf".into()),
+        line: Some(1204),
+        block: Some(1198),
+        time_s: Some(83.4),
+        axes: [("X".to_owned(), 12.5), ("B".to_owned(), -30.0)].into(),
+        bodies: vec!["holder".into(), "stock".into()],
+        point_mm: Some([1.0, 2.0, 30.0]),
+        penetration_mm: Some(0.41),
+        clearance_mm: None,
+        value: None,
+        limit: None,
+        unit: None,
+        repeats: 3,
+        message: message.into(),
+    }
+}
+
+pub(crate) fn verdict(message: &str) -> Verdict {
+    let axis = Axis {
+        unit: "mm".into(),
+        min: -120.0,
+        max: 80.0,
+        max_velocity: 500.0,
+        max_acceleration: 4000.0,
+        max_jerk: 50_000.0,
+        velocity_utilisation: Some(1.0),
+        acceleration_utilisation: Some(0.8),
+        jerk_utilisation: None,
+        reversals: 211,
+        max_following_error: None,
+    };
+    Verdict {
+        schema_version: 1,
+        scene: message.into(),
+        program: message.into(),
+        digests: [(message.to_owned(), "ab".repeat(32))].into(),
+        verdict: State::Fail,
+        gates: vec![Gate { name: "collision".into(), state: State::Fail, reason: message.into() }],
+        findings: vec![
+            finding(Severity::Info, "program-note", message),
+            finding(Severity::Error, "collision-holder-stock", message),
+            finding(Severity::Error, message, message),
+        ],
+        time: verdict::Time { total_s: 100.0, cutting_s: 60.0, rapid_s: 20.0, dwell_s: 5.0, tool_change_s: 15.0, lower_bound_s: Some(97.0) },
+        axes: [("X".to_owned(), axis)].into(),
+        path: verdict::Path::default(),
+        removal: verdict::Removal { volume_mm3: 4200.0, ..Default::default() },
+        deviation: verdict::Deviation { gouge_max_mm: Some(0.004), excess_max_mm: Some(0.2), ..Default::default() },
+        surface: verdict::Surface::default(),
+        clearance: verdict::Clearance { min_mm: Some(0.5), pair: Some([message.into(), "table".into()]), time_s: Some(3.0), checks: 9 },
+        tools: vec![ToolUse { number: 4, name: message.into(), ..Default::default() }],
+        inspection: vec![Inspected { name: message.into(), nominal_mm: 10.0, measured_mm: Some(10.002), tolerance_mm: 0.01 }],
+    }
+}
+
+fn page(message: &str) -> String {
+    let mut x = JointSignals { name: message.into(), unit: "mm", limits: [Some(500.0), None, None], ..Default::default() };
+    let mut process = ProcessSignals { tool_changes: vec![(4.0, message.into())], ..Default::default() };
+    for i in 0..500 {
+        let t = f64::from(i) * 0.2;
+        x.signals[0].push(t, t.sin() * 100.0);
+        x.signals[1].push(t, t.cos() * 480.0);
+        process.feed.push(t, 900.0);
+    }
+    let picture = Picture::creased(&cylinder_mesh(20.0, 0.0, 30.0, 48), 0.5);
+    let shades = vec![0.25; picture.positions.len()];
+    let part = PartView {
+        triangles: picture.triangles.len(),
+        picture,
+        shades,
+        map: Some(DeviationMap { range: 0.05 }),
+        cell: None,
+        shares: vec![0.1, 0.8, 0.1],
+        outside: [0.0, 0.01],
+    };
+    let v = verdict(message);
+    let page = Page {
+        verdict: &v,
+        machine: message,
+        description: message,
+        method: vec![("Cell".into(), message.into())],
+        joints: &[x],
+        process: &process,
+        part: &part,
+    };
+    render(&page).expect("the template fits its data")
+}
+
+#[test]
+fn nothing_of_the_run_becomes_markup() {
+    let text = page(EVIL);
+    assert!(!text.contains("<script>alert") && !text.contains("<img"), "a value went through unescaped");
+    assert_eq!(text.matches("</script>").count(), 3, "only the three scripts of the page end");
+    assert!(text.contains("&lt;script&gt;alert(1)") && text.contains("{{ 7*7 }}"), "text is shown, not run");
+}
+
+#[test]
+fn the_page_loads_nothing() {
+    let text = page("plain");
+    for needle in ["http://", "https://", "src=", "@import", "url(", "<link", "import(", "fetch("] {
+        assert!(!text.contains(needle), "{needle} is in the page");
+    }
+}
+
+#[test]
+fn tags_close_in_order() {
+    let text = page("a < b & c");
+    let void = ["meta", "br", "img", "input", "hr"];
+    let mut open: Vec<&str> = Vec::new();
+    let mut rest = text.as_str();
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        if rest.starts_with('!') {
+            continue;
+        }
+        let end = rest.find('>').expect("a tag ends");
+        let (tag, close) = rest[..end].strip_prefix('/').map_or((&rest[..end], false), |t| (t, true));
+        let name = tag.split([' ', '\n', '/']).next().unwrap_or_default();
+        assert!(name.chars().all(|c| c.is_ascii_alphanumeric()) && !name.is_empty(), "odd tag {tag:?}");
+        if close {
+            assert_eq!(open.pop(), Some(name), "before {}", &rest[..end.min(60)]);
+        } else if !void.contains(&name) && !tag.ends_with('/') {
+            open.push(name);
+        }
+        rest = &rest[end + 1..];
+        if !close && (name == "script" || name == "style") {
+            rest = &rest[rest.find(&format!("</{name}")).expect("raw text ends")..];
+        }
+    }
+    assert!(open.is_empty(), "{open:?} stay open");
+}
+
+#[test]
+fn every_jump_has_its_target() {
+    let text = page("plain");
+    for part in text.split("href=\"#").skip(1) {
+        let target = part.split('"').next().expect("quoted");
+        assert!(text.contains(&format!("id=\"{target}\"")), "{target}");
+    }
+    let errors = text.find("collision-holder-stock").expect("there");
+    assert!(errors < text.find("program-note").expect("there"), "errors come first");
+}

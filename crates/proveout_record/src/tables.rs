@@ -1,0 +1,204 @@
+//! `signals.parquet`, `blocks.parquet`, `surface.parquet`.
+//!
+//! Positions of tip and surface are in the workpiece frame W, mm. Joints are in mm or degrees as their columns say.
+
+use std::{path::Path, sync::Arc};
+
+use proveout_controller::{MoveKind, Sample};
+use proveout_geom::Pose;
+use proveout_sim::{
+    MapPoint, Observer,
+    observer::{Batch, BlockRow, ObserverError, Outcome, SampleSignals, Setup},
+};
+use proveout_tool::Tool;
+
+use crate::{
+    error::RecordError,
+    table::{Column, Table},
+    units::{JointUnit, PER_MINUTE},
+};
+
+fn kind_name(kind: MoveKind) -> Arc<str> {
+    match kind {
+        MoveKind::Rapid => "rapid",
+        MoveKind::Feed => "feed",
+        MoveKind::Handling => "handling",
+    }
+    .into()
+}
+
+/// Columns of `signals.parquet` for the joints of a machine, in their order.
+pub(crate) fn signal_columns(joints: &[JointUnit]) -> Vec<Column> {
+    let mut columns =
+        vec![Column::real("time_s", "s"), Column::index("block"), Column::text("kind"), Column::real("path_mm", "mm")];
+    for j in joints {
+        let (name, unit) = (j.name.as_str(), j.unit);
+        let derived = if unit == "deg" { ["deg/s", "deg/s2", "deg/s3"] } else { ["mm/s", "mm/s2", "mm/s3"] };
+        columns.extend([
+            Column::real(format!("{name}_{unit}"), unit),
+            Column::real(format!("{name}_actual_{unit}"), unit),
+            Column::real(format!("velocity_{name}_{unit}_s"), derived[0]),
+            Column::real(format!("acceleration_{name}_{unit}_s2"), derived[1]),
+            Column::real(format!("jerk_{name}_{unit}_s3"), derived[2]),
+            Column::real(format!("following_error_{name}_{unit}"), unit),
+        ]);
+    }
+    columns.extend(["x", "y", "z"].map(|a| Column::real(format!("tip_{a}_mm"), "mm")));
+    columns.extend(["i", "j", "k"].map(|a| Column::real(format!("axis_{a}"), "1")));
+    columns.extend([
+        Column::real("feed_programmed_mm_min", "mm/min"),
+        Column::real("feed_mm_min", "mm/min"),
+        Column::real("removal_mm3_s", "mm3/s"),
+        Column::real("clearance_mm", "mm"),
+        Column::index("tool"),
+    ]);
+    columns
+}
+
+fn signal_row(
+    table: &mut Table,
+    joints: &[JointUnit],
+    work_from_table: &Pose,
+    sample: &Sample,
+    signals: &SampleSignals,
+    tool: Option<u32>,
+) -> Result<(), RecordError> {
+    let mut row = table.row()?;
+    row.real(sample.time).index(sample.block).text(kind_name(sample.kind)).real(sample.path_length);
+    for (i, j) in joints.iter().enumerate() {
+        let (commanded, actual) = (sample.commanded[i], sample.actual[i]);
+        row.reals(
+            [
+                commanded,
+                actual,
+                sample.velocity[i],
+                sample.acceleration[i],
+                sample.jerk[i],
+                actual - commanded,
+            ]
+            .map(|v| v * j.factor),
+        );
+    }
+    let pose = sample.pose.transformed(work_from_table);
+    row.reals([pose.tip.x, pose.tip.y, pose.tip.z, pose.axis.x, pose.axis.y, pose.axis.z]);
+    row.real((sample.kind == MoveKind::Feed).then_some(sample.feed_programmed * PER_MINUTE))
+        .real(sample.feed * PER_MINUTE)
+        .real(signals.removal_rate)
+        .real(signals.clearance)
+        .index(tool);
+    Ok(())
+}
+
+/// Columns of `blocks.parquet`.
+pub(crate) fn block_columns() -> Vec<Column> {
+    vec![
+        Column::index("block"),
+        Column::text("file"),
+        Column::index("line"),
+        Column::text("kind"),
+        Column::index("tool"),
+        Column::text("tool_name"),
+        Column::real("start_s", "s"),
+        Column::real("end_s", "s"),
+        Column::real("time_s", "s"),
+        Column::real("length_mm", "mm"),
+        Column::real("feed_programmed_mm_min", "mm/min"),
+        Column::real("feed_mean_mm_min", "mm/min"),
+        Column::real("volume_mm3", "mm3"),
+        Column::real("engagement_mm", "mm"),
+    ]
+}
+
+fn block_row(table: &mut Table, b: &BlockRow, tool: Option<&Tool>) -> Result<(), RecordError> {
+    let time = b.end_time - b.start_time;
+    let mean = (time > 0.0).then_some(b.length / time * PER_MINUTE);
+    table
+        .row()?
+        .index(b.block)
+        .text(Arc::clone(&b.file))
+        .index(b.line)
+        .text(kind_name(b.kind))
+        .index(tool.map(|t| t.number))
+        .text(tool.map(|t| Arc::from(t.name.as_str())))
+        .reals([b.start_time, b.end_time, time, b.length])
+        .real(b.feed.map(|f| f * PER_MINUTE))
+        .real(mean)
+        .reals([b.volume_mm3, b.engagement_mm]);
+    Ok(())
+}
+
+/// Columns of `surface.parquet`.
+pub(crate) fn surface_columns() -> Vec<Column> {
+    let mut columns: Vec<Column> = ["x", "y", "z"].map(|a| Column::real(format!("{a}_mm"), "mm")).into();
+    columns.extend(["i", "j", "k"].map(|a| Column::real(format!("normal_{a}"), "1")));
+    columns.extend([
+        Column::real("deviation_mm", "mm"),
+        Column::real("scallop_mm", "mm"),
+        Column::index("made_by_piece"),
+    ]);
+    columns
+}
+
+/// Writes the points of a surface map, in their order.
+///
+/// # Errors
+/// [`RecordError`] with the path.
+pub fn write_surface_table(path: &Path, points: &[MapPoint]) -> Result<(), RecordError> {
+    let notes = [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
+    let mut table = Table::create(path, &surface_columns(), &notes)?;
+    for p in points {
+        let mut row = table.row()?;
+        row.reals(p.position).reals(p.normal).real(p.deviation).real(p.scallop).index(p.made_by);
+    }
+    table.finish()
+}
+
+/// Writes the three tables while the run goes on; memory does not grow with the length of the run.
+#[derive(Default)]
+pub struct TableObserver {
+    open: Option<Open>,
+}
+
+struct Open {
+    signals: Table,
+    blocks: Table,
+    joints: Vec<JointUnit>,
+    work_from_table: Pose,
+}
+
+impl Observer for TableObserver {
+    fn name(&self) -> &'static str {
+        "parquet"
+    }
+
+    fn begin(&mut self, setup: &Setup<'_>, folder: &Path) -> Result<(), ObserverError> {
+        let joints = JointUnit::all(setup.machine);
+        let notes = [("machine", setup.machine.name.clone()), ("frame", "tip and axis in workpiece W".to_owned())];
+        let signals = Table::create(&folder.join("signals.parquet"), &signal_columns(&joints), &notes)?;
+        let blocks = Table::create(&folder.join("blocks.parquet"), &block_columns(), &notes[..1])?;
+        self.open = Some(Open { signals, blocks, joints, work_from_table: setup.table_from_work.inverse() });
+        Ok(())
+    }
+
+    fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let tool_at = |index: Option<u32>| index.and_then(|i| setup.tools.tools.get(i as usize));
+        for (i, sample) in batch.samples.iter().enumerate() {
+            let beside = batch.signals.get(i).copied().unwrap_or_default();
+            let tool = tool_at(beside.tool).map(|t| t.number);
+            signal_row(&mut open.signals, &open.joints, &open.work_from_table, sample, &beside, tool)?;
+        }
+        for block in batch.blocks {
+            block_row(&mut open.blocks, block, tool_at(block.tool))?;
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, _setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
+        if let Some(open) = self.open.take() {
+            open.signals.finish()?;
+            open.blocks.finish()?;
+        }
+        Ok(write_surface_table(&outcome.folder.join("surface.parquet"), &outcome.surface.points)?)
+    }
+}

@@ -1,0 +1,27 @@
+//! Units of files and plots: joints in mm or degrees, feeds in mm/min.
+
+use proveout_machine::{Joint, Machine};
+
+/// A joint with the factor from internal units (mm or radian) to those of files and plots (mm or degrees).
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct JointUnit {
+    pub(crate) name: String,
+    /// `mm` or `deg`.
+    pub(crate) unit: &'static str,
+    pub(crate) factor: f64,
+}
+
+impl JointUnit {
+    fn of(joint: &Joint) -> Self {
+        let (unit, factor) = if joint.is_rotary() { ("deg", 1_f64.to_degrees()) } else { ("mm", 1.0) };
+        Self { name: joint.name.clone(), unit, factor }
+    }
+
+    /// Units of all joints, in machine order.
+    pub(crate) fn all(machine: &Machine) -> Vec<Self> {
+        machine.joints.iter().map(Self::of).collect()
+    }
+}
+
+/// mm/s to mm/min.
+pub(crate) const PER_MINUTE: f64 = 60.0;
