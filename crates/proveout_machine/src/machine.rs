@@ -1,6 +1,6 @@
 use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
 
-use crate::{Joint, JointValues, MAX_JOINTS, chain::Chain, inverse::Solver};
+use crate::{Joint, JointValues, MAX_JOINTS, chain::Chain, solver::Solver};
 
 /// What a body or a chain hangs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
