@@ -5,12 +5,33 @@
 //! [`Profile`] of lines and circular arcs in the half plane (r, z), mm: z = 0 at the programmed tip, +z towards the
 //! holder. Frame T: origin at the tip, +z along the axis away from the tip.
 //!
-//! * [`Profile`] – exact generating curve; distance, radius at a height.
+//! * [`Profile`] – exact generating curve; distance, radius at a height, volume.
 //! * [`Body`] – profile and [`Role`].
 //! * [`Tool`] – assembly with gauge length, flute length and technology limits.
+//! * [`Cutter`] – cutting ends by catalogue dimensions; [`ToolBuilder`] puts neck, shank and holder on them.
+//! * [`ToolLibrary`] – reads library files (TOML); [`library_schema`] publishes their JSON Schema.
+//!
+//! A part that is not convex is divided by planes across the axis where its curve turns outward again. The bodies of a
+//! tool follow one another from the tip to the gauge line without gap.
+//!
+//! Known limits: a cutter is the body that its edges sweep; helix, relief and the single tooth are not described. Arcs
+//! are convex; a concave fillet between shank and neck is given as short cones.
 
 mod assembly;
+mod builder;
+mod cutter;
+mod entry;
+mod error;
+mod library;
+mod library_file;
+mod outline;
 mod profile;
+mod text;
 
 pub use assembly::{Body, Role, Tool, ToolId};
+pub use builder::{HolderSection, ToolBuilder};
+pub use cutter::{Apt, Cutter, ShapeError};
+pub use entry::library_schema;
+pub use error::{Defect, ToolError};
+pub use library::{ToolLibrary, ToolNotes};
 pub use profile::{Profile, ProfileError, Segment};

@@ -1,9 +1,9 @@
 use thiserror::Error;
 
 /// Two profile points closer than this (mm) are one: far below any tolerance of the trade, far above rounding.
-const JOIN_MM: f64 = 1e-9;
+pub(crate) const JOIN_MM: f64 = 1e-9;
 /// Allowed turn to the wrong side at a joint of two segments (radian) before the profile counts as concave.
-const CONVEX_RAD: f64 = 1e-7;
+pub(crate) const CONVEX_RAD: f64 = 1e-7;
 
 /// One piece of a generating curve; points are `[r, z]`, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,7 @@ impl Segment {
     }
 
     /// Unit tangent `[r, z]` at a point of the segment, in the sense of travel.
-    fn tangent(&self, at: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn tangent(&self, at: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Line { from, to } => unit([to[0] - from[0], to[1] - from[1]]),
             Self::Arc { center, .. } => unit([-(at[1] - center[1]), at[0] - center[0]]),
@@ -83,7 +83,7 @@ fn unit(v: [f64; 2]) -> [f64; 2] {
     if n > 0.0 { [v[0] / n, v[1] / n] } else { [1.0, 0.0] }
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
@@ -252,6 +252,12 @@ impl Profile {
         reach.reduce(f64::max)
     }
 
+    /// Volume of the body, mm³: the integral of pi r² over z, in closed form for each segment.
+    pub fn volume(&self) -> f64 {
+        let slices: f64 = self.segments.iter().map(slice_integral).sum();
+        std::f64::consts::PI * slices
+    }
+
     /// Points `[r, z]` of the curve with chords nearer than `tolerance` (mm), from axis to axis; for pictures.
     pub fn polyline(&self, tolerance: f64) -> Vec<[f64; 2]> {
         let mut points = vec![self.segments[0].from()];
@@ -269,6 +275,28 @@ impl Profile {
             points.push(s.to());
         }
         points
+    }
+}
+
+/// Integral of r² dz along a segment, mm³.
+///
+/// On an arc r = c + R cos(a) and dz = R cos(a) da, so that the integrand is
+/// R (c² cos(a) + 2 c R cos²(a) + R² cos³(a)), whose three terms have elementary integrals.
+fn slice_integral(s: &Segment) -> f64 {
+    match *s {
+        Segment::Line { from, to } => (to[1] - from[1]) * (from[0] * from[0] + from[0] * to[0] + to[0] * to[0]) / 3.0,
+        Segment::Arc { center, radius, from, to } => {
+            let start = (from[1] - center[1]).atan2(from[0] - center[0]);
+            let sweep = ((to[1] - center[1]).atan2(to[0] - center[0]) - start).rem_euclid(std::f64::consts::TAU);
+            let primitive = |a: f64| {
+                let (sine, cosine) = a.sin_cos();
+                radius
+                    * (center[0] * center[0] * sine
+                        + center[0] * radius * (a + sine * cosine)
+                        + radius * radius * (sine - sine.powi(3) / 3.0))
+            };
+            primitive(start + sweep) - primitive(start)
+        }
     }
 }
 

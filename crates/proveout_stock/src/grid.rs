@@ -1,0 +1,97 @@
+use proveout_geom::{Aabb, Point};
+
+use crate::StockError;
+
+/// Rays on one side of a tile.
+pub(crate) const TILE: usize = 8;
+/// Rays of a tile.
+pub(crate) const TILE_RAYS: usize = TILE * TILE;
+/// Cells on one side of a block of the surface (see [`crate::TileId`]).
+pub(crate) const BLOCK: usize = 32;
+
+/// Cubic cells from the lower corner of the stock's box. Rays of set `a` run along axis `a` through the cell centers of
+/// the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
+#[derive(Clone, Debug)]
+pub(crate) struct Grid {
+    pub bounds: Aabb,
+    pub cell: f64,
+    /// Cells along x, y, z.
+    pub n: [usize; 3],
+    /// Tiles along u and v of each set.
+    pub tiles: [[usize; 2]; 3],
+    /// Index of the first tile of each set; the last entry is the number of tiles.
+    pub first_tile: [usize; 4],
+    /// Surface blocks along x, y, z.
+    pub blocks: [usize; 3],
+}
+
+impl Grid {
+    pub(crate) fn new(bounds: &Aabb, cell: f64) -> Result<Self, StockError> {
+        if !(cell.is_finite() && cell > 0.0) {
+            return Err(StockError::Cell { cell_mm: cell });
+        }
+        let size = bounds.size();
+        if !(0..3).all(|i| size[i].is_finite() && bounds.min[i].is_finite() && size[i] > 0.0) {
+            let what = format!("the box measures {} x {} x {} mm", size.x, size.y, size.z);
+            return Err(StockError::Degenerate { what });
+        }
+        // A length of n cells and a rounding error has n cells.
+        let n = [0, 1, 2].map(|i| ((size[i] / cell - 1e-7).ceil() as usize).max(1));
+        let tiles = [0, 1, 2].map(|a| [n[(a + 1) % 3].div_ceil(TILE), n[(a + 2) % 3].div_ceil(TILE)]);
+        let mut first_tile = [0; 4];
+        for a in 0..3 {
+            first_tile[a + 1] = first_tile[a] + tiles[a][0] * tiles[a][1];
+        }
+        let blocks = n.map(|k| k.div_ceil(BLOCK));
+        Ok(Self { bounds: *bounds, cell, n, tiles, first_tile, blocks })
+    }
+
+    /// Coordinate of a cell center.
+    pub(crate) fn center(&self, axis: usize, index: usize) -> f64 {
+        self.bounds.min[axis] + (index as f64 + 0.5) * self.cell
+    }
+
+    /// Index of the first cell whose center is at or above `x`, at most the number of cells.
+    pub(crate) fn first_at_or_above(&self, axis: usize, x: f64) -> usize {
+        let guess = ((x - self.bounds.min[axis]) / self.cell - 0.5).ceil();
+        guess.clamp(0.0, self.n[axis] as f64) as usize
+    }
+
+    /// Index of the nearest cell.
+    pub(crate) fn nearest(&self, axis: usize, x: f64) -> usize {
+        let guess = ((x - self.bounds.min[axis]) / self.cell).floor();
+        guess.clamp(0.0, (self.n[axis] - 1) as f64) as usize
+    }
+
+    /// Set, and first ray along u and v, of a tile.
+    pub(crate) fn tile_place(&self, tile: usize) -> (usize, [usize; 2]) {
+        let a = if tile < self.first_tile[1] {
+            0
+        } else if tile < self.first_tile[2] {
+            1
+        } else {
+            2
+        };
+        let local = tile - self.first_tile[a];
+        (a, [local % self.tiles[a][0] * TILE, local / self.tiles[a][0] * TILE])
+    }
+
+    /// Tile and ray within it.
+    pub(crate) fn ray_place(&self, a: usize, i: usize, j: usize) -> (usize, usize) {
+        (self.first_tile[a] + j / TILE * self.tiles[a][0] + i / TILE, j % TILE * TILE + i % TILE)
+    }
+
+    /// Point at height `s` over a place given in ray coordinates of set `a`.
+    pub(crate) fn point(a: usize, s: f64, u: f64, v: f64) -> Point {
+        let mut p = Point::origin();
+        p[a] = s;
+        p[(a + 1) % 3] = u;
+        p[(a + 2) % 3] = v;
+        p
+    }
+
+    /// Number of rays of the three sets.
+    pub(crate) fn rays(&self) -> usize {
+        self.n[1] * self.n[2] + self.n[2] * self.n[0] + self.n[0] * self.n[1]
+    }
+}

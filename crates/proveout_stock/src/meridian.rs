@@ -1,0 +1,183 @@
+//! A profile compiled for the sweep: one convex function whose zero set is the body.
+//!
+//! A convex body of revolution is the intersection of the bodies of its supporting lines in the half plane (r, z). With
+//! the outward normals `n(u)` of the generating curve and its support function `h`,
+//!
+//! ```text
+//!     F(r, z) = max over u of  n_r(u) r + n_z(u) z - h(u)          n_r >= 0 on a convex body of revolution
+//!
+//!       z ^    ____ plane: F = z - c
+//!         |   |    \   cone: F = n . p - c
+//!         |   |     |  cylinder: F = r - c
+//!         |   |    /
+//!         |   |___/    arc: F = |p - center| - radius where p lies in the sector of the arc's normals,
+//!         +-----------> r                    the tangent line at the nearer end elsewhere
+//! ```
+//!
+//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point and n_r is
+//! not negative, so F is convex; its gradient is a unit vector, so F never exceeds the distance, equals it wherever the
+//! nearest skin point is smooth, and its value and gradient at any point give a half space that holds the whole body.
+//! The sweep needs nothing else from a body.
+
+use proveout_tool::{Profile, Segment};
+
+/// The body is taken smaller by this (mm), so that a body that only touches a face overlaps nothing.
+pub(crate) const TOUCH: f64 = 1e-7;
+
+#[derive(Clone, Copy, Debug)]
+enum Piece {
+    /// Normal and support.
+    Line { nr: f64, nz: f64, c: f64 },
+    /// Arc with its first and last normal.
+    Arc { center: [f64; 2], radius: f64, first: [f64; 2], last: [f64; 2] },
+}
+
+impl Piece {
+    fn of(s: &Segment) -> Self {
+        match *s {
+            Segment::Line { from, to } => {
+                let (dr, dz) = (to[0] - from[0], to[1] - from[1]);
+                let length = dr.hypot(dz);
+                // Counter-clockwise travel: the outside is on the right.
+                let (nr, nz) = (dz / length, -dr / length);
+                Self::Line { nr: nr.max(0.0), nz, c: nr * from[0] + nz * from[1] - TOUCH }
+            }
+            Segment::Arc { center, radius, from, to } => {
+                let normal = |p: [f64; 2]| {
+                    let (r, z) = (p[0] - center[0], p[1] - center[1]);
+                    let length = r.hypot(z);
+                    [(r / length).max(0.0), z / length]
+                };
+                Self::Arc { center, radius: radius - TOUCH, first: normal(from), last: normal(to) }
+            }
+        }
+    }
+
+    /// Value and gradient (d/dr, d/dz).
+    #[inline]
+    fn eval(&self, r: f64, z: f64) -> (f64, f64, f64) {
+        match *self {
+            Self::Line { nr, nz, c } => (nr * r + nz * z - c, nr, nz),
+            Self::Arc { center, radius, first, last } => {
+                let (x, y) = (r - center[0], z - center[1]);
+                if first[0] * y - first[1] * x >= 0.0 && x * last[1] - y * last[0] >= 0.0 {
+                    let length = (x * x + y * y).sqrt();
+                    if length > 1e-12 {
+                        return (length - radius, x / length, y / length);
+                    }
+                }
+                let (a, b) = (first[0] * x + first[1] * y, last[0] * x + last[1] * y);
+                if a > b { (a - radius, first[0], first[1]) } else { (b - radius, last[0], last[1]) }
+            }
+        }
+    }
+}
+
+/// The convex function of a body, and the ball that makes up its lower end if there is one.
+#[derive(Clone, Debug)]
+pub(crate) struct Meridian {
+    pieces: Vec<Piece>,
+    /// Height of the center and radius of a ball that lies in the body and holds all of it below `pieces`.
+    pub ball: Option<[f64; 2]>,
+    /// False when the ball is all there is.
+    pub has_rest: bool,
+    /// Largest radius, lowest and highest point, mm.
+    pub radius: f64,
+    pub z: [f64; 2],
+    /// Lowest point of what `pieces` describe, mm.
+    pub rest_z: f64,
+}
+
+impl Meridian {
+    /// The whole body as one function.
+    pub(crate) fn whole(profile: &Profile) -> Self {
+        Self {
+            pieces: profile.segments().iter().map(Piece::of).collect(),
+            ball: None,
+            has_rest: true,
+            radius: profile.max_radius(),
+            z: [profile.z_min(), profile.z_max()],
+            rest_z: profile.z_min(),
+        }
+    }
+
+    /// The body with a ball end split off, whose sweep has a closed form.
+    pub(crate) fn split(profile: &Profile) -> Self {
+        let whole = Self::whole(profile);
+        let Some(Segment::Arc { center, radius, to, .. }) = profile.segments().first() else { return whole };
+        // The whole ball must lie in the body: its support may not pass that of any other piece.
+        let inside = whole.pieces[1..].iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + 1e-9 + TOUCH);
+        if center[0].abs() > 1e-9 || !inside {
+            return whole;
+        }
+        let mut pieces = whole.pieces[1..].to_vec();
+        let has_rest = !pieces.is_empty();
+        pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
+        Self { pieces, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], ..whole }
+    }
+
+    /// Value and gradient (d/dr, d/dz) at r >= 0.
+    #[inline]
+    pub(crate) fn eval(&self, r: f64, z: f64) -> (f64, f64, f64) {
+        let mut best = (f64::NEG_INFINITY, 0.0, 1.0);
+        for p in &self.pieces {
+            let here = p.eval(r, z);
+            if here.0 > best.0 {
+                best = here;
+            }
+        }
+        best
+    }
+
+    /// Largest distance of a point of the body from the tip, mm.
+    pub(crate) fn reach(&self) -> f64 {
+        self.radius.hypot(self.z[0].abs().max(self.z[1].abs()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bull() -> Profile {
+        Profile::new(vec![
+            Segment::Line { from: [0.0, 0.0], to: [2.0, 0.0] },
+            Segment::Arc { center: [2.0, 3.0], radius: 3.0, from: [2.0, 0.0], to: [5.0, 3.0] },
+            Segment::Line { from: [5.0, 3.0], to: [5.0, 30.0] },
+            Segment::Line { from: [5.0, 30.0], to: [0.0, 30.0] },
+        ])
+        .expect("convex")
+    }
+
+    #[test]
+    fn the_function_is_the_distance_off_the_edges_and_has_its_sign_everywhere() {
+        let profile = bull();
+        let m = Meridian::whole(&profile);
+        for k in 0..4000 {
+            let p = [f64::from(k % 63) * 0.13, f64::from(k / 63) * 0.6 - 3.0];
+            let (f, nr, nz) = m.eval(p[0], p[1]);
+            let d = profile.signed_distance(p);
+            assert!(f <= d + 2e-7 || d < 0.0, "F must not pass the distance at {p:?}: {f} {d}");
+            assert!((f > 1e-6) == (d > 1e-6), "sign at {p:?}: {f} {d}");
+            assert!((nr.hypot(nz) - 1.0).abs() < 1e-12);
+            if p[1] < 30.0 {
+                assert!((f - d).abs() < 2e-7, "at {p:?}: {f} {d}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_a_ball_that_fits_is_split_off() {
+        let ball = |length: f64| {
+            Profile::new(vec![
+                Segment::Arc { center: [0.0, 4.0], radius: 4.0, from: [0.0, 0.0], to: [4.0, 4.0] },
+                Segment::Line { from: [4.0, 4.0], to: [4.0, length] },
+                Segment::Line { from: [4.0, length], to: [0.0, length] },
+            ])
+            .expect("convex")
+        };
+        assert!(Meridian::split(&ball(20.0)).ball.is_some());
+        assert!(Meridian::split(&ball(6.0)).ball.is_none());
+        assert!(Meridian::split(&bull()).ball.is_none());
+    }
+}

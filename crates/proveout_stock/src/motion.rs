@@ -1,0 +1,163 @@
+//! A piece of a motion in the coordinates of one ray set.
+
+use proveout_geom::{Aabb, Point, ToolPose};
+
+use crate::{
+    meridian::Meridian,
+    sweep::SweepMotion,
+    vec3::{V, add, along, dot, norm, scale, sub},
+};
+
+/// Bound of the part of the error that turning adds, mm: one local maximum of an end that is not looked for between two
+/// evaluations.
+pub(crate) const TURN_ERROR: f64 = 2.5e-4;
+/// Bound of the part of the error that ends the search for a maximum, mm.
+pub(crate) const SEARCH_ERROR: f64 = 1.5e-4;
+/// Largest turn of a piece, radian: keeps the approximation of the great circle below 1e-5 mm on a 100 mm tool.
+const PIECE_TURN: f64 = 0.02;
+/// Turns below this (radian) do not move any point of a 1 m tool by 1e-9 mm.
+const NO_TURN: f64 = 1e-12;
+
+/// Straight tip, axis on a short great circle; tau runs from 0 to 1. Components in the order (ray, u, v).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub tip: V,
+    /// Tip at the end less tip at the start, mm.
+    pub travel: V,
+    pub axis: V,
+    /// Axis at the end less axis at the start.
+    pub turn: V,
+    /// Square of the angle of turn.
+    pub angle2: f64,
+}
+
+/// Value and derivatives of the body's function at a point of a ray and a time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub f: f64,
+    /// Derivative along the ray.
+    pub fs: f64,
+    /// Derivative with tau.
+    pub ft: f64,
+    /// Gradient: outward normal of the body.
+    pub normal: V,
+}
+
+impl Piece {
+    pub(crate) fn turns(&self) -> bool {
+        self.angle2 > 0.0
+    }
+
+    #[inline]
+    pub(crate) fn tip_at(&self, tau: f64) -> V {
+        along(self.tip, self.travel, tau)
+    }
+
+    /// Axis at tau. The chord of the great circle is lengthened to unit length: |a + tau (b - a)|^2 = 1 - tau (1 - tau)
+    /// |b - a|^2. Its direction lags behind the uniform turn by at most angle^3 / 60.
+    #[inline]
+    pub(crate) fn axis_at(&self, tau: f64) -> V {
+        if self.angle2 == 0.0 {
+            return self.axis;
+        }
+        let x = tau * (1.0 - tau) * self.angle2;
+        scale(along(self.axis, self.turn, tau), 1.0 + x * (0.5 + 0.375 * x))
+    }
+
+    /// The body's function at the point `x` of space and its derivatives.
+    ///
+    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: grad F = F_r p / r + F_z w, and for a fixed point
+    /// dz/dtau = -travel . w + p . w', dr/dtau = -(p/r) . travel - z (p/r) . w'.
+    #[inline]
+    pub(crate) fn sample(&self, body: &Meridian, x: V, tau: f64) -> Sample {
+        let w = self.axis_at(tau);
+        let y = sub(x, self.tip_at(tau));
+        let z = dot(y, w);
+        let p = along(y, w, -z);
+        let r = norm(p);
+        let (f, fr, fz) = body.eval(r, z);
+        let radial = if r > 1e-12 { fr / r } else { 0.0 };
+        let normal = add(scale(p, radial), scale(w, fz));
+        let mut ft = -dot(normal, self.travel);
+        if self.angle2 > 0.0 {
+            ft += dot(p, self.turn) * (fz - radial * z);
+        }
+        Sample { f, fs: normal[0], ft, normal }
+    }
+
+    /// Bound of the second derivative of the path of a body point at distance `reach` from the tip, in the frame of the
+    /// body, mm: |omega|^2 reach + 2 |omega| |travel|.
+    pub(crate) fn bend(&self, reach: f64) -> f64 {
+        self.angle2 * reach + 2.0 * self.angle2.sqrt() * norm(self.travel)
+    }
+}
+
+/// Splits a motion so that in every piece the bend of a path adds at most [`TURN_ERROR`]. A motion that only translates
+/// stays whole.
+pub(crate) fn pieces(motion: &SweepMotion, reach: f64) -> Vec<Piece> {
+    let finite = |p: &ToolPose| p.tip.iter().chain(p.axis.iter()).all(|v| v.is_finite());
+    if !(finite(&motion.from) && finite(&motion.to)) {
+        return Vec::new();
+    }
+    let angle = motion.from.angle_to(&motion.to);
+    let travel = (motion.to.tip - motion.from.tip).norm();
+    let count = if angle <= NO_TURN {
+        1.0
+    } else {
+        let bend = angle * angle * reach + 2.0 * angle * travel;
+        (bend / (8.0 * TURN_ERROR)).sqrt().max(angle / PIECE_TURN).ceil().clamp(1.0, 1e6)
+    };
+    let n = count as usize;
+    let mut poses = (0..=n).map(|k| match k {
+        0 => motion.from,
+        k if k == n => motion.to,
+        k => motion.from.interpolated(&motion.to, k as f64 / count),
+    });
+    let Some(mut from) = poses.next() else { return Vec::new() };
+    poses
+        .map(|to| {
+            let piece = piece(&from, &to);
+            from = to;
+            piece
+        })
+        .collect()
+}
+
+fn piece(from: &ToolPose, to: &ToolPose) -> Piece {
+    let angle = from.angle_to(to);
+    // Opposite axes have no great circle between them; the axis then stays.
+    let turns = angle > NO_TURN && angle < 1.0;
+    Piece {
+        tip: from.tip.coords.into(),
+        travel: (to.tip - from.tip).into(),
+        axis: from.axis.into(),
+        turn: if turns { (to.axis - from.axis).into() } else { [0.0; 3] },
+        angle2: if turns { (to.axis - from.axis).norm_squared() } else { 0.0 },
+    }
+}
+
+/// The piece in coordinates (ray, u, v) of set `a`.
+pub(crate) fn permuted(p: &Piece, a: usize) -> Piece {
+    let turn = |v: V| [v[a], v[(a + 1) % 3], v[(a + 2) % 3]];
+    Piece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
+}
+
+/// Box round the body on its way, mm. Between the ends of a piece a point leaves its chord by at most the bend / 8.
+pub(crate) fn swept_box(pieces: &[Piece], body: &Meridian) -> Aabb {
+    let mut all = Aabb::empty();
+    let mut margin = 0.0_f64;
+    for p in pieces {
+        margin = margin.max(p.bend(body.reach()) / 8.0);
+        for tau in [0.0, 1.0] {
+            let (tip, axis) = (p.tip_at(tau), p.axis_at(tau));
+            for z in body.z {
+                let c = along(tip, axis, z);
+                // A disc of radius R about the axis w reaches R sqrt(1 - w_i^2) along axis i.
+                let half = axis.map(|w| body.radius * (1.0 - w * w).max(0.0).sqrt());
+                all.grow(&Point::from(sub(c, half)));
+                all.grow(&Point::from(add(c, half)));
+            }
+        }
+    }
+    all.expanded(margin)
+}

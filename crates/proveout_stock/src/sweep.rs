@@ -1,0 +1,518 @@
+//! Batches of motions against the stock.
+
+use proveout_geom::{Aabb, Point, ToolPose};
+use proveout_tool::Profile;
+use rayon::prelude::*;
+
+use crate::{
+    dexel::TriDexel,
+    grid::{Grid, TILE},
+    meridian::Meridian,
+    motion::{self, Piece, SEARCH_ERROR},
+    ray::{Ray, Taken},
+    ray_ball::sweep_ball,
+    ray_translate::sweep_translation,
+    ray_turn::sweep_turning,
+    span::{Mark, SLIVER, Span},
+    tile::{Cut, Overlap, Tile, subtract},
+    vec3::{V, norm, sub},
+};
+
+/// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SweepMotion {
+    /// Start.
+    pub from: ToolPose,
+    /// End.
+    pub to: ToolPose,
+}
+
+/// What a motion does to the stock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Takes away the material that the body meets.
+    Remove,
+    /// Leaves the stock as it is and reports what the body would overlap with.
+    Probe,
+}
+
+/// One body on one motion.
+#[derive(Clone, Copy, Debug)]
+pub struct SweepItem<'a> {
+    /// Remembered by every interval end that this motion makes; `u32::MAX` is taken for the initial surface.
+    pub id: u32,
+    /// The convex body, z from the programmed tip, mm.
+    pub body: &'a Profile,
+    /// Remove or probe.
+    pub action: Action,
+    /// The motion.
+    pub motion: SweepMotion,
+}
+
+/// What one motion met in the stock as it stood at that moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SweepReport {
+    /// Volume removed or overlapped, mm³: mean of the three ray sets.
+    pub volume_mm3: f64,
+    /// Longest connected overlap on any ray, mm; 0 when the body only touches.
+    pub overlap_mm: f64,
+    /// Middle of that overlap; among equals the first in the order of the rays.
+    pub first_point: Option<Point>,
+    /// Box round all overlaps, empty when there is none: range of engagement.
+    pub region: Option<Aabb>,
+    /// Rays with overlap, all three sets.
+    pub rays: u64,
+}
+
+/// An item made ready.
+struct Ready {
+    body: usize,
+    id: u32,
+    removes: bool,
+    /// Box of the motion, mm.
+    region: Aabb,
+    /// Pieces in the coordinates of each set, in [`Batch::pieces`].
+    first_piece: usize,
+    pieces: usize,
+}
+
+/// Overlap of one item in one tile.
+struct Partial {
+    item: u32,
+    rays: u32,
+    length: f64,
+    longest: f64,
+    at: V,
+    range: [f64; 2],
+    u: [f64; 2],
+    v: [f64; 2],
+}
+
+/// A tile on loan to a thread.
+struct Work {
+    index: usize,
+    tile: Tile,
+    /// Range of the bin in the list of entries.
+    entries: std::ops::Range<usize>,
+    found: Vec<Partial>,
+    /// Range of removal along the rays, mm; lo > hi when none.
+    changed: [f64; 2],
+}
+
+/// Entries of tiles and items that one pass may hold: bounds the memory of a batch to some 100 MB.
+const ENTRIES: usize = 8 << 20;
+/// Items of one pass.
+const ITEMS: usize = 16384;
+
+impl TriDexel {
+    /// Carries out the items in their order and reports on each.
+    ///
+    /// The result does not depend on the number of threads, nor on how a program is cut into batches: a tile sees its items
+    /// in the given order, and sums run over the tiles in a fixed order. An item with a number that is not finite meets
+    /// nothing.
+    pub fn sweep(&mut self, items: &[SweepItem<'_>]) -> Vec<SweepReport> {
+        let mut reports = vec![SweepReport::default(); items.len()];
+        let mut bodies: Vec<(*const Profile, Meridian)> = Vec::new();
+        let index: Vec<usize> = items
+            .iter()
+            .map(|item| {
+                let address = std::ptr::from_ref(item.body);
+                bodies.iter().position(|b| b.0 == address).unwrap_or_else(|| {
+                    bodies.push((address, Meridian::split(item.body)));
+                    bodies.len() - 1
+                })
+            })
+            .collect();
+        let bodies: Vec<Meridian> = bodies.into_iter().map(|b| b.1).collect();
+        for first in (0..items.len()).step_by(ITEMS) {
+            let last = (first + ITEMS).min(items.len());
+            self.pass(&items[first..last], &index[first..last], &bodies, &mut reports[first..last]);
+        }
+        reports
+    }
+
+    fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
+        let split: Vec<Vec<Piece>> = items
+            .par_iter()
+            .zip(index)
+            .with_min_len(64)
+            .map(|(item, &body)| motion::pieces(&item.motion, bodies[body].reach()))
+            .collect();
+        let mut ready = Vec::with_capacity(items.len());
+        let mut pieces: [Vec<Piece>; 3] = [Vec::new(), Vec::new(), Vec::new()];
+        for ((item, &body), split) in items.iter().zip(index).zip(&split) {
+            let first_piece = pieces[0].len();
+            for p in split {
+                for (a, list) in pieces.iter_mut().enumerate() {
+                    list.push(motion::permuted(p, a));
+                }
+            }
+            let region = motion::swept_box(split, &bodies[body]).expanded(1e-6);
+            ready.push(Ready {
+                body,
+                id: item.id,
+                removes: item.action == Action::Remove,
+                region,
+                first_piece,
+                pieces: split.len(),
+            });
+            for p in split {
+                let turned = if p.turns() { p.bend(bodies[body].reach()) / 8.0 } else { 0.0 };
+                self.sweep_bound = self.sweep_bound.max(SEARCH_ERROR + turned + 2.0 * crate::meridian::TOUCH);
+            }
+        }
+        let batch = Batch { ready, pieces, bodies };
+        let mut first = 0;
+        while first < batch.ready.len() {
+            let (bins, next) = self.bin(&batch, first);
+            self.run(&batch, bins, reports);
+            first = next;
+        }
+    }
+
+    /// Tiles that the region of an item can touch: first and last (excluded) tile along u and v of set `a`.
+    fn tile_range(&self, region: &Aabb, a: usize) -> Option<[[usize; 2]; 2]> {
+        let grid = &self.grid;
+        if region.is_empty() || !(region.min[a] < grid.bounds.max[a] && region.max[a] > grid.bounds.min[a]) {
+            return None;
+        }
+        let along = |axis: usize| {
+            let first = grid.first_at_or_above(axis, region.min[axis]);
+            let last = grid.first_at_or_above(axis, region.max[axis]);
+            (first < last).then(|| [first / TILE, (last - 1) / TILE + 1])
+        };
+        Some([along((a + 1) % 3)?, along((a + 2) % 3)?])
+    }
+
+    /// Sorts items into the tiles that they may touch, in the order of the items, until the pass is full.
+    fn bin(&self, batch: &Batch<'_>, first: usize) -> (Bins, usize) {
+        let mut count = 0;
+        let mut next = first;
+        while next < batch.ready.len() && (next == first || count < ENTRIES) {
+            for a in 0..3 {
+                if let Some([u, v]) = self.tile_range(&batch.ready[next].region, a) {
+                    count += (u[1] - u[0]) * (v[1] - v[0]);
+                }
+            }
+            next += 1;
+        }
+        let sets: Vec<(Vec<u32>, Vec<u32>)> = (0..3_usize)
+            .into_par_iter()
+            .map(|a| {
+                let base = self.grid.first_tile[a];
+                let tiles = &self.tiles[base..self.grid.first_tile[a + 1]];
+                let mut pairs: Vec<(u32, u32)> = Vec::new();
+                for (k, item) in batch.ready[first..next].iter().enumerate() {
+                    let Some([u, v]) = self.tile_range(&item.region, a) else { continue };
+                    for j in v[0]..v[1] {
+                        for i in u[0]..u[1] {
+                            let t = j * self.grid.tiles[a][0] + i;
+                            // Material only shrinks: what the item misses now it will miss later.
+                            let tile = &tiles[t];
+                            if tile.lo < item.region.max[a] && tile.hi > item.region.min[a] {
+                                pairs.push((t as u32, (first + k) as u32));
+                            }
+                        }
+                    }
+                }
+                let mut start = vec![0_u32; tiles.len() + 1];
+                for &(t, _) in &pairs {
+                    start[t as usize + 1] += 1;
+                }
+                for t in 0..tiles.len() {
+                    start[t + 1] += start[t];
+                }
+                let mut entries = vec![0; pairs.len()];
+                let mut cursor = start.clone();
+                for (t, item) in pairs {
+                    entries[cursor[t as usize] as usize] = item;
+                    cursor[t as usize] += 1;
+                }
+                (start, entries)
+            })
+            .collect();
+        let mut bins = Bins { entries: Vec::new(), tiles: Vec::new() };
+        for (a, (start, entries)) in sets.into_iter().enumerate() {
+            let base = bins.entries.len();
+            for t in 0..start.len() - 1 {
+                if start[t] < start[t + 1] {
+                    let range = base + start[t] as usize..base + start[t + 1] as usize;
+                    bins.tiles.push((self.grid.first_tile[a] + t, range));
+                }
+            }
+            bins.entries.extend(entries);
+        }
+        (bins, next)
+    }
+
+    fn run(&mut self, batch: &Batch<'_>, bins: Bins, reports: &mut [SweepReport]) {
+        let mut works: Vec<Work> = bins
+            .tiles
+            .into_iter()
+            .map(|(index, entries)| Work {
+                index,
+                tile: std::mem::take(&mut self.tiles[index]),
+                entries,
+                found: Vec::new(),
+                changed: [f64::INFINITY, f64::NEG_INFINITY],
+            })
+            .collect();
+        let grid = &self.grid;
+        works.par_iter_mut().with_max_len(16).for_each(|work| {
+            let mut scratch = Scratch::default();
+            let entries = work.entries.clone();
+            for &item in &bins.entries[entries] {
+                batch.item_on_tile(grid, work, item, &mut scratch);
+            }
+        });
+        let area = self.grid.cell * self.grid.cell / 3.0;
+        for work in works {
+            let (a, _) = self.grid.tile_place(work.index);
+            for p in &work.found {
+                let report = &mut reports[p.item as usize];
+                report.volume_mm3 += p.length * area;
+                report.rays += u64::from(p.rays);
+                if p.longest > report.overlap_mm {
+                    report.overlap_mm = p.longest;
+                    report.first_point = Some(Grid::point(a, p.at[0], p.at[1], p.at[2]));
+                }
+                let low = Grid::point(a, p.range[0], p.u[0], p.v[0]);
+                let high = Grid::point(a, p.range[1], p.u[1], p.v[1]);
+                let region = Aabb { min: low, max: high };
+                report.region = Some(report.region.map_or(region, |r| r.union(&region)));
+            }
+            if work.changed[0] < work.changed[1] {
+                self.mark_changed(work.index, work.changed);
+            }
+            self.tiles[work.index] = work.tile;
+        }
+    }
+}
+
+/// Items sorted by tile.
+struct Bins {
+    entries: Vec<u32>,
+    tiles: Vec<(usize, std::ops::Range<usize>)>,
+}
+
+struct Batch<'a> {
+    ready: Vec<Ready>,
+    pieces: [Vec<Piece>; 3],
+    bodies: &'a [Meridian],
+}
+
+/// Buffers of one thread.
+#[derive(Default)]
+struct Scratch {
+    /// Pieces of the motion that may touch the tile with their ball and with the rest of their body.
+    near: Vec<(usize, [bool; 2])>,
+    taken: Vec<Taken>,
+    cuts: Vec<Cut>,
+    left: Vec<Span>,
+}
+
+/// Box in ray coordinates: middle and half lengths.
+struct Block {
+    middle: V,
+    half: V,
+}
+
+impl Block {
+    /// Whether the half space f + n . (x - middle) <= 0, which holds the body at mid-time, misses the box at all times when
+    /// the value changes by at most `change` over the motion.
+    fn is_clear(&self, f: f64, n: V, change: f64) -> bool {
+        f - n[0].abs() * self.half[0] - n[1].abs() * self.half[1] - n[2].abs() * self.half[2] - change > 0.0
+    }
+}
+
+impl Batch<'_> {
+    fn item_on_tile(&self, grid: &Grid, work: &mut Work, item: u32, scratch: &mut Scratch) {
+        let ready = &self.ready[item as usize];
+        let (a, [i0, j0]) = grid.tile_place(work.index);
+        let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
+        let (min, max) = (&ready.region.min, &ready.region.max);
+        let s = [work.tile.lo.max(min[a]), work.tile.hi.min(max[a])];
+        if s[1] - s[0] <= SLIVER {
+            return;
+        }
+        let span = |axis: usize, first: usize| {
+            let from = grid.first_at_or_above(axis, min[axis]).max(first);
+            (from, grid.first_at_or_above(axis, max[axis]).min(first + TILE))
+        };
+        let ((i_from, i_to), (j_from, j_to)) = (span(u_axis, i0), span(v_axis, j0));
+        if i_from >= i_to || j_from >= j_to {
+            return;
+        }
+        let u = [grid.center(u_axis, i_from), grid.center(u_axis, i_to - 1)];
+        let v = [grid.center(v_axis, j_from), grid.center(v_axis, j_to - 1)];
+        let block = Block {
+            middle: [0.5 * (s[0] + s[1]), 0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])],
+            half: [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])],
+        };
+        let body = &self.bodies[ready.body];
+        scratch.near.clear();
+        for k in ready.first_piece..ready.first_piece + ready.pieces {
+            let near = near(&self.pieces[a][k], body, &block);
+            if near != [false; 2] {
+                scratch.near.push((k, near));
+            }
+        }
+        if scratch.near.is_empty() {
+            return;
+        }
+        let mut sum = Partial {
+            item,
+            rays: 0,
+            length: 0.0,
+            longest: 0.0,
+            at: [0.0; 3],
+            range: [f64::INFINITY, f64::NEG_INFINITY],
+            u: [f64::INFINITY, f64::NEG_INFINITY],
+            v: [f64::INFINITY, f64::NEG_INFINITY],
+        };
+        for j in j_from..j_to {
+            let v = grid.center(v_axis, j);
+            for i in i_from..i_to {
+                let r = (j - j0) * TILE + (i - i0);
+                let spans = work.tile.ray(r);
+                let (Some(bottom), Some(top)) = (spans.first(), spans.last()) else { continue };
+                let ray =
+                    Ray { u: grid.center(u_axis, i), v, lo: bottom.lo.max(min[a]), hi: top.hi.min(max[a]) };
+                if ray.hi - ray.lo <= SLIVER {
+                    continue;
+                }
+                scratch.taken.clear();
+                for &(k, near) in &scratch.near {
+                    take(&self.pieces[a][k], body, near, &ray, &mut scratch.taken);
+                }
+                if scratch.taken.is_empty() {
+                    continue;
+                }
+                cuts_of(&mut scratch.taken, ready.id, a, &mut scratch.cuts);
+                let overlap = subtract(spans, &scratch.cuts, &mut scratch.left);
+                if overlap.longest <= 0.0 {
+                    continue;
+                }
+                sum.add(&ray, &overlap);
+                if ready.removes {
+                    work.tile.replace(r, &scratch.left);
+                }
+            }
+        }
+        if sum.rays > 0 {
+            if ready.removes {
+                work.tile.update_range();
+                work.changed = [work.changed[0].min(sum.range[0]), work.changed[1].max(sum.range[1])];
+            }
+            work.found.push(sum);
+        }
+    }
+}
+
+impl Partial {
+    fn add(&mut self, ray: &Ray, overlap: &Overlap) {
+        self.rays += 1;
+        self.length += overlap.length;
+        if overlap.longest > self.longest {
+            self.longest = overlap.longest;
+            self.at = [overlap.middle, ray.u, ray.v];
+        }
+        self.range = [self.range[0].min(overlap.lo), self.range[1].max(overlap.hi)];
+        self.u = [self.u[0].min(ray.u), self.u[1].max(ray.u)];
+        self.v = [self.v[0].min(ray.v), self.v[1].max(ray.v)];
+    }
+}
+
+/// Whether the ball and the rest of a body may touch a box on a piece of motion.
+fn near(piece: &Piece, body: &Meridian, block: &Block) -> [bool; 2] {
+    let diagonal = norm(block.half);
+    let bent = if piece.turns() {
+        0.5 * piece.angle2.sqrt() * diagonal + piece.bend(body.reach()) / 8.0
+    } else {
+        0.0
+    };
+    let ball = body.ball.is_some_and(|[z, radius]| {
+        let place = |tau: f64| {
+            let (tip, w) = (piece.tip_at(tau), piece.axis_at(tau));
+            [tip[0] + z * w[0], tip[1] + z * w[1], tip[2] + z * w[2]]
+        };
+        let (from, to) = (place(0.0), place(1.0));
+        let c = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]), 0.5 * (from[2] + to[2])];
+        let away = sub(block.middle, c);
+        let distance = norm(away);
+        if distance <= radius {
+            return true;
+        }
+        let n = away.map(|x| x / distance);
+        let way = sub(to, from);
+        let change = 0.5 * (n[0] * way[0] + n[1] * way[1] + n[2] * way[2]).abs();
+        !block.is_clear(distance - radius, n, change)
+    });
+    let rest = body.has_rest && {
+        let sample = piece.sample(body, block.middle, 0.5);
+        !block.is_clear(sample.f, sample.normal, 0.5 * sample.ft.abs() + bent)
+    };
+    [ball, rest]
+}
+
+/// Intervals that a body takes up on a ray on one piece of motion.
+fn take(piece: &Piece, body: &Meridian, near: [bool; 2], ray: &Ray, taken: &mut Vec<Taken>) {
+    if near[0]
+        && let Some([z, radius]) = body.ball
+    {
+        taken.extend(sweep_ball(piece, z, radius, ray));
+    }
+    if near[1] {
+        if piece.turns() {
+            sweep_turning(piece, body, ray, taken);
+        } else {
+            taken.extend(sweep_translation(piece, body, ray));
+        }
+    }
+}
+
+/// Joins intervals that meet and marks their ends: the material's outward normal is against the body's.
+fn cuts_of(taken: &mut [Taken], id: u32, a: usize, cuts: &mut Vec<Cut>) {
+    if taken.len() > 1 {
+        taken.sort_by(|x, y| x.lo.s.total_cmp(&y.lo.s));
+    }
+    let mark = |n: V| {
+        let mut world = [0.0; 3];
+        world[a] = -n[0];
+        world[(a + 1) % 3] = -n[1];
+        world[(a + 2) % 3] = -n[2];
+        Mark::new(id, world)
+    };
+    cuts.clear();
+    let mut open: Option<Taken> = None;
+    for t in taken.iter() {
+        match &mut open {
+            Some(o) if t.lo.s <= o.hi.s + SLIVER => {
+                if t.hi.s > o.hi.s {
+                    o.hi = t.hi;
+                }
+            }
+            _ => {
+                if let Some(o) = open.take() {
+                    cuts.push(Cut { lo: o.lo.s, hi: o.hi.s, lo_mark: mark(o.lo.normal), hi_mark: mark(o.hi.normal) });
+                }
+                open = Some(*t);
+            }
+        }
+    }
+    if let Some(o) = open {
+        cuts.push(Cut { lo: o.lo.s, hi: o.hi.s, lo_mark: mark(o.lo.normal), hi_mark: mark(o.hi.normal) });
+    }
+}
+
+/// The interval that a body takes up on a line parallel to an axis, for tests that compare the kernels.
+#[cfg(test)]
+pub(crate) fn take_on_line(body: &Meridian, motion: &SweepMotion, a: usize, ray: &Ray) -> Vec<[f64; 2]> {
+    let mut taken = Vec::new();
+    for p in motion::pieces(motion, body.reach()) {
+        take(&motion::permuted(&p, a), body, [true, body.has_rest], ray, &mut taken);
+    }
+    let mut cuts = Vec::new();
+    cuts_of(&mut taken, 0, a, &mut cuts);
+    cuts.iter().map(|c| [c.lo, c.hi]).collect()
+}

@@ -1,0 +1,24 @@
+//! What a cut surface is held against.
+
+use proveout_geom::{Point, Vector};
+
+/// The point of a design surface nearest to a given one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Signed distance, mm: positive outside of the design (material left), negative inside (gouge).
+    pub distance: f64,
+    /// Outward unit normal of the design there.
+    pub normal: Vector,
+}
+
+/// A design surface that knows the signed distance of points, in the frame of the points.
+pub trait DesignSurface: Sync {
+    /// Nearest point of the design; none when it is further away than `range` (mm) or when the surface does not answer
+    /// for this point (beyond the end of a flank, a coordinate that is not a number).
+    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest>;
+
+    /// Signed distance, mm, positive outside; none where [`Self::nearest`] gives none without limit of range.
+    fn signed_distance(&self, p: &Point) -> Option<f64> {
+        self.nearest(p, f64::INFINITY).map(|n| n.distance)
+    }
+}

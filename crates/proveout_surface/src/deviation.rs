@@ -1,0 +1,176 @@
+//! Deviation of a cut surface from its design.
+
+use proveout_geom::{Aabb, Point, Vector};
+use rayon::prelude::*;
+
+use crate::DesignSurface;
+
+/// A point of a cut surface on one ray of the stock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSample {
+    /// The point, mm, in the frame of the design.
+    pub point: Point,
+    /// Outward unit normal of the cut surface, where known.
+    pub normal: Option<Vector>,
+    /// Direction of the ray that found it: 0, 1, 2 for x, y, z.
+    pub axis: u8,
+    /// The motion that cut it; none for the skin of the raw stock.
+    pub made_by: Option<u32>,
+}
+
+/// Which points count, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviationSettings {
+    /// Points further from the design than this (mm) do not count; infinity lets all count.
+    pub range: f64,
+    /// Only points inside of this box count.
+    pub region: Option<Aabb>,
+    /// Only points that a motion has cut count.
+    pub only_cut: bool,
+    /// Error of the design surface itself (chord error of its mesh), mm: gouges up to it are not counted as area.
+    pub tolerance_floor: f64,
+    /// Distance of neighboring rays, mm.
+    pub cell: f64,
+}
+
+/// Result of a comparison; lengths in mm, areas in mm².
+///
+/// ```text
+///   material outside of the design:  + (excess)        worst: largest magnitude
+///   ------------------------------ design ------------
+///   material missing inside of it:   - (gouge)
+/// ```
+///
+/// Mean, root mean square and areas weigh each point with the area it stands for. Rays along axis i with spacing h meet
+/// a surface of unit normal n at `|n_i| / h²` points an area. The weight `h² |n_i|` therefore makes the sum over the three
+/// families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell, while `h² / |n_i|` would let
+/// points on grazing rays decide.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deviation {
+    /// Error of the design surface as given.
+    pub tolerance_floor: f64,
+    /// Deepest point inside of the design, zero or more; the floor is not taken off.
+    pub gouge_max: f64,
+    /// Highest point outside of the design, zero or more.
+    pub excess_max: f64,
+    /// Mean deviation, weighted by area.
+    pub mean: f64,
+    /// Root mean square deviation, weighted by area.
+    pub rms: f64,
+    /// Area that is deeper inside of the design than the floor.
+    pub gouge_area: f64,
+    /// Area of all points that count.
+    pub area: f64,
+    /// Points that count.
+    pub samples: u64,
+    /// Points inside of the region that the design does not answer for or that are out of range.
+    pub out_of_range: u64,
+    /// Points that the region or `only_cut` leaves out.
+    pub masked: u64,
+    /// Point of largest magnitude, the first one if there are several; none when no point counts.
+    pub worst: Option<WorstPoint>,
+    /// One value a point, in the order given, mm; NaN where the point does not count.
+    pub values: Vec<f64>,
+}
+
+/// The point that deviates most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorstPoint {
+    /// Where.
+    pub point: Point,
+    /// Deviation, mm; negative for a gouge.
+    pub deviation: f64,
+    /// The motion that cut it.
+    pub made_by: Option<u32>,
+}
+
+enum Verdict {
+    Masked,
+    OutOfRange,
+    Counts { deviation: f64, weight: f64 },
+}
+
+/// Measures points against a design.
+///
+/// Distances are found in parallel and summed in the order of the points, with the carry of Neumaier (1974), so that the
+/// result does not depend on the number of threads.
+pub fn measure(
+    samples: &[SurfaceSample],
+    design: &(impl DesignSurface + ?Sized),
+    settings: &DeviationSettings,
+) -> Deviation {
+    let verdicts: Vec<Verdict> = samples.par_iter().map(|s| judge(s, design, settings)).collect();
+    let mut result = Deviation {
+        tolerance_floor: settings.tolerance_floor,
+        values: Vec::with_capacity(samples.len()),
+        ..Deviation::default()
+    };
+    let (mut area, mut first, mut second, mut gouged) =
+        (Sum::default(), Sum::default(), Sum::default(), Sum::default());
+    for (sample, verdict) in samples.iter().zip(verdicts) {
+        let (deviation, weight) = match verdict {
+            Verdict::Masked => {
+                result.masked += 1;
+                result.values.push(f64::NAN);
+                continue;
+            }
+            Verdict::OutOfRange => {
+                result.out_of_range += 1;
+                result.values.push(f64::NAN);
+                continue;
+            }
+            Verdict::Counts { deviation, weight } => (deviation, weight),
+        };
+        result.samples += 1;
+        result.values.push(deviation);
+        result.gouge_max = result.gouge_max.max(-deviation);
+        result.excess_max = result.excess_max.max(deviation);
+        area.add(weight);
+        first.add(weight * deviation);
+        second.add(weight * deviation * deviation);
+        if deviation < -settings.tolerance_floor {
+            gouged.add(weight);
+        }
+        if result.worst.is_none_or(|w| deviation.abs() > w.deviation.abs()) {
+            result.worst = Some(WorstPoint { point: sample.point, deviation, made_by: sample.made_by });
+        }
+    }
+    result.area = area.value();
+    result.gouge_area = gouged.value();
+    if result.area > 0.0 {
+        result.mean = first.value() / result.area;
+        result.rms = (second.value() / result.area).max(0.0).sqrt();
+    }
+    result
+}
+
+fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings: &DeviationSettings) -> Verdict {
+    let outside = settings.region.is_some_and(|b| !b.contains(&s.point));
+    if outside || settings.only_cut && s.made_by.is_none() {
+        return Verdict::Masked;
+    }
+    let Some(nearest) = design.nearest(&s.point, settings.range) else { return Verdict::OutOfRange };
+    // Without a normal of its own the point takes that of the design.
+    let normal = s.normal.unwrap_or(nearest.normal);
+    let weight = settings.cell * settings.cell * normal.as_slice().get(usize::from(s.axis)).map_or(0.0, |n| n.abs());
+    Verdict::Counts { deviation: nearest.distance, weight }
+}
+
+/// Sum with carry of lost low-order parts.
+#[derive(Default)]
+struct Sum {
+    total: f64,
+    carry: f64,
+}
+
+impl Sum {
+    fn add(&mut self, x: f64) {
+        let t = self.total + x;
+        self.carry += if self.total.abs() >= x.abs() { (self.total - t) + x } else { (x - t) + self.total };
+        self.total = t;
+    }
+
+    fn value(&self) -> f64 {
+        self.total + self.carry
+    }
+}

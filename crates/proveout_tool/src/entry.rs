@@ -1,0 +1,227 @@
+//! From an entry of a library file to a tool: which dimensions each kind of cutter has, and the schema that says so.
+
+use serde_json::{Value, json};
+
+use crate::builder::{HolderSection, ToolBuilder};
+use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
+use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
+use crate::{ProfileError, Segment, Tool};
+
+/// Fastest spindle that is believed, 1/min.
+const FASTEST_RPM: f64 = 1e6;
+
+/// JSON Schema of a library file, as text: keys, types, and the dimensions that each kind of cutter needs.
+pub fn library_schema() -> String {
+    format!("{:#}\n", schema())
+}
+
+pub(crate) fn schema() -> Value {
+    let mut all = schemars::schema_for!(LibraryFile).to_value();
+    if let Some(tool) = all.pointer_mut("/$defs/ToolEntry").and_then(Value::as_object_mut) {
+        let rules: Vec<Value> = KINDS
+            .iter()
+            .map(|(_, word, needed)| {
+                let foreign: Vec<_> = SHAPE_KEYS.iter().filter(|k| !needed.contains(k)).collect();
+                let absent: serde_json::Map<_, _> =
+                    foreign.into_iter().map(|k| ((*k).to_owned(), Value::Bool(false))).collect();
+                json!({
+                    "if": { "properties": { "kind": { "const": word } }, "required": ["kind"] },
+                    "then": { "required": needed, "properties": absent },
+                })
+            })
+            .collect();
+        tool.insert("allOf".into(), Value::Array(rules));
+    }
+    all
+}
+
+/// Keys that describe the shape of a cutter; each kind has its own.
+const SHAPE_KEYS: [&str; 15] = [
+    "diameter_mm",
+    "corner_radius_mm",
+    "corner_center_radius_mm",
+    "corner_center_height_mm",
+    "lower_angle_deg",
+    "upper_angle_deg",
+    "cutter_height_mm",
+    "point_angle_deg",
+    "tip_diameter_mm",
+    "tip_radius_mm",
+    "side_radius_mm",
+    "lens_radius_mm",
+    "half_angle_deg",
+    "entering_angle_deg",
+    "segments",
+];
+
+/// The shape keys that each kind needs; it may have no others.
+const KINDS: [(Kind, &str, &[&str]); 11] = [
+    (Kind::Ball, "ball", &["diameter_mm"]),
+    (Kind::Flat, "flat", &["diameter_mm"]),
+    (Kind::BullNose, "bull_nose", &["diameter_mm", "corner_radius_mm"]),
+    (Kind::TaperBall, "taper_ball", &["tip_diameter_mm", "half_angle_deg", "diameter_mm"]),
+    (Kind::Barrel, "barrel", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
+    (Kind::Lens, "lens", &["diameter_mm", "lens_radius_mm", "corner_radius_mm"]),
+    (Kind::Drill, "drill", &["diameter_mm", "point_angle_deg"]),
+    (Kind::Chamfer, "chamfer", &["diameter_mm", "point_angle_deg", "tip_diameter_mm"]),
+    (Kind::FaceMill, "face_mill", &["diameter_mm", "corner_radius_mm", "entering_angle_deg"]),
+    (
+        Kind::Apt,
+        "apt",
+        &[
+            "diameter_mm",
+            "corner_radius_mm",
+            "corner_center_radius_mm",
+            "corner_center_height_mm",
+            "lower_angle_deg",
+            "upper_angle_deg",
+            "cutter_height_mm",
+        ],
+    ),
+    (Kind::Profile, "profile", &["segments"]),
+];
+
+fn shape_value(e: &ToolEntry, key: &str) -> Option<f64> {
+    match key {
+        "diameter_mm" => e.diameter_mm,
+        "corner_radius_mm" => e.corner_radius_mm,
+        "corner_center_radius_mm" => e.corner_center_radius_mm,
+        "corner_center_height_mm" => e.corner_center_height_mm,
+        "lower_angle_deg" => e.lower_angle_deg,
+        "upper_angle_deg" => e.upper_angle_deg,
+        "cutter_height_mm" => e.cutter_height_mm,
+        "point_angle_deg" => e.point_angle_deg,
+        "tip_diameter_mm" => e.tip_diameter_mm,
+        "tip_radius_mm" => e.tip_radius_mm,
+        "side_radius_mm" => e.side_radius_mm,
+        "lens_radius_mm" => e.lens_radius_mm,
+        "half_angle_deg" => e.half_angle_deg,
+        "entering_angle_deg" => e.entering_angle_deg,
+        // Stands for "is there".
+        "segments" => e.segments.as_ref().map(|s| s.len() as f64),
+        _ => None,
+    }
+}
+
+pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
+    let Some((_, word, needed)) = KINDS.iter().find(|k| k.0 == e.kind) else {
+        return refuse("kind", 0.0, "is not a kind of cutter");
+    };
+    for key in SHAPE_KEYS {
+        match (shape_value(e, key), needed.contains(&key)) {
+            (None, true) => {
+                return refuse(key, f64::NAN, format!("is missing: kind \"{word}\" needs {}", needed.join(", ")));
+            }
+            (Some(value), false) => {
+                let limit = format!("is no dimension of kind \"{word}\", which has {}", needed.join(", "));
+                return refuse(key, value, limit);
+            }
+            _ => {}
+        }
+    }
+    let get = |key: &str| shape_value(e, key).unwrap_or(f64::NAN);
+    let diameter = get("diameter_mm");
+    let fixed_height = matches!(e.kind, Kind::Apt | Kind::Profile);
+    if e.flute_length_mm.is_none() && !fixed_height {
+        return refuse("flute_length_mm", f64::NAN, format!("is missing: kind \"{word}\" needs it"));
+    }
+    let flute = e.flute_length_mm.unwrap_or(f64::NAN);
+    let cutter = match e.kind {
+        Kind::Ball => Cutter::ball(diameter),
+        Kind::Flat => Cutter::flat(diameter),
+        Kind::BullNose => Cutter::bull_nose(diameter, get("corner_radius_mm")),
+        Kind::TaperBall => Cutter::taper_ball(get("tip_diameter_mm"), get("half_angle_deg"), diameter),
+        Kind::Barrel => Cutter::barrel(diameter, get("tip_radius_mm"), get("side_radius_mm"), flute),
+        Kind::Lens => Cutter::lens(diameter, get("lens_radius_mm"), get("corner_radius_mm")),
+        Kind::Drill => Cutter::drill(diameter, get("point_angle_deg")),
+        Kind::Chamfer => Cutter::chamfer(diameter, get("point_angle_deg"), get("tip_diameter_mm")),
+        Kind::FaceMill => Cutter::face_mill(diameter, get("corner_radius_mm"), get("entering_angle_deg"), flute),
+        Kind::Apt => Cutter::apt(&Apt {
+            diameter,
+            corner_radius: get("corner_radius_mm"),
+            center_radius: get("corner_center_radius_mm"),
+            center_height: get("corner_center_height_mm"),
+            lower_angle_deg: get("lower_angle_deg"),
+            upper_angle_deg: get("upper_angle_deg"),
+            height: get("cutter_height_mm"),
+        }),
+        Kind::Profile => Cutter::profile(&segments_of(e)?),
+    }?;
+    let flute = e.flute_length_mm.unwrap_or_else(|| cutter.height());
+    let mut builder = ToolBuilder::new(e.number, e.name.clone(), cutter, flute, e.gauge_length_mm)
+        .description(e.description.clone())
+        .left_handed(e.hand == Some(Hand::Left));
+    match (e.neck_diameter_mm, e.neck_length_mm) {
+        (Some(diameter), Some(length)) => builder = builder.neck(diameter, length),
+        (Some(_), None) => return refuse("neck_length_mm", f64::NAN, "is missing: a neck has a diameter and a length"),
+        (None, Some(_)) => {
+            return refuse("neck_diameter_mm", f64::NAN, "is missing: a neck has a diameter and a length");
+        }
+        (None, None) => {}
+    }
+    if let Some(length) = e.transition_length_mm {
+        builder = builder.transition(length);
+    }
+    if let Some(diameter) = e.shank_diameter_mm {
+        builder = builder.shank(diameter);
+    }
+    if let Some(length) = e.overall_length_mm {
+        builder = builder.overall_length(length);
+    }
+    if let Some(flutes) = e.flutes {
+        if flutes == 0 {
+            return refuse("flutes", 0.0, "must be 1 or more");
+        }
+        builder = builder.flutes(flutes);
+    }
+    if let Some(yes) = e.center_cutting {
+        builder = builder.center_cutting(yes);
+    }
+    if let Some(speed) = e.max_speed_rpm {
+        if !(speed > 0.0 && speed <= FASTEST_RPM) {
+            return refuse("max_speed_rpm", speed, format!("must be above 0 and at most {FASTEST_RPM}"));
+        }
+        builder = builder.max_speed_rpm(speed);
+    }
+    if let Some(holder) = &e.holder {
+        if holder.sections.is_empty() {
+            return refuse("sections", 0.0, "is empty: a holder has at least one section");
+        }
+        for section in &holder.sections {
+            for value in [Some(section.diameter_mm), section.top_diameter_mm, Some(section.length_mm)] {
+                // Their place is the list of sections.
+                if let Some(v) = value.filter(|v| !(*v > 0.0 && *v <= LARGEST_MM)) {
+                    return refuse("sections", v, format!("has the dimension {v}; it must be above 0 mm"));
+                }
+            }
+        }
+        builder = builder.holder(holder.sections.iter().map(|s| HolderSection {
+            diameter: s.diameter_mm,
+            top_diameter: s.top_diameter_mm.unwrap_or(s.diameter_mm),
+            length: s.length_mm,
+        }));
+    }
+    builder.build()
+}
+
+fn segments_of(e: &ToolEntry) -> Result<Vec<Segment>, ShapeError> {
+    let mut from = [0.0, 0.0];
+    let mut segments = Vec::new();
+    for s in e.segments.iter().flatten() {
+        let to = s.to_mm;
+        segments.push(match s.center_mm {
+            None => Segment::Line { from, to },
+            Some(center) => {
+                let radius = crate::profile::distance(center, to);
+                let off = (crate::profile::distance(center, from) - radius).abs();
+                if off > 1e-6 {
+                    let reason = "the ends of the arc are not equally far from its center";
+                    return Err(ProfileError::Degenerate { segment: segments.len(), reason }.into());
+                }
+                Segment::Arc { center, radius, from, to }
+            }
+        });
+        from = to;
+    }
+    Ok(segments)
+}

@@ -1,0 +1,114 @@
+//! Errors of library files, with their place.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why a tool library cannot be used.
+#[derive(Debug, Error)]
+pub enum ToolError {
+    /// The file cannot be read.
+    #[error("cannot read the tool library {}: {source}; check the path and its permissions", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The file is larger than any library is.
+    #[error("the tool library {} has {bytes} bytes; at most {limit} are read", file.display())]
+    TooLarge {
+        /// The file.
+        file: PathBuf,
+        /// Its size.
+        bytes: u64,
+        /// The largest size read.
+        limit: u64,
+    },
+    /// Something in it is wrong.
+    #[error(transparent)]
+    Defect(Box<Defect>),
+}
+
+impl ToolError {
+    /// The defect, when the file could be read.
+    pub fn defect(&self) -> Option<&Defect> {
+        match self {
+            Self::Defect(d) => Some(d),
+            _ => None,
+        }
+    }
+}
+
+/// A defect at a place of a library file.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub struct Defect {
+    /// The file.
+    pub file: PathBuf,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// Tool by name, empty when it concerns none.
+    pub tool: String,
+    /// Key, empty when the text is no TOML.
+    pub key: String,
+    /// Value as written, empty when there is none.
+    pub value: String,
+    /// What is wrong, with the limit.
+    pub message: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl fmt::Display for Defect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}: ", self.file.display(), self.line, self.column)?;
+        if !self.tool.is_empty() {
+            write!(f, "tool \"{}\": ", self.tool)?;
+        }
+        if !self.key.is_empty() {
+            write!(f, "`{}`", self.key)?;
+            if !self.value.is_empty() {
+                write!(f, " = {}", self.value)?;
+            }
+            write!(f, " ")?;
+        }
+        write!(f, "{}", self.message)?;
+        if self.remedy.is_empty() { Ok(()) } else { write!(f, "; {}", self.remedy) }
+    }
+}
+
+/// The known word nearest to an unknown one by edits (Levenshtein 1966), when it is near enough to be a slip.
+pub(crate) fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = (word.chars().count() / 3).max(2);
+    known.into_iter().map(|k| (edits(word, k), k)).filter(|(d, _)| *d <= limit).min().map(|(_, k)| k)
+}
+
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(x != *y);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_find_their_word() {
+        assert_eq!(edits("kitten", "sitting"), 3);
+        assert_eq!(nearest("diamter_mm", ["number", "diameter_mm", "flutes"]), Some("diameter_mm"));
+        assert_eq!(nearest("zzzzzz", ["number", "diameter_mm", "flutes"]), None);
+    }
+}

@@ -1,0 +1,145 @@
+//! Tool libraries and their files.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use crate::cutter::ShapeError;
+use crate::entry::{schema, tool_of};
+use crate::error::{Defect, ToolError, nearest};
+use crate::library_file::{Kind, LibraryFile};
+use crate::text::Text;
+use crate::{Tool, ToolId};
+
+/// Largest library that is read: thousands of tools.
+const LARGEST_FILE_BYTES: u64 = 16 * 1024 * 1024;
+
+/// Where the numbers of a tool come from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ToolNotes {
+    /// Catalogue reference.
+    pub source: String,
+    /// Keys whose values come from no catalogue, and why they have these values.
+    pub chosen: Vec<(Vec<String>, String)>,
+    /// Name of the holder.
+    pub holder: String,
+}
+
+/// The tools of a scene, in the order of their file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ToolLibrary {
+    /// The assemblies.
+    pub tools: Vec<Tool>,
+    /// Origin of the numbers, one entry a tool.
+    pub notes: Vec<ToolNotes>,
+    /// What the library is for.
+    pub description: String,
+    /// The file it was read from, empty when made in code.
+    pub file: PathBuf,
+}
+
+impl ToolLibrary {
+    /// Reads a library file (TOML; one `[[tool]]` a tool, see [`crate::library_schema`]).
+    ///
+    /// # Errors
+    /// The first defect with file, line, column, key, value and remedy; nothing is filled in silently.
+    pub fn read(path: &Path) -> Result<Self, ToolError> {
+        let fail = |source| ToolError::Read { file: path.to_owned(), source };
+        let file = std::fs::File::open(path).map_err(fail)?;
+        let bytes = file.metadata().map_err(fail)?.len();
+        if bytes > LARGEST_FILE_BYTES {
+            return Err(ToolError::TooLarge { file: path.to_owned(), bytes, limit: LARGEST_FILE_BYTES });
+        }
+        let mut text = String::new();
+        file.take(LARGEST_FILE_BYTES).read_to_string(&mut text).map_err(fail)?;
+        Self::from_text(path, &text)
+    }
+
+    /// The same from a text; `name` stands in errors.
+    ///
+    /// # Errors
+    /// As for [`Self::read`].
+    pub fn from_text(name: &Path, text: &str) -> Result<Self, ToolError> {
+        Self::parse(name, text).map_err(ToolError::Defect)
+    }
+
+    /// Library made in code.
+    pub fn from_tools(tools: Vec<Tool>) -> Self {
+        let notes = vec![ToolNotes::default(); tools.len()];
+        Self { tools, notes, description: String::new(), file: PathBuf::new() }
+    }
+
+    /// The tool that a program names.
+    pub fn find(&self, id: &ToolId) -> Option<&Tool> {
+        self.position(id).map(|i| &self.tools[i])
+    }
+
+    /// Its index in [`Self::tools`].
+    pub fn position(&self, id: &ToolId) -> Option<usize> {
+        self.tools.iter().position(|t| match id {
+            ToolId::Number(n) => t.number == *n,
+            ToolId::Name(n) => t.name == *n,
+        })
+    }
+
+    /// The name in the library nearest to one that it lacks, for a diagnostic.
+    pub fn nearest_name(&self, name: &str) -> Option<&str> {
+        nearest(name, self.tools.iter().map(|t| t.name.as_str()))
+    }
+
+    fn parse(name: &Path, text: &str) -> Result<Self, Box<Defect>> {
+        let places = Text::parse(name, text)?;
+        places.check(&schema())?;
+        let file: LibraryFile = toml::from_str(text).map_err(|e| {
+            let message = format!("is not accepted: {}", e.message());
+            places.defect(&e.span().unwrap_or(0..0), "", message, String::new())
+        })?;
+        let mut library = Self { file: name.to_owned(), description: file.description, ..Self::default() };
+        let mut numbers = BTreeMap::new();
+        let mut names = BTreeMap::new();
+        for (index, entry) in file.tool.iter().enumerate() {
+            let refused = |key: &str, message: String, remedy: &str| {
+                let (span, found) = places.place_of(index, key);
+                let mut defect = places.defect(&span, key, message, remedy.to_owned());
+                if !found {
+                    defect.value = String::new();
+                }
+                defect
+            };
+            if let Some(first) = numbers.insert(entry.number, index) {
+                let other: &Tool = &library.tools[first];
+                let message = format!("is the number of tool \"{}\" as well", other.name);
+                return Err(refused("number", message, "give each tool its own number"));
+            }
+            if entry.name.is_empty() || entry.name.trim() != entry.name {
+                let message = "is empty or has blanks at an end".to_owned();
+                return Err(refused("name", message, "write the name as the program does"));
+            }
+            if names.insert(entry.name.clone(), index).is_some() {
+                return Err(refused("name", "is used twice".into(), "give each tool its own name"));
+            }
+            for chosen in &entry.chosen {
+                if let Some(stray) = chosen.keys.iter().find(|k| !places.place_of(index, k).1) {
+                    let message = format!("names `{stray}`, which this tool does not have");
+                    return Err(refused("chosen", message, "name keys that are written above"));
+                }
+            }
+            match tool_of(entry) {
+                Ok(tool) => library.tools.push(tool),
+                Err(ShapeError::Dimension { key, limit, .. }) => {
+                    return Err(refused(key, limit, "correct the dimension"));
+                }
+                Err(ShapeError::Profile(e)) => {
+                    let key = if entry.kind == Kind::Profile { "segments" } else { "kind" };
+                    return Err(refused(key, format!("gives no cutter: {e}"), "correct the curve"));
+                }
+            }
+            library.notes.push(ToolNotes {
+                source: entry.source.clone(),
+                chosen: entry.chosen.iter().map(|c| (c.keys.clone(), c.reason.clone())).collect(),
+                holder: entry.holder.as_ref().map(|h| h.name.clone()).unwrap_or_default(),
+            });
+        }
+        Ok(library)
+    }
+}

@@ -1,0 +1,172 @@
+//! The text form of a tool library: one structure a table, as read and as published in the JSON Schema.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Cutting-tool library: cutters with their holders. Lengths are in millimeter, angles in degree.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LibraryFile {
+    /// What the library is for and where its numbers come from.
+    #[serde(default)]
+    pub(crate) description: String,
+    /// The tools.
+    #[serde(default)]
+    pub(crate) tool: Vec<ToolEntry>,
+}
+
+/// Shape of the cutter.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Kind {
+    /// Ball end mill.
+    Ball,
+    /// Flat end mill with a sharp corner.
+    Flat,
+    /// End mill with a corner radius.
+    BullNose,
+    /// Ball, tangent cone, cylinder.
+    TaperBall,
+    /// Ball and a tangent side arc.
+    Barrel,
+    /// Flat arc over the tip with a corner radius.
+    Lens,
+    /// Cone and cylinder.
+    Drill,
+    /// Flat or pointed tip, cone, cylinder.
+    Chamfer,
+    /// Cutter head with inserts.
+    FaceMill,
+    /// Seven parameters of the APT cutter statement: D R E F alpha beta H.
+    Apt,
+    /// Lines and convex arcs.
+    Profile,
+}
+
+/// Sense of rotation.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Hand {
+    /// Cuts when the spindle turns clockwise (M3).
+    Right,
+    /// Cuts when the spindle turns counter-clockwise (M4).
+    Left,
+}
+
+/// One tool assembly.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ToolEntry {
+    /// Place in the tool table; unique.
+    pub(crate) number: u32,
+    /// Name as programs call it; unique.
+    pub(crate) name: String,
+    /// Words for people.
+    #[serde(default)]
+    pub(crate) description: String,
+    /// Shape of the cutter.
+    pub(crate) kind: Kind,
+    /// Cutting diameter (D).
+    pub(crate) diameter_mm: Option<f64>,
+    /// Corner radius (R).
+    pub(crate) corner_radius_mm: Option<f64>,
+    /// Radial position of the corner center (E of `apt`).
+    pub(crate) corner_center_radius_mm: Option<f64>,
+    /// Height of the corner center above the tip (F of `apt`).
+    pub(crate) corner_center_height_mm: Option<f64>,
+    /// Rise of the lower line (alpha of `apt`).
+    pub(crate) lower_angle_deg: Option<f64>,
+    /// Inclination of the upper line to the axis (beta of `apt`).
+    pub(crate) upper_angle_deg: Option<f64>,
+    /// Height of the cutter (H of `apt`).
+    pub(crate) cutter_height_mm: Option<f64>,
+    /// Full angle of the point of a drill or chamfer cutter.
+    pub(crate) point_angle_deg: Option<f64>,
+    /// Diameter of the tip of a taper ball (its ball) or chamfer cutter (its flat; 0 is a point).
+    pub(crate) tip_diameter_mm: Option<f64>,
+    /// Radius of the ball at the tip of a barrel.
+    pub(crate) tip_radius_mm: Option<f64>,
+    /// Radius of the side of a barrel.
+    pub(crate) side_radius_mm: Option<f64>,
+    /// Radius of the arc over the tip of a lens.
+    pub(crate) lens_radius_mm: Option<f64>,
+    /// Angle of a taper ball to its axis.
+    pub(crate) half_angle_deg: Option<f64>,
+    /// Angle between the face and the side of the inserts of a face mill.
+    pub(crate) entering_angle_deg: Option<f64>,
+    /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
+    pub(crate) segments: Option<Vec<SegmentEntry>>,
+    /// Length of the flutes from the tip.
+    pub(crate) flute_length_mm: Option<f64>,
+    /// Diameter of the neck above the flutes (or of the body of a face mill).
+    pub(crate) neck_diameter_mm: Option<f64>,
+    /// Length of the neck above the flutes.
+    pub(crate) neck_length_mm: Option<f64>,
+    /// Length of the cone from flutes or neck to the shank.
+    pub(crate) transition_length_mm: Option<f64>,
+    /// Diameter of the shank.
+    pub(crate) shank_diameter_mm: Option<f64>,
+    /// Length of the cutting tool without holder.
+    pub(crate) overall_length_mm: Option<f64>,
+    /// From the programmed tip to the gauge line of the spindle.
+    pub(crate) gauge_length_mm: f64,
+    /// Number of flutes or inserts.
+    pub(crate) flutes: Option<u32>,
+    /// Whether the cutting edges reach the center, so that the tool may plunge.
+    pub(crate) center_cutting: Option<bool>,
+    /// Highest spindle speed.
+    pub(crate) max_speed_rpm: Option<f64>,
+    /// Sense of rotation; right when absent.
+    pub(crate) hand: Option<Hand>,
+    /// Holder; without one, checks against the holder are unchecked.
+    pub(crate) holder: Option<HolderEntry>,
+    /// Catalogue reference of the dimensions.
+    #[serde(default)]
+    pub(crate) source: String,
+    /// Keys whose values come from no catalogue, with the reason for the value.
+    #[serde(default)]
+    pub(crate) chosen: Vec<ChosenEntry>,
+}
+
+/// A piece of a curve, in the half plane of radius and height.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SegmentEntry {
+    /// End `[radius, height]`; it begins where the one before ended.
+    pub(crate) to_mm: [f64; 2],
+    /// Center `[radius, height]` of a counter-clockwise arc; without it the piece is straight.
+    pub(crate) center_mm: Option<[f64; 2]>,
+}
+
+/// Holder as a stack of cylinders and cones.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct HolderEntry {
+    /// Words for people.
+    #[serde(default)]
+    pub(crate) name: String,
+    /// From the tip side to the gauge line.
+    pub(crate) sections: Vec<SectionEntry>,
+}
+
+/// One cylinder or cone of a holder.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SectionEntry {
+    /// Diameter at the end nearer to the tip.
+    pub(crate) diameter_mm: f64,
+    /// Diameter at the end nearer to the spindle; the same when absent.
+    pub(crate) top_diameter_mm: Option<f64>,
+    /// Length along the axis.
+    pub(crate) length_mm: f64,
+}
+
+/// Reason for values that come from no catalogue.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ChosenEntry {
+    /// Keys of this tool (`holder` for the whole holder).
+    pub(crate) keys: Vec<String>,
+    /// Why these values.
+    pub(crate) reason: String,
+}
