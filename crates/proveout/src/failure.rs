@@ -14,6 +14,8 @@ pub(crate) struct Failure {
     /// Column of the fault in `source_line`, from 1, and its length.
     pub(crate) mark: Option<(usize, usize)>,
     pub(crate) help: Option<String>,
+    /// Further errors of the same file.
+    pub(crate) more: Vec<Self>,
 }
 
 impl Failure {
@@ -52,7 +54,7 @@ impl Display for Failure {
         if let Some(help) = &self.help {
             writeln!(f, "  help: {help}")?;
         }
-        Ok(())
+        self.more.iter().try_for_each(|other| write!(f, "{other}"))
     }
 }
 
@@ -62,9 +64,15 @@ impl From<&SimError> for Failure {
             SimError::Config(c) => Self::new(&c.message)
                 .at(c.file.display(), c.line, c.column, 1, &c.source_line)
                 .with_help(&c.help),
-            SimError::Program(d) => Self::new(format!("{} [{}]", d.message, d.code))
-                .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &d.source_line)
-                .with_help(d.help.as_deref().unwrap_or_default()),
+            SimError::Program(all) => {
+                let mut each = all.0.iter().map(|d| {
+                    Self::new(format!("{} [{}]", d.message, d.code))
+                        .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &d.source_line)
+                        .with_help(d.help.as_deref().unwrap_or_default())
+                });
+                let first = each.next().unwrap_or_default();
+                Self { more: each.collect(), ..first }
+            }
             SimError::Machine(MachineError::Content(c)) => {
                 Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
                     .at(c.file.display(), c.line, c.column, c.key.rsplit('.').next().map_or(1, str::len), &line_of(&c.file, c.line))

@@ -12,10 +12,6 @@ use proveout_machine::JointValues;
 pub(crate) struct Jet(pub(crate) [f64; 4]);
 
 impl Jet {
-    pub(crate) fn is_constant(&self) -> bool {
-        self.0[1] == 0.0 && self.0[2] == 0.0 && self.0[3] == 0.0
-    }
-
     pub(crate) fn scaled(&self, by: f64) -> Self {
         Self(self.0.map(|c| c * by))
     }

@@ -1,1 +1,69 @@
-//! Offsets, RTCP, path smoothing, look-ahead feed planning, interpolation.
+//! The twin's numerical control: canonical commands in, motion of the machine out.
+//!
+//! It applies tool lengths, tool center point control (RTCP) and machine coordinates, rounds corners within tolerances,
+//! plans the feed with look-ahead under the velocity, acceleration and jerk limits of every joint, and samples the
+//! motion at the cycle of the control. Executed motion leaves as a stream of [`Chunk`]s, so that memory does not grow
+//! with the program.
+//!
+//! # Data
+//!
+//! In: [`proveout_nc::Command`]s, a [`proveout_machine::Machine`], tools, [`Settings`]. Out, in mm, radian and second:
+//! * [`Piece`] – tool motion in the table frame K for removal and interference checks, with a bound of its error;
+//! * [`Sample`] – set points of the joints with three derivatives at each control cycle;
+//! * [`Event`] – tool changes, spindle, limits passed; [`BlockRecord`] – begin and end of every block;
+//! * [`Summary`] – times, lower bound of the time, extremes of the joints.
+//!
+//! # Coordinates
+//!
+//! Without tool center point control, base coordinates are machine coordinates of the tip: an axis letter is the joint
+//! of that name; the active tool length is added along the spindle direction (joints at zero) to the axes that a block
+//! moves. Changing the length alone moves nothing. With tool center point control they are coordinates of the tip in the
+//! table frame K, which turns with the table. A block in machine coordinates (SUPA, G53) moves only the axes it names.
+//! No motion happens when the control is switched.
+//!
+//! # Feed
+//!
+//! The feed holds for the tip (with tool center point control) or the linear joints (without). Where neither moves, a
+//! feed of F mm/min is read as F degrees/min of the rotary joints together (Euclidean).
+//!
+//! # Algorithm
+//!
+//! [`Controller`] collects blocks between two stops into a path in task coordinates, with quintic corner blends
+//! (`path.rs`), derives limits along the path from those of the joints (`limits.rs`, derivatives through the kinematics
+//! by Taylor arithmetic, `rig.rs`), plans the time law (`plan.rs`, closed forms in `scurve.rs`), measures the law at the
+//! control samples and slows down where a sample passes a limit (`stretch.rs`), and cuts the motion into pieces
+//! (`pieces.rs`). Rounded and exact path share one parameter, so that [`Dynamics::Ideal`] and [`Dynamics::Planned`] have
+//! the same time law.
+//!
+//! # Limits
+//!
+//! Corners are rounded block by block: runs of short blocks are not fitted by one curve. The acceleration is zero where
+//! the speed begins or ends to follow a limit, which costs some time against the optimum. A machine without
+//! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
+//! has only its first and last sample. M0 and M1 take no time. Servo dynamics belong behind `Sample::actual`.
+
+mod controller;
+mod emit;
+mod error;
+mod jet;
+mod limits;
+mod mapping;
+mod meter;
+mod motion;
+mod output;
+mod path;
+mod pieces;
+mod plan;
+mod profile;
+mod rig;
+mod scurve;
+mod settings;
+mod shape;
+mod stretch;
+mod summary;
+
+pub use controller::Controller;
+pub use error::{ControlError, RunError};
+pub use output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample};
+pub use settings::{Dynamics, Settings};
+pub use summary::{JointSummary, Summary, UnlimitedJoint};

@@ -11,7 +11,7 @@
 //! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and
 //! leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
 
-use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{MAX_JOINTS, Machine};
 
 use crate::{plan::Cell, scurve::Rates, shape::DerivativeBounds};
 
@@ -170,9 +170,4 @@ pub(crate) fn slow_down(cell: &mut Cell, ratios: [f64; 3]) {
     cell.speed /= time;
     cell.rates.acceleration /= time * time;
     cell.rates.jerk /= time * time * time;
-}
-
-/// True when a set of values is finite.
-pub(crate) fn finite(q: &JointValues) -> bool {
-    q.is_finite()
 }

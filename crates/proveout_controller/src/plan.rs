@@ -130,6 +130,13 @@ pub(crate) struct Node {
     leg_in: Option<usize>,
 }
 
+impl Node {
+    /// Standstill behind the last of `cells` cells.
+    pub(crate) fn end(cells: usize) -> Self {
+        Self { border: cells, speed: 0.0, shared: true, leg_out: None, leg_in: None }
+    }
+}
+
 /// Ramp, cruise and ramp between two nodes.
 #[derive(Clone, Copy, Debug)]
 struct Link {

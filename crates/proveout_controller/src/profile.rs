@@ -110,6 +110,19 @@ impl Law {
         self.push(s_b, v_b, a, -j, tj);
     }
 
+    /// Uniform motion at speed one from `s0`.
+    pub(crate) fn uniform(s0: f64, duration: f64) -> Self {
+        let mut law = Self::default();
+        law.push(s0, 1.0, 0.0, 0.0, duration);
+        law
+    }
+
+    /// State at rest at the end.
+    pub(crate) fn end(&self) -> PathState {
+        let s = self.phases.last().map_or(0.0, |p| p.at(p.duration).s);
+        PathState { s, v: 0.0, a: 0.0, j: 0.0 }
+    }
+
     /// Index of the phase at a time, searched forward from `hint`.
     pub(crate) fn phase_at(&self, time: f64, hint: usize) -> usize {
         let mut i = hint.min(self.phases.len().saturating_sub(1));

@@ -13,20 +13,24 @@ pub enum Dynamics {
 pub struct Settings {
     /// Motion of the tool.
     pub dynamics: Dynamics,
-    /// Rounding of corners where program and machine state none, mm.
-    pub default_tolerance: f64,
-    /// Rounding of the orientation where program and machine state none, radian.
-    pub default_orientation_tolerance: f64,
+    /// Rounding of corners where the program states none, mm; none: as the machine's control.
+    pub default_tolerance: Option<f64>,
+    /// Rounding of the orientation where the program states none, radian; none: as the machine's control, else
+    /// [`Self::FALLBACK_ORIENTATION_TOLERANCE`].
+    pub default_orientation_tolerance: Option<f64>,
     /// Allowed deviation of a [`crate::Piece`], mm.
     pub piece_tolerance: f64,
     /// Longest [`crate::Piece`], mm.
     pub piece_length: f64,
     /// Largest turn of the tool axis or of a rotary joint within a [`crate::Piece`], radian.
     pub piece_angle: f64,
-    /// Control cycle, s; none: that of the machine, else [`Self::FALLBACK_CYCLE`].
+    /// Control cycle, s; none: that of the machine.
     pub sample_time: Option<f64>,
     /// Axis motion waits for the spindle to reach its speed (time from the machine).
     pub spindle_waits: bool,
+    /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not on controls
+    /// that want G43).
+    pub length_active_after_change: bool,
     /// Joint limits that keep a block below this part of its programmed feed are told by an event.
     pub feed_reduced_below: f64,
     /// Number of blocks that the control looks ahead before it must plan a part of a run without stops.
@@ -34,21 +38,23 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Control cycle where neither settings nor machine state one, s: usual for mid-size controls.
-    pub const FALLBACK_CYCLE: f64 = 0.004;
+    /// Rounding of the orientation where nobody states one, radian (0.05 degrees): at 20 mm from the tip it moves the
+    /// flank of a tool by 0.02 mm, the usual tolerance of finishing programs.
+    pub const FALLBACK_ORIENTATION_TOLERANCE: f64 = 0.05 * std::f64::consts::PI / 180.0;
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             dynamics: Dynamics::Planned,
-            default_tolerance: 0.01,
-            default_orientation_tolerance: 0.05_f64.to_radians(),
+            default_tolerance: None,
+            default_orientation_tolerance: None,
             piece_tolerance: 0.0005,
             piece_length: 50.0,
             piece_angle: 1.0_f64.to_radians(),
             sample_time: None,
             spindle_waits: true,
+            length_active_after_change: true,
             feed_reduced_below: 0.5,
             look_ahead_blocks: 2000,
         }

@@ -3,7 +3,10 @@
 use proveout_geom::Vector;
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use crate::jet::{Jet, JointJet, VectorJet};
+use crate::{
+    jet::{Jet, JointJet, VectorJet},
+    profile::Law,
+};
 
 /// Path of a block over its parameter u in 0..=length.
 #[derive(Clone, Debug)]
@@ -17,6 +20,16 @@ pub(crate) enum Shape {
     Arc(Box<Arc>),
     /// Pieces that join with equal value, first and second derivative; begins of the pieces grow.
     Spline(Vec<Quintic>),
+    /// Every joint by its own law; the parameter is the time in seconds.
+    Timed(Box<Timed>),
+}
+
+/// Joints that move at once and independently (dog-leg rapid motion).
+#[derive(Clone, Debug)]
+pub(crate) struct Timed {
+    pub(crate) from: JointValues,
+    /// Joint, direction and law of its distance for each joint that moves.
+    pub(crate) joints: Vec<(usize, f64, Law)>,
 }
 
 /// Circle, helix, or spiral where the radii at start and end differ by rounding of the program.
@@ -69,12 +82,26 @@ impl Shape {
                 let i = pieces.partition_point(|p| p.u1 <= u).min(pieces.len() - 1);
                 pieces[i].jet(u)
             }
+            Self::Timed(timed) => timed.jet(u),
         }
     }
 
     /// True when all derivatives of the coordinates above the first vanish.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self, Self::Line { .. })
+    }
+}
+
+impl Timed {
+    fn jet(&self, time: f64) -> JointJet {
+        let mut out = JointJet::constant(self.from);
+        for (joint, sign, law) in &self.joints {
+            let p = if time >= law.duration { law.end() } else { law.at(time, &mut 0) };
+            let s = if p.v == 0.0 && time >= law.duration { law.end().s } else { p.s };
+            let jet = Jet([self.from[*joint] + sign * s, sign * p.v, sign * p.a / 2.0, sign * p.j / 6.0]);
+            out.set(*joint, &jet);
+        }
+        out
     }
 }
 

@@ -11,6 +11,7 @@ use proveout_tool::{Role, Tool};
 
 use crate::{
     bodies::{BodyCheck, Hit, HitKind},
+    error::SimError,
     finding::{self, Code, Finding},
     log::FindingLog,
     observer::{BlockRow, SampleSignals},
@@ -43,10 +44,10 @@ pub(crate) struct Facts {
     pub(crate) block_of_piece: Vec<u32>,
     /// File and line of every block.
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
-    /// Pairs of bodies that are not checked against each other, in words.
-    pub(crate) unchecked_pairs: Vec<String>,
-    /// True when at least one pair of bodies was checked.
-    pub(crate) bodies_checked: bool,
+    /// Bodies that the machine keeps out of the checks.
+    pub(crate) excluded_bodies: Vec<String>,
+    /// Pairs of bodies that were checked.
+    pub(crate) checked_pairs: usize,
 }
 
 /// Sums over the pieces of a block.
@@ -63,6 +64,8 @@ pub(crate) struct Engine<'a> {
     stock: TriDexel,
     bodies: BodyCheck<'a>,
     log: FindingLog,
+    /// Breach of the bodies, and the finding that tells of it.
+    breaches: Vec<(usize, usize)>,
     state: CuttingState,
     uses: BTreeMap<usize, (usize, ToolUse)>,
     in_spindle_since: f64,
@@ -74,13 +77,14 @@ pub(crate) struct Engine<'a> {
 }
 
 impl<'a> Engine<'a> {
-    pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel) -> Self {
-        Self {
+    pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel) -> Result<Self, SimError> {
+        Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
             stock,
-            bodies: BodyCheck::new(prepared),
+            bodies: BodyCheck::new(prepared)?,
             log: FindingLog::default(),
+            breaches: Vec::new(),
             state: CuttingState { tool: None, spindle: SpindleDirection::Off },
             uses: BTreeMap::new(),
             in_spindle_since: 0.0,
@@ -89,7 +93,7 @@ impl<'a> Engine<'a> {
             places: Vec::new(),
             removed: 0.0,
             time: 0.0,
-        }
+        })
     }
 
     pub(crate) fn stock(&self) -> &TriDexel {
@@ -152,6 +156,11 @@ impl<'a> Engine<'a> {
     /// Closes the run.
     pub(crate) fn finish(mut self) -> (TriDexel, Facts) {
         self.tool_out(self.time);
+        for (breach, finding) in std::mem::take(&mut self.breaches) {
+            if let Some((penetration, distance)) = self.bodies.worst(breach) {
+                self.log.deepen(finding, penetration, distance);
+            }
+        }
         let mut uses: Vec<(usize, ToolUse)> = self.uses.into_values().collect();
         uses.sort_by_key(|(order, _)| *order);
         let tools: Vec<ToolUse> = uses.into_iter().map(|(_, u)| u).collect();
@@ -170,8 +179,8 @@ impl<'a> Engine<'a> {
             pieces: self.block_of_piece.len() as u64,
             block_of_piece: self.block_of_piece,
             places: self.places,
-            unchecked_pairs: self.bodies.unchecked_pairs(),
-            bodies_checked: self.bodies.any_pair(),
+            excluded_bodies: self.bodies.excluded(),
+            checked_pairs: self.bodies.checked_pairs(),
         };
         (self.stock, facts)
     }
@@ -285,22 +294,23 @@ impl<'a> Engine<'a> {
 
     fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
         let [a, b] = &hit.bodies;
+        let inside = if hit.inside { ", one inside of the other" } else { "" };
         let near = self.prepared.scene.file.tolerances.near_miss_mm;
         let (code, message) = match hit.kind {
-            HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}")),
+            HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}{inside}")),
             HitKind::NearMiss(left) => {
                 (&finding::NEAR_MISS, format!("{a} comes within {left:.3} mm of {b}, wanted are {near:.3} mm"))
             }
         };
-        let time = piece.time[0] + hit.fraction * (piece.time[1] - piece.time[0]);
-        let mut f = self.at_piece(FindingLog::of(code, message), piece, time);
+        let mut f = self.at_piece(FindingLog::of(code, message), piece, hit.time);
         f.bodies = hit.bodies.to_vec();
         f.penetration_mm = hit.penetration;
         if let HitKind::NearMiss(left) = hit.kind {
             (f.clearance_mm, f.limit, f.unit) = (Some(left), Some(near), Some("mm".into()));
         }
-        f.point_mm = hit.point_in_table.map(|p| self.work_from_table.point(&p).coords.into());
-        self.log.push(f);
+        f.point_mm = Some(self.work_from_table.point(&hit.point_in_table).coords.into());
+        let finding = self.log.push(f);
+        self.breaches.push((hit.breach, finding));
     }
 
     fn judge_events(&mut self, chunk: &Chunk) {

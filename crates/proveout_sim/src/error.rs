@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use proveout_collision::CollisionError;
 use proveout_controller::ControlError;
 use proveout_geom::{MeshError, MeshFileError};
 use proveout_machine::MachineError;
-use proveout_nc::Diagnostic;
+use proveout_nc::{Diagnostic, Diagnostics};
 use proveout_stock::StockError;
 use proveout_tool::ToolError;
 use thiserror::Error;
@@ -18,9 +19,9 @@ pub enum SimError {
     /// Scene file.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// NC program.
-    #[error("{0}")]
-    Program(Box<Diagnostic>),
+    /// NC program: everything that was found wrong with its text, or the fault that stopped it.
+    #[error(transparent)]
+    Program(#[from] Diagnostics),
     /// Machine file.
     #[error(transparent)]
     Machine(#[from] MachineError),
@@ -41,6 +42,9 @@ pub enum SimError {
     /// Stock that cannot be made.
     #[error("stock: {0}")]
     Stock(#[from] StockError),
+    /// Bodies that cannot be checked.
+    #[error(transparent)]
+    Collision(#[from] CollisionError),
     /// Program that the control cannot execute.
     #[error("{0}")]
     Control(Box<ControlError>),
@@ -54,6 +58,12 @@ pub enum SimError {
 
 impl From<Diagnostic> for SimError {
     fn from(d: Diagnostic) -> Self {
-        Self::Program(Box::new(d))
+        Self::Program(d.into())
+    }
+}
+
+impl From<Box<ControlError>> for SimError {
+    fn from(e: Box<ControlError>) -> Self {
+        Self::Control(e)
     }
 }

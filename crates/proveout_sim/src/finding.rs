@@ -1,3 +1,5 @@
+//! The registry of findings: codes, families, severities.
+
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;

@@ -11,7 +11,7 @@ use crate::{
 
 /// Measures every feature: from the start point along its direction to the first material, on the ray nearest to the
 /// start point (at most half a cell aside in each direction).
-pub fn inspect(plan: &[InspectFile], stock: &TriDexel) -> Vec<Inspected> {
+pub(crate) fn inspect(plan: &[InspectFile], stock: &TriDexel) -> Vec<Inspected> {
     plan.iter()
         .map(|feature| Inspected {
             name: feature.name.clone(),
@@ -26,14 +26,14 @@ fn touch(feature: &InspectFile, stock: &TriDexel) -> Option<f64> {
     let (axis, sign) = probe_direction(feature.direction.get_ref())?;
     let from = feature.from_mm.get_ref();
     let (u, v) = (from[(axis + 1) % 3], from[(axis + 2) % 3]);
-    let spans = stock.intervals_on(axis, u, v);
-    let faces = spans.iter().map(|[low, high]| if sign > 0.0 { *low } else { *high });
+    let (_, material) = stock.intervals_on(axis, u, v);
+    let faces = material.iter().map(|i| if sign > 0.0 { i.lo } else { i.hi });
     let ahead = faces.filter(|face| (face - from[axis]) * sign >= 0.0);
     ahead.min_by(|a, b| (a * sign).total_cmp(&(b * sign)))
 }
 
 /// Findings for features that are out of tolerance or not there.
-pub fn judge(measured: &[Inspected]) -> Vec<Finding> {
+pub(crate) fn judge(measured: &[Inspected]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for m in measured {
         let off = m.measured_mm.map(|v| v - m.nominal_mm);

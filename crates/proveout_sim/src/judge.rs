@@ -159,8 +159,9 @@ fn judge_gates(
     let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));
     let mut collision = Coverage {
         checked: Some(format!(
-            "holder against the in-process stock, on rays every {} mm; {} checks of bodies",
-            stock_cell(prepared),
+            "holder against the in-process stock, on rays every {} mm; {} pairs of bodies over {} pieces of motion",
+            prepared.stock.cell_mm(),
+            facts.checked_pairs,
             facts.clearance.checks
         )),
         left_out: holders.collect(),
@@ -169,11 +170,14 @@ fn judge_gates(
         checked: Some(format!("bodies keep {} mm apart", tolerances.near_miss_mm)),
         left_out: vec!["distance of holder and shank to the stock".into()],
     };
-    if !facts.bodies_checked {
+    if facts.checked_pairs == 0 {
         collision.left_out.push("the machine has no bodies to check".into());
         near = Coverage::default();
     }
-    collision.left_out.extend(facts.unchecked_pairs.iter().cloned());
+    if !facts.excluded_bodies.is_empty() {
+        let names = facts.excluded_bodies.join(", ");
+        collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
+    }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();
         let mut checked = Vec::new();
@@ -204,8 +208,4 @@ fn judge_gates(
     ];
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()
-}
-
-fn stock_cell(prepared: &Prepared) -> f64 {
-    prepared.stock.cell_mm()
 }

@@ -40,8 +40,8 @@ impl FindingLog {
     }
 
     /// Takes a finding; joins it with the one before of the same code and bodies when it goes on without a break, and
-    /// keeps the worst depth, clearance and value of the two.
-    pub fn push(&mut self, finding: Finding) {
+    /// keeps the worst depth, clearance and value of the two. Gives its place in [`Self::all`].
+    pub fn push(&mut self, finding: Finding) -> usize {
         let key = (finding.code.clone(), finding.bodies.clone());
         if let (Some(block), Some(time)) = (finding.block, finding.time_s) {
             if let Some((index, last_block, last_time)) = self.open.get_mut(&key)
@@ -55,11 +55,20 @@ impl FindingLog {
                 first.penetration_mm = larger(first.penetration_mm, finding.penetration_mm);
                 first.value = larger(first.value, finding.value);
                 first.clearance_mm = larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
-                return;
+                return *index;
             }
             self.open.insert(key, (self.findings.len(), block, time));
         }
         self.findings.push(finding);
+        self.findings.len() - 1
+    }
+
+    /// Writes later figures into a finding: the deepest penetration, and the least clearance where it has one, mm.
+    pub fn deepen(&mut self, finding: usize, penetration: Option<f64>, clearance: f64) {
+        if let Some(f) = self.findings.get_mut(finding) {
+            f.penetration_mm = larger(f.penetration_mm, penetration);
+            f.clearance_mm = f.clearance_mm.map(|c| c.min(clearance));
+        }
     }
 
     /// File and line of every finding filled in from the table of blocks.

@@ -1,3 +1,5 @@
+//! The trait that recorders, reports and progress bars implement.
+
 use std::{path::Path, sync::Arc};
 
 use proveout_controller::{Event, MoveKind, Piece, Sample};

@@ -154,7 +154,7 @@ impl Prepared {
         let defaults = ControlSettings::default();
         ControlSettings {
             dynamics: self.dynamics,
-            default_tolerance: self.scene.file.control.path_tolerance_mm.unwrap_or(self.machine.control.default_tolerance),
+            default_tolerance: self.scene.file.control.path_tolerance_mm,
             ..defaults
         }
     }
@@ -216,7 +216,7 @@ fn make_stock(scene: &Scene, cell: f64, inputs: &mut Vec<(String, PathBuf)>) -> 
     }
     if let Some(c) = &file.cylinder {
         let base = Point::from(c.base_mm);
-        return Ok(TriDexel::from_cylinder(&base, 2, c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
+        return Ok(TriDexel::from_cylinder(&base, &Vector::z(), c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
     }
     let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
     inputs.push(("stock".into(), path.clone()));

@@ -12,27 +12,27 @@ use crate::finding::{
 
 /// Spindle and tool while a piece is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CuttingState {
+pub(crate) struct CuttingState {
     /// Index of the tool in the library.
-    pub tool: Option<usize>,
+    pub(crate) tool: Option<usize>,
     /// Rotation.
-    pub spindle: SpindleDirection,
+    pub(crate) spindle: SpindleDirection,
 }
 
 /// What one sweep of one body of the tool stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SweepPart {
+pub(crate) struct SweepPart {
     /// Index of the piece within the batch.
-    pub piece: usize,
+    pub(crate) piece: usize,
     /// Role of the swept body.
-    pub role: Role,
+    pub(crate) role: Role,
 }
 
 /// The sweeps of a piece: the cutter removes, the rest is probed against what the cutter has left.
 ///
 /// A cutter removes material at rapid rate too, so that one crash is one finding and does not spoil what follows; the
 /// finding tells that it was a rapid.
-pub fn sweeps<'a>(
+pub(crate) fn sweeps<'a>(
     index: usize,
     id: u32,
     piece: &Piece,
@@ -54,7 +54,7 @@ pub fn sweeps<'a>(
 
 /// The code of what a sweep found; none when all is in order. `contact` is the overlap below which a body only touches
 /// (mm).
-pub fn judge_sweep(
+pub(crate) fn judge_sweep(
     role: Role,
     kind: MoveKind,
     state: &CuttingState,

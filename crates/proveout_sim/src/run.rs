@@ -6,7 +6,8 @@
 
 use std::{path::Path, time::Instant};
 
-use proveout_controller::{Chunk, Controller, RunError, Settings as ControlSettings};
+use proveout_controller::{Chunk, Controller, RunError};
+use proveout_nc::Program;
 
 use crate::{
     engine::Engine,
@@ -59,8 +60,8 @@ pub struct RunResult {
 pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Path) -> Result<RunResult, SimError> {
     let begin = Instant::now();
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
-    let Prepared { stock, program, .. } = &prepared;
-    let mut engine = Engine::new(&prepared, stock.clone());
+    let stock = &prepared.stock;
+    let mut engine = Engine::new(&prepared, stock.clone())?;
     let setup = Setup {
         scene: &prepared.scene,
         program: &prepared.program_name,
@@ -78,9 +79,9 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     }
     stages.record += told.elapsed().as_secs_f64();
 
-    let settings = ControlSettings { dynamics: prepared.dynamics, ..prepared.control_settings() };
-    let commands = program.open(&prepared.nc_settings)?;
-    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings);
+    let settings = prepared.control_settings();
+    let commands = Program::open(&prepared.program_path, &prepared.nc_settings)?;
+    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {
         let planning = Instant::now();
         let chunk = controller.next_chunk().map_err(from_run_error)?;
@@ -126,7 +127,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
 
 fn from_run_error(e: RunError<proveout_nc::Diagnostic>) -> SimError {
     match e {
-        RunError::Program(d) => SimError::Program(Box::new(d)),
+        RunError::Program(d) => SimError::from(d),
         RunError::Control(c) => SimError::Control(c),
     }
 }

@@ -1,3 +1,5 @@
+//! What a run says: `verdict.json`.
+
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;

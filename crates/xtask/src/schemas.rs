@@ -7,15 +7,20 @@ use crate::{Failure, files};
 /// Writes `docs/schemas/*.schema.json`; with `check`, only compares.
 pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
     let schemas = [
-        ("scene", schemars::schema_for!(proveout_sim::scene::SceneFile)),
-        ("verdict", schemars::schema_for!(proveout_sim::verdict::Verdict)),
+        ("machine", text(&proveout_machine::machine_schema())?),
+        ("tools", proveout_tool::library_schema()),
+        ("scene", text(&schemars::schema_for!(proveout_sim::scene::SceneFile))?),
+        ("verdict", text(&schemars::schema_for!(proveout_sim::verdict::Verdict))?),
     ];
-    for (name, schema) in schemas {
-        let mut text = serde_json::to_string_pretty(&schema).map_err(|e| Failure(format!("schema {name}: {e}")))?;
-        text.push('\n');
+    for (name, text) in schemas {
         let path = root.join(format!("docs/schemas/{name}.schema.json"));
-        files::put(&path, &text, check, "cargo run --package xtask --features schemas -- schemas")?;
+        files::put(&path, &text, check, "cargo xtask schemas")?;
         println!("{}", path.display());
     }
     Ok(())
+}
+
+fn text(schema: &schemars::Schema) -> Result<String, Failure> {
+    let json = serde_json::to_string_pretty(schema).map_err(|e| Failure(format!("a schema is no JSON: {e}")))?;
+    Ok(json + "\n")
 }

@@ -22,7 +22,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     let settings = Settings { dialect, ..Settings::default() };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
     let mut out = BufWriter::new(io::stdout().lock());
-    let mut writer = JsonWriter::default();
+    let mut writer = JsonWriter::new();
     let told = |e: io::Error| Failure::new(format!("standard output: {e}"));
     for command in program {
         let command = match command {
@@ -48,7 +48,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
                     .with_help("add it to the library, or leave --tools out"));
             }
         }
-        writeln!(out, "{}", writer.line(&command)).map_err(told)?;
+        writer.write(&command, &mut out).map_err(told)?;
     }
     out.flush().map_err(told)
 }

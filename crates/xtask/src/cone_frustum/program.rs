@@ -28,15 +28,13 @@ pub(crate) struct Target {
     pub(crate) home: [f64; 3],
 }
 
+/// Tool change position of both machines: that of the production programs of the Spinner U5-620.
+const HOME: [f64; 3] = [-365.0, 224.0, 610.0];
+
 /// The programs of the scene.
 pub(crate) const TARGETS: [Target; 2] = [
-    Target {
-        name: "bc",
-        description: "C table on a B trunnion",
-        rotaries: Rotaries::Bc,
-        home: [-365.0, 224.0, 610.0], // of the production programs of the Spinner U5-620
-    },
-    Target { name: "ac", description: "C table on an A trunnion", rotaries: Rotaries::Ac, home: [0.0, 0.0, 500.0] },
+    Target { name: "bc", description: "C table on a B trunnion", rotaries: Rotaries::Bc, home: HOME },
+    Target { name: "ac", description: "C table on an A trunnion", rotaries: Rotaries::Ac, home: HOME },
 ];
 
 /// What the generator says about a pass.

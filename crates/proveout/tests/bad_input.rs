@@ -1,0 +1,158 @@
+//! Wrong input gets one error with its place and remedy, exit code 2, and no run folder.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use tempfile::TempDir;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
+}
+
+fn proveout(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_proveout"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+/// A small scene of its own in a temporary folder.
+struct Small {
+    folder: TempDir,
+}
+
+const PROGRAM: &str = "G17 G54 G90 G94 G710\nT=\"END_D20\"\nM6\nG0 X0 Y0 Z50 S1000 M3 D1\nG1 Z10 F500\nM30\n";
+
+impl Small {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let small = Self { folder };
+        small.write("program.mpf", PROGRAM);
+        small.write("scene.toml", &small.scene("box = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }"));
+        small
+    }
+
+    fn scene(&self, stock: &str) -> String {
+        let root = root();
+        let path = |p: &str| root.join(p).display().to_string();
+        format!(
+            "name = \"small\"\nmachine = {:?}\ntools = {:?}\nresolution_mm = 1.0\n\n[stock]\n{stock}\n\n\
+             [mount]\ntranslation_mm = [0, 0, 140]\n\n[work_offsets.G54]\nZ_mm = 140\n\n\
+             [[program]]\nname = \"main\"\nfile = \"program.mpf\"\n",
+            path("machines/spinner-u5-620"),
+            path("tools/cone-frustum.toml")
+        )
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.folder.path().join(name), text).expect("written");
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn run(&self) -> Output {
+        proveout(self.path(), &["run", ".", "--out", "result", "--rerun", "off"])
+    }
+
+    /// Runs and asserts that the error tells all of `words`, and that nothing but the input is left.
+    fn refused(&self, words: &[&str]) {
+        let before = names(self.path());
+        let output = self.run();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        for word in words {
+            assert!(told.contains(word), "{word:?} is not in:\n{told}");
+        }
+        assert_eq!(told.matches("error: ").count(), 1, "one error:\n{told}");
+        assert!(!told.contains("panicked"), "{told}");
+        assert_eq!(names(self.path()), before, "nothing is left behind");
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("readable");
+    let mut names: Vec<String> =
+        entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_small_scene_itself_runs() {
+    let small = Small::new();
+    let output = small.run();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "no design part: unchecked\n{told}");
+    for file in ["verdict.json", "run.json", "signals.parquet", "blocks.parquet", "surface.parquet", "part.glb", "report.html"] {
+        assert!(small.path().join("result").join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[test]
+fn a_missing_program() {
+    let small = Small::new();
+    fs::remove_file(small.path().join("program.mpf")).expect("removed");
+    small.refused(&["program.mpf", "cannot be read", "help: check the path"]);
+}
+
+#[test]
+fn a_missing_scene() {
+    let small = Small::new();
+    let output = proveout(small.path(), &["run", "nowhere"]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("nowhere") && told.contains("cannot be read"), "{told}");
+}
+
+#[test]
+fn an_unknown_g_word() {
+    let small = Small::new();
+    small.write("program.mpf", &PROGRAM.replace("G1 Z10 F500", "G1 Z10 G777 F500"));
+    small.refused(&["program.mpf:5:8", "G777", "help: "]);
+}
+
+#[test]
+fn a_tool_that_the_library_lacks() {
+    let small = Small::new();
+    small.write("program.mpf", &PROGRAM.replace("END_D20", "NO_SUCH_TOOL"));
+    small.refused(&["program.mpf:2:", "NO_SUCH_TOOL", "help: "]);
+}
+
+#[test]
+fn a_stock_mesh_with_a_hole() {
+    let small = Small::new();
+    small.write("open.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 -9\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+    small.write("scene.toml", &small.scene("mesh = \"open.obj\""));
+    small.refused(&["open.obj", "hole", "edge", "help: "]);
+}
+
+#[test]
+fn a_misspelt_key() {
+    let small = Small::new();
+    let scene = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    small.write("scene.toml", &scene.replace("resolution_mm", "resolutoin_mm"));
+    small.refused(&["scene.toml:4:1", "resolutoin_mm", "did you mean `resolution_mm`?"]);
+}
+
+#[test]
+fn a_stock_that_does_not_fit_into_memory() {
+    let small = Small::new();
+    let scene = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    small.write("scene.toml", &scene.replace("resolution_mm = 1.0", "resolution_mm = 0.0005"));
+    small.refused(&["MiB", "0.0005 mm", "use cells of"]);
+}
+
+#[test]
+fn a_folder_with_other_things_is_not_written_over() {
+    let small = Small::new();
+    fs::create_dir(small.path().join("result")).expect("made");
+    small.write("result/thesis.txt", "work of years");
+    small.refused(&["result", "nothing is written over", "--out"]);
+    assert_eq!(fs::read_to_string(small.path().join("result/thesis.txt")).expect("still there"), "work of years");
+}

@@ -1,0 +1,225 @@
+//! Parts, the pairs of them that are checked, and how far a part can move for a given motion of the joints.
+
+use std::sync::Arc;
+
+use proveout_geom::{Point, Pose, TriMesh, Vector};
+use proveout_machine::{Attachment, JointValues, MAX_JOINTS, Machine};
+use proveout_tool::{Role, Tool};
+
+use crate::report::{CollisionError, PartKind, Unchecked};
+use crate::shape::{MeshShape, Revolved, Shape, ShapeFault};
+
+/// Travel assumed for a linear joint at first where none is stated, mm to either side; it is widened when left.
+const TRAVEL_GUESS_MM: f64 = 500.0;
+
+/// A fixture, clamp or platform.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fixture {
+    /// Name, for findings.
+    pub name: String,
+    /// Closed mesh in the table frame K (equal to M with all joints at zero), mm.
+    pub mesh: TriMesh,
+    /// True when it stands on the table and moves with it; false when it stands on the base.
+    pub on_table: bool,
+}
+
+/// One part that can hit another.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    pub(crate) name: Arc<str>,
+    pub(crate) kind: PartKind,
+    pub(crate) attached: Attachment,
+    /// Pose in M with all joints at zero.
+    pub(crate) zero_from_local: Pose,
+    pub(crate) shape: Arc<Shape>,
+    pub(crate) excluded: bool,
+}
+
+impl Part {
+    pub(crate) fn pose(&self, machine: &Machine, q: &JointValues) -> Pose {
+        machine.attachment_pose(self.attached, q) * self.zero_from_local
+    }
+
+    fn is_tool(&self) -> bool {
+        !matches!(self.kind, PartKind::Machine | PartKind::Fixture)
+    }
+}
+
+pub(crate) fn machine_parts(machine: &Machine) -> Result<Vec<Part>, CollisionError> {
+    let part = |b: &proveout_machine::MachineBody| {
+        let shape = Shape::Mesh(Box::new(mesh_shape("machine body", &b.name, &b.mesh, b.check)?));
+        Ok(Part {
+            name: b.name.as_str().into(),
+            kind: PartKind::Machine,
+            attached: b.attached_to,
+            zero_from_local: Pose::identity(),
+            shape: Arc::new(shape),
+            excluded: !b.check,
+        })
+    };
+    machine.bodies.iter().map(part).collect()
+}
+
+pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part, CollisionError> {
+    let table = machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j));
+    Ok(Part {
+        name: fixture.name.as_str().into(),
+        kind: PartKind::Fixture,
+        attached: if fixture.on_table { table } else { Attachment::Base },
+        zero_from_local: Pose::identity(),
+        shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("fixture", &fixture.name, &fixture.mesh, true)?))),
+        excluded: false,
+    })
+}
+
+fn mesh_shape(kind: &'static str, name: &str, mesh: &TriMesh, needed: bool) -> Result<MeshShape, CollisionError> {
+    if !needed {
+        // A body that is only drawn may be open; its place is taken by a point that nothing is checked against.
+        let b = proveout_geom::Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) };
+        return mesh_shape(kind, name, &proveout_geom::box_mesh(&b), true);
+    }
+    MeshShape::new(mesh).map_err(|fault| match fault {
+        ShapeFault::Solid(fault) => CollisionError::NotSolid { kind, name: name.into(), fault },
+        ShapeFault::Tree(fault) => CollisionError::Tree { kind, name: name.into(), fault },
+    })
+}
+
+/// One part for each role of the tool.
+pub(crate) fn tool_parts(machine: &Machine, tool: &Tool) -> Vec<Part> {
+    let roles = [
+        (Role::Cutting, PartKind::Cutter, "cutter"),
+        (Role::Neck, PartKind::Neck, "neck"),
+        (Role::Shank, PartKind::Shank, "shank"),
+        (Role::Holder, PartKind::Holder, "holder"),
+    ];
+    let spindle_from_tip = Pose::from_translation(Vector::new(0.0, 0.0, -tool.gauge_length));
+    roles
+        .into_iter()
+        .filter_map(|(role, kind, word)| {
+            let bodies: Vec<_> =
+                tool.bodies.iter().filter(|b| b.role == role).map(|b| Revolved::new(&b.profile)).collect();
+            (!bodies.is_empty()).then(|| Part {
+                name: format!("{word} of {}", tool.name).into(),
+                kind,
+                attached: machine.spindle.attached_to,
+                zero_from_local: machine.spindle.gauge_pose * spindle_from_tip,
+                shape: Arc::new(Shape::Convex(bodies)),
+                excluded: false,
+            })
+        })
+        .collect()
+}
+
+/// Joints from the base to an attachment.
+pub(crate) fn chain_to(machine: &Machine, attached: Attachment) -> &[usize] {
+    let Attachment::Joint(joint) = attached else { return &[] };
+    for chain in [&machine.tool_chain, &machine.work_chain] {
+        if let Some(end) = chain.iter().position(|&j| j == joint) {
+            return &chain[..=end];
+        }
+    }
+    &[]
+}
+
+/// Whether a pair is checked, and if not, why. None for two parts of one tool, which are no pair at all.
+pub(crate) fn relation(
+    machine: &Machine,
+    a: &Part,
+    b: &Part,
+    allowed: &[(String, String)],
+) -> Option<Option<Unchecked>> {
+    if a.is_tool() && b.is_tool() {
+        return None;
+    }
+    let named = |x: &str, y: &str| *a.name == *x && *b.name == *y || *a.name == *y && *b.name == *x;
+    if a.excluded || b.excluded {
+        return Some(Some(Unchecked::Excluded));
+    }
+    let (x, y) = (chain_to(machine, a.attached), chain_to(machine, b.attached));
+    if x == y {
+        return Some(Some(Unchecked::Rigid));
+    }
+    if allowed.iter().any(|(m, n)| named(m, n)) {
+        return Some(Some(Unchecked::Allowed));
+    }
+    let (short, long) = if x.len() < y.len() { (x, y) } else { (y, x) };
+    let neighbors = long.len() == short.len() + 1 && long.starts_with(short);
+    if neighbors && a.kind == PartKind::Machine && b.kind == PartKind::Machine {
+        return Some(Some(Unchecked::Neighbors));
+    }
+    Some(None)
+}
+
+/// Range of the linear joints for which the motion bounds hold.
+#[derive(Clone, Debug)]
+pub(crate) struct Envelope {
+    low: [f64; MAX_JOINTS],
+    high: [f64; MAX_JOINTS],
+}
+
+impl Envelope {
+    pub(crate) fn new(machine: &Machine) -> Self {
+        let mut all = Self { low: [0.0; MAX_JOINTS], high: [0.0; MAX_JOINTS] };
+        for (i, joint) in machine.joints.iter().enumerate().filter(|(_, j)| !j.is_rotary()) {
+            let [low, high] = joint.travel.unwrap_or([joint.home - TRAVEL_GUESS_MM, joint.home + TRAVEL_GUESS_MM]);
+            (all.low[i], all.high[i]) = (low, high);
+        }
+        all
+    }
+
+    /// Widens the range to a position; true when it was outside.
+    pub(crate) fn include(&mut self, machine: &Machine, q: &JointValues) -> bool {
+        let mut grown = false;
+        for (i, _) in machine.joints.iter().enumerate().filter(|(_, j)| !j.is_rotary()) {
+            if q[i] < self.low[i] {
+                self.low[i] = q[i] - TRAVEL_GUESS_MM;
+                grown = true;
+            }
+            if q[i] > self.high[i] {
+                self.high[i] = q[i] + TRAVEL_GUESS_MM;
+                grown = true;
+            }
+        }
+        grown
+    }
+}
+
+/// How far a point of one part moves against the other for a unit of each joint: 1 for a linear joint between them, the
+/// farthest distance from the axis (mm) for a rotary one, 0 for a joint that moves both or none.
+///
+/// Against the other part nothing moves but what the joints between them move; each contributes at most its own share,
+/// whichever the positions of the others (triangle inequality along a path on which one joint moves at a time). For
+/// rotary joint j the share is the distance from its axis of the part that hangs on it. With joints k between j and the
+/// part this distance changes, so a ball round the part is carried from the part to j: a rotary k keeps the distance
+/// from its axis, so the ball grows to one about the foot of its center on that axis; a linear k shifts the center
+/// anywhere in its range.
+pub(crate) fn motion_weights(machine: &Machine, a: &Part, b: &Part, range: &Envelope) -> [f64; MAX_JOINTS] {
+    let (x, y) = (chain_to(machine, a.attached), chain_to(machine, b.attached));
+    let shared = x.iter().zip(y).take_while(|(i, j)| i == j).count();
+    let mut weights = [0.0; MAX_JOINTS];
+    for (chain, part) in [(&x[shared..], a), (&y[shared..], b)] {
+        let (local_center, mut radius) = part.shape.ball();
+        let mut center = part.zero_from_local.point(&local_center);
+        let local_from_zero = part.zero_from_local.inverse();
+        for (depth, &k) in chain.iter().rev().enumerate() {
+            let joint = &machine.joints[k];
+            if joint.is_rotary() {
+                let foot = joint.point + joint.direction * (center - joint.point).dot(&joint.direction);
+                let off = (center - foot).norm();
+                let mut reach = off + radius;
+                if depth == 0 {
+                    let (p, d) = (local_from_zero.point(&joint.point), local_from_zero.vector(&joint.direction));
+                    reach = reach.min(part.shape.farthest_from_line(&p, &d));
+                }
+                weights[k] = reach;
+                (center, radius) = (foot, radius + off);
+            } else {
+                weights[k] = 1.0;
+                let (low, high) = (range.low[k], range.high[k]);
+                center += joint.direction * (joint.sense * 0.5 * (low + high));
+                radius += 0.5 * (high - low);
+            }
+        }
+    }
+    weights
+}

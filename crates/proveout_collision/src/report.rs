@@ -1,0 +1,158 @@
+//! What a check says.
+
+use std::sync::Arc;
+
+use proveout_geom::{MeshError, Point};
+use proveout_machine::JointValues;
+use thiserror::Error;
+
+/// What a part is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum PartKind {
+    /// Flutes.
+    Cutter,
+    /// Neck of the tool.
+    Neck,
+    /// Shank of the tool.
+    Shank,
+    /// Tool holder.
+    Holder,
+    /// A body of the machine.
+    Machine,
+    /// A fixture, clamp or platform of the setup.
+    Fixture,
+}
+
+/// How bad a breach is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Severity {
+    /// Nearer than the clearance asked for, not touching.
+    NearMiss,
+    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (5 micrometers).
+    Collision,
+    /// The distance could not be computed; counts as a collision.
+    QueryFailed,
+}
+
+/// One pair of parts that came too near, from its begin to its end.
+///
+/// A near miss that becomes a collision gives two entries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Breach {
+    /// Index in the list of pairs.
+    pub pair: usize,
+    /// Names of the two parts.
+    pub bodies: [Arc<str>; 2],
+    /// What they are.
+    pub kinds: [PartKind; 2],
+    /// How bad it is.
+    pub severity: Severity,
+    /// Begin, s: the first time at which the parts may be this near; never later than the true one.
+    pub time: f64,
+    /// Joints then.
+    pub joints: JointValues,
+    /// Distance measured then, mm; zero when the parts meet. Never a penetration.
+    pub distance: f64,
+    /// Smallest distance measured while the breach lasts, mm.
+    pub least_distance: f64,
+    /// Deepest penetration seen while the breach lasts, mm: a lower estimate, taken at ends of pieces. None while the
+    /// parts only touch or are near.
+    pub penetration_estimate: Option<f64>,
+    /// One part lies wholly inside of the other.
+    pub inside: bool,
+    /// Where, in the table frame K, mm: middle of the nearest points, or a point near the contact.
+    pub point_in_table: Point,
+    /// End, s: when the pair was seen apart again; none while the breach lasts.
+    pub end_time: Option<f64>,
+}
+
+/// Smallest distance that was measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// Distance, mm; zero for a collision.
+    pub distance: f64,
+    /// Index of the pair.
+    pub pair: usize,
+    /// Names of the two parts.
+    pub bodies: [Arc<str>; 2],
+    /// When, s.
+    pub time: f64,
+    /// Where, in the table frame K, mm.
+    pub point_in_table: Point,
+}
+
+/// Clearance of all pairs over everything checked so far. The true smallest distance is between the two.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clearance {
+    /// Smallest distance measured; none when no pair was within the range of a query.
+    pub measured: Option<Nearest>,
+    /// Proved lower bound, mm; infinite when there is no pair to check.
+    pub lower_bound: f64,
+}
+
+/// A pair of parts and whether it is checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairInfo {
+    /// Names of the two parts.
+    pub bodies: [Arc<str>; 2],
+    /// What they are.
+    pub kinds: [PartKind; 2],
+    /// Why the pair is not checked; none when it is.
+    pub unchecked: Option<Unchecked>,
+}
+
+/// Why a pair is not checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unchecked {
+    /// Both move as one.
+    Rigid,
+    /// Machine bodies of neighboring joints, which slide or turn on each other.
+    Neighbors,
+    /// The caller allows it.
+    Allowed,
+    /// The machine description excludes the body.
+    Excluded,
+}
+
+impl Unchecked {
+    /// Words for a report.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Rigid => "both parts move as one",
+            Self::Neighbors => "machine bodies of neighboring joints slide or turn on each other",
+            Self::Allowed => "allowed by the setup",
+            Self::Excluded => "the machine description excludes the body from checks",
+        }
+    }
+}
+
+/// Why interference cannot be checked.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum CollisionError {
+    /// A mesh does not bound a solid.
+    #[error("the mesh of {kind} \"{name}\" does not bound a solid: {fault}; repair the mesh or exclude the body")]
+    NotSolid {
+        /// `machine body` or `fixture`.
+        kind: &'static str,
+        /// Name.
+        name: String,
+        /// First fault.
+        fault: MeshError,
+    },
+    /// The search tree refused a mesh.
+    #[error("the mesh of {kind} \"{name}\" cannot be searched: {fault}; repair the mesh or exclude the body")]
+    Tree {
+        /// `machine body` or `fixture`.
+        kind: &'static str,
+        /// Name.
+        name: String,
+        /// What the tree says.
+        fault: String,
+    },
+    /// A clearance below zero or not a number.
+    #[error("the clearance of {value} mm is not a length of zero or more")]
+    Clearance {
+        /// Value given, mm.
+        value: f64,
+    },
+}

@@ -1,0 +1,327 @@
+//! Turns planned stretches into pieces, samples, events and block records.
+
+use std::collections::VecDeque;
+
+use proveout_geom::ToolPose;
+use proveout_machine::{JointKind, JointValues, MAX_JOINTS, Machine};
+
+use crate::{
+    limits::bound_time,
+    mapping::Kinematics,
+    meter::Meter,
+    output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample},
+    path::{Path, PathBlock},
+    pieces::{Cutter, Stance},
+    plan::Cell,
+    profile::Law,
+    settings::{Dynamics, Settings},
+    stretch::{Clock, Measured, Stretch},
+};
+
+/// Events that wait for the block before which they stand.
+pub(crate) struct Waiting {
+    /// Running number of the path block.
+    pub(crate) before: u64,
+    pub(crate) event: Event,
+}
+
+/// Worst over-travel of a joint in the block under way.
+#[derive(Clone, Copy, Debug)]
+struct OverTravel {
+    time: f64,
+    value: f64,
+    limit: f64,
+}
+
+/// Collects the output and keeps what reaches over the border of two chunks.
+pub(crate) struct Emitter {
+    pub(crate) chunk: Chunk,
+    pub(crate) meter: Meter,
+    pub(crate) clock: f64,
+    pub(crate) cycle: f64,
+    /// Length of the path before the run.
+    pub(crate) length_before: f64,
+    pub(crate) waiting: VecDeque<Waiting>,
+    /// Start of the block under way, when it began in an earlier stretch.
+    block_start: Option<f64>,
+    /// Highest steady speed that joints allow in the block under way, and the joint that limits.
+    steady: Option<(f64, Option<usize>)>,
+    over_travel: [Option<OverTravel>; MAX_JOINTS],
+}
+
+/// What does not change while a stretch is emitted.
+#[derive(Clone, Copy)]
+pub(crate) struct Scope<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) settings: &'a Settings,
+    pub(crate) kinematics: Kinematics<'a>,
+}
+
+impl Emitter {
+    pub(crate) fn new(cycle: f64, start: &JointValues) -> Self {
+        Self {
+            chunk: Chunk::default(),
+            meter: Meter::new(start),
+            clock: 0.0,
+            cycle,
+            length_before: 0.0,
+            waiting: VecDeque::new(),
+            block_start: None,
+            steady: None,
+            over_travel: [None; MAX_JOINTS],
+        }
+    }
+
+    pub(crate) fn grid(&self) -> Clock {
+        Clock { cycle: self.cycle, start: self.clock }
+    }
+
+    /// Emits a stretch that begins at the path's `s_begin` at the present time; `open` tells whether it begins and ends
+    /// in motion.
+    pub(crate) fn stretch(&mut self, scope: &Scope<'_>, path: &Path, stretch: &Stretch, open: [bool; 2]) {
+        let start = self.clock;
+        let bounds: Vec<Cell> = path.cells[..stretch.cells].iter().map(|c| c.limits.bound).collect();
+        self.meter.bound_s += if bounds.is_empty() { stretch.law.duration } else { bound_time(&bounds, open) };
+        self.meter.summary.planned_contour_error_mm = self.meter.summary.planned_contour_error_mm.max(path.max_rounding);
+        if scope.settings.dynamics == Dynamics::Planned {
+            self.meter.summary.max_contour_error_mm = self.meter.summary.max_contour_error_mm.max(path.max_rounding);
+        }
+        self.samples(scope, path, &stretch.samples);
+        let mut phase = 0;
+        let mut cell = 0;
+        let mut span = 0;
+        for (k, block) in path.blocks.iter().enumerate() {
+            if block.s0 >= stretch.s_end && stretch.s_end > path.s_begin {
+                break;
+            }
+            let number = path.first_block + k as u64;
+            let (a, b) = (block.s0.max(path.s_begin), block.end().min(stretch.s_end));
+            let t0 = start + stretch.law.time_at(a, &mut phase);
+            let begin = *self.block_start.get_or_insert(t0);
+            self.release(number, begin);
+            while cell < stretch.cells && path.cells[cell].block <= number {
+                let c = &path.cells[cell];
+                let better = self.steady.is_none_or(|(v, _)| c.limits.steady > v);
+                if better && c.exact {
+                    self.steady = Some((c.limits.steady, c.limits.steady_joint));
+                }
+                cell += 1;
+            }
+            let t1 = self.pieces(scope, path, block, &stretch.law, [a, b], start, (&mut phase, &mut span));
+            self.meter.motion(block.kind, t1 - t0);
+            if block.end() <= stretch.s_end {
+                self.end_block(scope, block, begin, t1);
+            }
+        }
+        self.clock = start + stretch.law.duration;
+    }
+
+    fn samples(&mut self, scope: &Scope<'_>, path: &Path, samples: &[Measured]) {
+        let mut at = 0;
+        for m in samples {
+            let block = &path.blocks[path.block_at(m.state.s, &mut at)];
+            let actual = match scope.settings.dynamics {
+                Dynamics::Planned => m.q,
+                Dynamics::Ideal => {
+                    let u = (m.state.s - block.s0).clamp(0.0, block.length);
+                    scope.kinematics.position(&block.shape.jet(u).0[0])
+                }
+            };
+            let slope = m.task.first();
+            let linear = scope.machine.joints.iter().enumerate().filter(|(_, j)| j.kind == JointKind::Linear);
+            let rate = linear.map(|(i, _)| slope[i] * slope[i]).sum::<f64>().sqrt();
+            let sample = Sample {
+                time: m.time,
+                block: block.index,
+                path_length: self.length_before + m.state.s,
+                commanded: m.q,
+                velocity: m.velocity,
+                acceleration: m.acceleration,
+                jerk: m.jerk,
+                actual,
+                pose: scope.kinematics.pose(&actual),
+                feed_programmed: block.feed_programmed,
+                feed: m.state.v * if block.tip_moves { rate } else { 1.0 },
+                kind: block.kind,
+            };
+            self.meter.sample(&sample);
+            self.chunk.samples.push(sample);
+        }
+    }
+
+    /// Pieces of a block over a range of the path parameter; returns the time of its end.
+    #[expect(clippy::too_many_arguments, reason = "cursors into path and law go together with them")]
+    fn pieces(
+        &mut self,
+        scope: &Scope<'_>,
+        path: &Path,
+        block: &PathBlock,
+        law: &Law,
+        [a, b]: [f64; 2],
+        start: f64,
+        (phase, span): (&mut usize, &mut usize),
+    ) -> f64 {
+        let cursor = std::cell::Cell::new(*span);
+        let stance = |s: f64| {
+            let task = match scope.settings.dynamics {
+                Dynamics::Ideal => block.shape.jet((s - block.s0).clamp(0.0, block.length)).0[0],
+                Dynamics::Planned => {
+                    let mut at = cursor.get();
+                    let task = path.rounded(s, &mut at).0[0];
+                    cursor.set(at);
+                    task
+                }
+            };
+            let q = scope.kinematics.position(&task);
+            Stance { s, q, pose: scope.kinematics.pose(&q) }
+        };
+        let mut places = vec![a];
+        if scope.settings.dynamics == Dynamics::Planned {
+            let first = path.spans.partition_point(|p| p.s1 <= a);
+            places.extend(path.spans[first..].iter().map(|p| p.s1).take_while(|s| *s < b));
+        }
+        places.push(b);
+        let cutter = Cutter {
+            machine: scope.machine,
+            settings: scope.settings,
+            tool_length: scope.kinematics.mapping.tool_length,
+            stance,
+        };
+        let mut time = start + law.time_at(a, phase);
+        let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
+        cutter.cut(&places, &mut |from, to, deviation| {
+            let end = start + law.time_at(to.s, phase);
+            meter.position(&to.q);
+            meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
+            watch_travel(scope, over, &from.q, time);
+            watch_travel(scope, over, &to.q, end);
+            chunk.pieces.push(Piece {
+                time: [time, end],
+                block: block.index,
+                kind: block.kind,
+                joints: [from.q, to.q],
+                pose: [from.pose, to.pose],
+                deviation,
+            });
+            time = end;
+        });
+        *span = cursor.get();
+        time
+    }
+
+    fn end_block(&mut self, scope: &Scope<'_>, block: &PathBlock, begin: f64, end: f64) {
+        if let (Some((steady, joint)), MoveKind::Feed) = (self.steady, block.kind) {
+            let ratio = (steady / block.feed).min(1.0);
+            let least = self.meter.summary.min_feed_ratio.get_or_insert(ratio);
+            *least = least.min(ratio);
+            if ratio < scope.settings.feed_reduced_below {
+                self.chunk.events.push(Event::FeedReduced { time: begin, block: block.index, ratio, joint });
+            }
+        }
+        for (joint, over) in self.over_travel.iter_mut().enumerate() {
+            if let Some(OverTravel { time, value, limit }) = over.take() {
+                let kind = LimitKind::Travel;
+                let event = Event::Limit { time, block: block.index, joint: Some(joint), value, limit, kind };
+                self.chunk.events.push(event);
+            }
+        }
+        self.meter.summary.blocks += 1;
+        if block.tip_moves {
+            self.meter.summary.length_mm += block.length;
+        }
+        self.chunk.blocks.push(BlockRecord {
+            index: block.index,
+            file: block.file.clone(),
+            line: block.line,
+            start_time: begin,
+            end_time: end,
+            length: block.length,
+            feed: block.feed_programmed,
+            kind: BlockKind::Move(block.kind),
+        });
+        self.block_start = None;
+        self.steady = None;
+    }
+
+    /// Emits the events that wait for this path block or an earlier one.
+    pub(crate) fn release(&mut self, number: u64, time: f64) {
+        while self.waiting.front().is_some_and(|w| w.before <= number) {
+            if let Some(w) = self.waiting.pop_front() {
+                self.chunk.events.push(at_time(w.event, time));
+            }
+        }
+    }
+
+    /// Stands still for a while; the first and the last control sample of it are emitted.
+    pub(crate) fn stand(&mut self, scope: &Scope<'_>, q: &JointValues, block: u32, duration: f64) {
+        let (start, end) = (self.clock, self.clock + duration);
+        let first = (start / self.cycle).ceil();
+        let mut last = (end / self.cycle).ceil() - 1.0;
+        if last * self.cycle >= end {
+            last -= 1.0;
+        }
+        if last >= first {
+            self.still_sample(scope, q, block, first * self.cycle);
+            if last > first {
+                self.still_sample(scope, q, block, last * self.cycle);
+            }
+        }
+        self.clock = end;
+    }
+
+    pub(crate) fn still_sample(&mut self, scope: &Scope<'_>, q: &JointValues, block: u32, time: f64) {
+        let zero = JointValues::ZERO;
+        let pose: ToolPose = scope.kinematics.pose(q);
+        let sample = Sample {
+            time,
+            block,
+            path_length: self.length_before,
+            commanded: *q,
+            velocity: zero,
+            acceleration: zero,
+            jerk: zero,
+            actual: *q,
+            pose,
+            feed_programmed: 0.0,
+            feed: 0.0,
+            kind: MoveKind::Handling,
+        };
+        self.meter.sample(&sample);
+        self.chunk.samples.push(sample);
+    }
+
+    /// Puts events and samples of the chunk into the order of time and hands it out.
+    pub(crate) fn take(&mut self) -> Chunk {
+        let mut chunk = std::mem::take(&mut self.chunk);
+        chunk.events.sort_by(|a, b| a.time().total_cmp(&b.time()));
+        chunk
+    }
+}
+
+fn watch_travel(scope: &Scope<'_>, over: &mut [Option<OverTravel>; MAX_JOINTS], q: &JointValues, time: f64) {
+    for (i, joint) in scope.machine.joints.iter().enumerate() {
+        let Some(limit) = joint.travel_violation(q[i]) else { continue };
+        let excess = (q[i] - limit).abs();
+        if over[i].is_none_or(|o| excess > (o.value - o.limit).abs()) {
+            over[i] = Some(OverTravel { time, value: q[i], limit });
+        }
+    }
+}
+
+fn at_time(event: Event, at: f64) -> Event {
+    let mut event = event;
+    match &mut event {
+        Event::ToolChange { time, .. }
+        | Event::Spindle { time, .. }
+        | Event::Coolant { time, .. }
+        | Event::Message { time, .. }
+        | Event::Note { time, .. }
+        | Event::Dwell { time, .. }
+        | Event::Stop { time, .. }
+        | Event::End { time, .. }
+        | Event::Limit { time, .. }
+        | Event::UnreachablePose { time, .. }
+        | Event::FeedReduced { time, .. } => *time = at,
+    }
+    event
+}

@@ -1,0 +1,413 @@
+//! From canonical motions to exact paths in task coordinates.
+
+use proveout_geom::{Point, ToolPose, Vector};
+use proveout_machine::{JointKind, JointValues, KinematicsError, Machine};
+use proveout_nc::{AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation};
+
+use crate::{
+    error::ControlError,
+    jet::JointJet,
+    mapping::Mapping,
+    rig::Rig,
+    shape::{Arc, Quintic, Shape},
+};
+
+/// Displacements of the tip below this (mm) are none: a thousandth of the finest increment of a control.
+const NO_TIP_MM: f64 = 1e-7;
+/// Turns below this (degrees) are none.
+const NO_TURN_DEG: f64 = 1e-9;
+/// Two programmed base coordinates nearer than this (mm or radian) are the same: the axis was not moved.
+const SAME_BASE: f64 = 1e-9;
+/// Largest difference of the radii at start and end of an arc, mm and relative: above it the program is wrong; below,
+/// the arc runs as a spiral.
+const RADIUS_MISMATCH_MM: f64 = 0.05;
+const RADIUS_MISMATCH: f64 = 0.01;
+/// Turn of the tool axis between two knots of a great circle, radian.
+const KNOT_TURN: f64 = 0.02;
+
+/// Position of machine and program before a motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Position {
+    /// Joints.
+    pub(crate) q: JointValues,
+    /// Base coordinates as last told by the program, by axis letter; none after a change of the transformation.
+    pub(crate) base: [Option<f64>; AXIS_LETTERS.len()],
+}
+
+/// Path of one block.
+pub(crate) struct BlockPath {
+    pub(crate) shape: Shape,
+    pub(crate) length: f64,
+    /// False when the parameter is in degrees since the tip does not move.
+    pub(crate) tip_moves: bool,
+    /// Position of the joints at the end.
+    pub(crate) end: JointValues,
+    /// A tool axis that no joint positions reach, with the reason.
+    pub(crate) unreachable: Option<(ToolPose, String)>,
+}
+
+/// What a motion needs to know.
+pub(crate) struct Context<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) rig: Option<&'a Rig>,
+    pub(crate) mapping: Mapping,
+    /// Tool length that the control applies, mm.
+    pub(crate) active_length: f64,
+    pub(crate) orientation: OrientationInterpolation,
+    pub(crate) location: &'a Location,
+}
+
+impl Context<'_> {
+    fn fail(&self, code: &'static str, message: String, help: &str) -> Box<ControlError> {
+        Box::new(ControlError::at(self.location, code, message, help))
+    }
+
+    /// Tool length in the axes X, Y, Z without tool center point control: along the spindle with all joints at zero.
+    fn length_offset(&self) -> Vector {
+        self.machine.spindle.gauge_pose.vector(&Vector::z()) * self.active_length
+    }
+
+    /// Joint of each axis letter that moves in this motion, with its target in base coordinates.
+    fn targets(&self, motion: &Motion, position: &Position) -> Result<Vec<(usize, usize, f64)>, Box<ControlError>> {
+        let mut targets = Vec::with_capacity(6);
+        for (letter_index, &letter) in AXIS_LETTERS.iter().enumerate() {
+            let Some(value) = motion.end_base.get(letter_index) else { continue };
+            if !value.is_finite() {
+                return Err(self.fail(
+                    "control-not-a-number",
+                    format!("the end of the motion in {letter} is {value}"),
+                    "check the expressions of this block",
+                ));
+            }
+            let programmed = motion.programmed >> letter_index & 1 == 1;
+            let moved = match position.base[letter_index] {
+                Some(last) => (value - last).abs() > SAME_BASE,
+                None => false,
+            };
+            if !programmed && (motion.machine_coordinates || !moved) {
+                continue;
+            }
+            match self.machine.joint_for_letter(letter) {
+                Some(joint) => targets.push((letter_index, joint, value)),
+                None if programmed => {
+                    let names: Vec<&str> = self.machine.joints.iter().map(|j| j.name.as_str()).collect();
+                    return Err(self.fail(
+                        "control-axis",
+                        format!("axis {letter} is programmed, but machine {} has no joint of this name", self.machine.name),
+                        &format!("the machine's joints are {}", names.join(", ")),
+                    ));
+                }
+                None => {}
+            }
+        }
+        Ok(targets)
+    }
+
+    /// End of a motion in joints (no tool center point control, or machine coordinates).
+    fn end_in_joints(&self, motion: &Motion, position: &Position) -> Result<JointValues, Box<ControlError>> {
+        if motion.tool_axis_base.is_some() {
+            return Err(self.fail(
+                "control-tool-axis",
+                "a tool axis is programmed as a vector, but tool center point control is off".to_owned(),
+                "switch it on before this block (TRAORI, G43.4, M128) or program the rotary axes",
+            ));
+        }
+        let offset = self.length_offset();
+        let mut q = position.q;
+        for (letter, joint, value) in self.targets(motion, position)? {
+            q[joint] = value + if letter < 3 { offset[letter] } else { 0.0 };
+        }
+        Ok(q)
+    }
+
+    /// Path of a rapid or straight motion.
+    pub(crate) fn straight(&self, motion: &Motion, position: &Position) -> Result<BlockPath, Box<ControlError>> {
+        let Some((length, rig)) = self.mapping.tcp_length.zip(self.rig) else {
+            let end = self.end_in_joints(motion, position)?;
+            return Ok(self.line(position.q, end, end));
+        };
+        let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
+        let great_circle = self.orientation == OrientationInterpolation::GreatCircle;
+        let end_joints = |task: &JointValues| self.joints(rig, task, length);
+        if great_circle && unreachable.is_none() {
+            let tip = |t: f64| lerp_tip(rig, &from, &to, t);
+            if let Some(path) = self.great_circle(rig, length, &from, &to, &tip) {
+                return Ok(path);
+            }
+        }
+        let mut path = self.line(from, to, end_joints(&to));
+        path.unreachable = unreachable;
+        Ok(path)
+    }
+
+    /// Start and end in task coordinates with tool center point control.
+    #[expect(clippy::type_complexity, reason = "used twice, in this file")]
+    fn end_with_tcp(
+        &self,
+        motion: &Motion,
+        position: &Position,
+        rig: &Rig,
+        length: f64,
+    ) -> Result<(JointValues, JointValues, Option<(ToolPose, String)>), Box<ControlError>> {
+        let from = rig.task(self.machine, &position.q, length);
+        let mut to = from;
+        let mut tip = Vector::new(from[rig.slots[0]], from[rig.slots[1]], from[rig.slots[2]]);
+        for (letter, joint, value) in self.targets(motion, position)? {
+            if letter < 3 {
+                tip[letter] = value;
+            } else {
+                to[joint] = value;
+            }
+        }
+        let mut unreachable = None;
+        if let Some(axis) = motion.tool_axis_base {
+            let axis = Vector::from(axis);
+            let pose = ToolPose { tip: Point::from(tip), axis };
+            match self.machine.inverse_nearest(&pose, length, &position.q) {
+                Ok(solution) => self.take_rotary(&mut to, &solution.q),
+                Err(KinematicsError::OverTravel { solution, .. }) => self.take_rotary(&mut to, &solution.q),
+                Err(e @ KinematicsError::NotFinite { .. }) => {
+                    return Err(self.fail("control-not-a-number", e.to_string(), "check the tool axis of this block"));
+                }
+                Err(e) => unreachable = Some((pose, e.to_string())),
+            }
+        }
+        for (k, &slot) in rig.slots.iter().enumerate() {
+            to[slot] = tip[k];
+        }
+        Ok((from, to, unreachable))
+    }
+
+    fn take_rotary(&self, to: &mut JointValues, q: &JointValues) {
+        for (i, joint) in self.machine.joints.iter().enumerate() {
+            if joint.kind == JointKind::Rotary {
+                to[i] = q[i];
+            }
+        }
+    }
+
+    fn joints(&self, rig: &Rig, task: &JointValues, length: f64) -> JointValues {
+        rig.joints(&JointJet::constant(*task), length).map_or(*task, |j| j.0[0])
+    }
+
+    /// Straight way between two positions of the joints.
+    pub(crate) fn between(&self, from: JointValues, to: JointValues) -> BlockPath {
+        self.line(from, to, to)
+    }
+
+    fn line(&self, from: JointValues, to: JointValues, end: JointValues) -> BlockPath {
+        let (length, tip_moves) = self.parameter_length(&(to - from));
+        let slope = if length > 0.0 { (to - from) * (1.0 / length) } else { JointValues::ZERO };
+        BlockPath { shape: Shape::Line { from, slope }, length, tip_moves, end, unreachable: None }
+    }
+
+    /// Length of a straight way: of the linear coordinates, mm; where they stand, of the rotary ones, degrees.
+    fn parameter_length(&self, way: &JointValues) -> (f64, bool) {
+        let norm = |kind: JointKind| {
+            let joints = self.machine.joints.iter().enumerate().filter(|(_, j)| j.kind == kind);
+            joints.map(|(i, _)| way[i] * way[i]).sum::<f64>().sqrt()
+        };
+        let linear = norm(JointKind::Linear);
+        if linear > NO_TIP_MM {
+            return (linear, true);
+        }
+        let turn = norm(JointKind::Rotary).to_degrees();
+        (if turn > NO_TURN_DEG { turn } else { 0.0 }, false)
+    }
+
+    /// Path of an arc.
+    pub(crate) fn arc(&self, arc: &ArcMotion, position: &Position) -> Result<BlockPath, Box<ControlError>> {
+        let motion = &arc.motion;
+        let center = Vector::from(arc.center_base);
+        let normal = Vector::from(arc.normal_base);
+        if !center.iter().chain(normal.iter()).chain([&arc.sweep]).all(|v| v.is_finite()) || !(arc.sweep > 0.0) {
+            let message = format!("center {center:?}, normal {normal:?} and sweep {} do not make an arc", arc.sweep);
+            return Err(self.fail("control-not-a-number", message, "check the expressions of this block"));
+        }
+        let normal = normal / normal.norm();
+        let tcp = self.mapping.tcp_length.zip(self.rig);
+        let (from, to, slots, shift, end, unreachable) = match tcp {
+            Some((length, rig)) => {
+                let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
+                let end = self.joints(rig, &to, length);
+                (from, to, rig.slots, Vector::zeros(), end, unreachable)
+            }
+            None => {
+                let end = self.end_in_joints(motion, position)?;
+                let mut slots = [0; 3];
+                for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+                    slots[k] = self.machine.joint_for_letter(letter).ok_or_else(|| {
+                        let message = format!("machine {} has no joint {letter}, which an arc needs", self.machine.name);
+                        self.fail("control-axis", message, "name the linear joints of the machine X, Y and Z")
+                    })?;
+                }
+                (position.q, end, slots, self.length_offset(), end, None)
+            }
+        };
+        let at = |q: &JointValues| Vector::new(q[slots[0]], q[slots[1]], q[slots[2]]);
+        let center = center + shift;
+        let (a, b) = (at(&from) - center, at(&to) - center);
+        let flat = |v: Vector| v - normal * v.dot(&normal);
+        let (ra, rb) = (flat(a), flat(b));
+        let (r0, r1) = (ra.norm(), rb.norm());
+        let mismatch = (r1 - r0).abs();
+        if r0 < 1e-9 || mismatch > RADIUS_MISMATCH_MM.max(RADIUS_MISMATCH * r0) {
+            let message = format!(
+                "the arc's radius is {r0:.4} mm at the start and {r1:.4} mm at the end, \
+                 more than {RADIUS_MISMATCH_MM} mm and 1 percent apart"
+            );
+            let help = "check center and end; all axes of the arc's plane must stand where the program believes them \
+                        (a tool length that was switched on before must have been run in)";
+            return Err(self.fail("control-arc", message, help));
+        }
+        let u = ra / r0;
+        let v = normal.cross(&u);
+        // The end decides about the exact angle; the program's angle only about full turns.
+        let sweep = proveout_geom::wrap_near(rb.dot(&v).atan2(rb.dot(&u)), arc.sweep);
+        if (sweep - arc.sweep).abs() > 0.1 || sweep <= 0.0 {
+            let message = format!(
+                "the arc's end lies at {:.4} degrees from its start, the program says {:.4}",
+                sweep.to_degrees(),
+                arc.sweep.to_degrees()
+            );
+            return Err(self.fail("control-arc", message, "check center, end and plane of the arc"));
+        }
+        let rise = (b - a).dot(&normal);
+        let length = (0.5 * (r0 + r1) * sweep).hypot(rise);
+        let center_line = center + normal * a.dot(&normal);
+        let mut slope = (to - from) * (1.0 / length);
+        let mut start = from;
+        for slot in slots {
+            slope[slot] = 0.0;
+            start[slot] = 0.0;
+        }
+        let shape = Shape::Arc(Box::new(Arc {
+            slots,
+            center: center_line,
+            u,
+            v,
+            rise: normal * (rise / length),
+            radius: r0,
+            radius_slope: (r1 - r0) / length,
+            omega: sweep / length,
+            from: start,
+            slope,
+        }));
+        let path = BlockPath { shape, length, tip_moves: true, end, unreachable };
+        let great_circle = self.orientation == OrientationInterpolation::GreatCircle;
+        if let (true, Some((length, rig)), None) = (great_circle, tcp, &path.unreachable) {
+            let tip = |t: f64| {
+                let jet = path.shape.jet(t * path.length);
+                JointJet(std::array::from_fn(|k| {
+                    let mut out = JointValues::ZERO;
+                    for slot in rig.slots {
+                        out[slot] = jet.0[k][slot] * path.length.powi(k as i32);
+                    }
+                    out
+                }))
+            };
+            if let Some(curved) = self.great_circle_along(rig, length, &from, &to, &tip, path.length) {
+                return Ok(curved);
+            }
+        }
+        Ok(path)
+    }
+
+    fn great_circle(
+        &self,
+        rig: &Rig,
+        length: f64,
+        from: &JointValues,
+        to: &JointValues,
+        tip: &dyn Fn(f64) -> JointJet,
+    ) -> Option<BlockPath> {
+        let (path_length, tip_moves) = self.parameter_length(&(*to - *from));
+        if path_length <= 0.0 {
+            return None;
+        }
+        let mut path = self.great_circle_along(rig, length, from, to, tip, path_length)?;
+        path.tip_moves = tip_moves;
+        Some(path)
+    }
+
+    /// The tool axis on the great circle, the tip as given over t in 0..=1. The rotary joints are interpolated by
+    /// quintics through knots whose derivatives are central differences of the inverse kinematics; knots every 0.02 rad
+    /// keep the axis within about 1e-9 rad of the great circle away from singular positions. None where the great
+    /// circle is not defined, not reached, or ends in another branch than programmed: the axes then run in proportion.
+    fn great_circle_along(
+        &self,
+        rig: &Rig,
+        length: f64,
+        from: &JointValues,
+        to: &JointValues,
+        tip: &dyn Fn(f64) -> JointJet,
+        path_length: f64,
+    ) -> Option<BlockPath> {
+        let axis_of = |task: &JointValues| self.machine.forward(&self.joints(rig, task, length), length).axis;
+        let ends = [ToolPose { tip: Point::origin(), axis: axis_of(from) }, ToolPose { tip: Point::origin(), axis: axis_of(to) }];
+        let angle = ends[0].angle_to(&ends[1]);
+        if angle < 1e-9 || angle > std::f64::consts::PI - 1e-3 {
+            return None;
+        }
+        let knots = (angle / KNOT_TURN).ceil().max(2.0) as usize;
+        let solve = |t: f64, near: &JointValues| -> Option<JointValues> {
+            // Beyond the ends the same circle goes on.
+            let pose = if (0.0..=1.0).contains(&t) {
+                ends[0].interpolated(&ends[1], t)
+            } else {
+                let turn = ends[0].axis.cross(&ends[1].axis).normalize();
+                let r = proveout_geom::Pose::from_axis_angle(&turn, angle * t);
+                ToolPose { tip: Point::origin(), axis: r.vector(&ends[0].axis) }
+            };
+            match self.machine.inverse_nearest(&pose, length, near) {
+                Ok(s) => Some(s.q),
+                Err(KinematicsError::OverTravel { solution, .. }) => Some(solution.q),
+                Err(_) => None,
+            }
+        };
+        let h = 1e-3_f64.min(0.25 / knots as f64);
+        let mut near = *from;
+        let mut jets = Vec::with_capacity(knots + 1);
+        for k in 0..=knots {
+            let t = k as f64 / knots as f64;
+            let mid = if k == 0 { *from } else { solve(t, &near)? };
+            let (before, after) = (solve(t - h, &mid)?, solve(t + h, &mid)?);
+            let mut jet = tip(t);
+            for (i, joint) in self.machine.joints.iter().enumerate() {
+                if joint.kind == JointKind::Rotary {
+                    if (after[i] - mid[i]).abs().max((mid[i] - before[i]).abs()) > 0.5 {
+                        return None; // a jump: a singular position lies on the circle
+                    }
+                    jet.0[0][i] = mid[i];
+                    jet.0[1][i] = (after[i] - before[i]) / (2.0 * h);
+                    jet.0[2][i] = 0.5 * (after[i] - 2.0 * mid[i] + before[i]) / (h * h);
+                }
+            }
+            near = mid;
+            jets.push(jet);
+        }
+        let rotary_end = self.machine.joints.iter().enumerate().filter(|(_, j)| j.kind == JointKind::Rotary);
+        for (i, _) in rotary_end {
+            if (near[i] - to[i]).abs() > 1e-6 {
+                return None;
+            }
+        }
+        // From t in 0..=1 to the path parameter.
+        let scaled = |jet: &JointJet| JointJet(std::array::from_fn(|k| jet.0[k] * path_length.powi(-(k as i32))));
+        let at = |k: usize| if k == knots { path_length } else { path_length * k as f64 / knots as f64 };
+        let pieces: Vec<Quintic> =
+            (0..knots).map(|k| Quintic::hermite(at(k), at(k + 1), &scaled(&jets[k]), &scaled(&jets[k + 1]))).collect();
+        let end = self.joints(rig, &pieces.last()?.jet(path_length).0[0], length);
+        Some(BlockPath { shape: Shape::Spline(pieces), length: path_length, tip_moves: true, end, unreachable: None })
+    }
+}
+
+/// Taylor coefficients over t in 0..=1 of the linear coordinates on a straight way.
+fn lerp_tip(rig: &Rig, from: &JointValues, to: &JointValues, t: f64) -> JointJet {
+    let mut out = JointJet::constant(JointValues::ZERO);
+    for slot in rig.slots {
+        out.0[0][slot] = from[slot] * (1.0 - t) + to[slot] * t;
+        out.0[1][slot] = to[slot] - from[slot];
+    }
+    out
+}

@@ -1,0 +1,125 @@
+//! Cuts a motion into pieces whose tip runs straight and whose axis runs on a great circle, within a tolerance.
+
+use proveout_geom::ToolPose;
+use proveout_machine::{JointKind, JointValues, Machine};
+
+use crate::settings::Settings;
+
+/// Joints and tool pose at a place of the path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stance {
+    pub(crate) s: f64,
+    pub(crate) q: JointValues,
+    pub(crate) pose: ToolPose,
+}
+
+/// Depth of the halving: 2^20 pieces of one block are more than any real path needs, and end a path that never fits.
+const DEEPEST: u32 = 20;
+/// Surcharge on a deviation measured at the quarters: a cubic error passes them by 3 percent.
+const BETWEEN: f64 = 1.05;
+
+/// Cuts paths into pieces.
+pub(crate) struct Cutter<'a, F: Fn(f64) -> Stance> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) settings: &'a Settings,
+    /// Length of the tool from tip to gauge line, mm.
+    pub(crate) tool_length: f64,
+    pub(crate) stance: F,
+}
+
+impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
+    /// Pieces of the path through the given places; a place in the middle is a border only where that is needed.
+    /// `emit` gets begin, end and deviation.
+    pub(crate) fn cut(&self, places: &[f64], emit: &mut dyn FnMut(&Stance, &Stance, f64)) {
+        let (Some(&first), Some(&last)) = (places.first(), places.last()) else { return };
+        let (a, b) = ((self.stance)(first), (self.stance)(last));
+        if places.len() > 2 {
+            if let Some(deviation) = self.fits(&a, &b, places) {
+                emit(&a, &b, deviation);
+                return;
+            }
+            for pair in places.windows(2) {
+                let (a, b) = ((self.stance)(pair[0]), (self.stance)(pair[1]));
+                self.cut_smooth(&a, &b, 0, emit);
+            }
+            return;
+        }
+        self.cut_smooth(&a, &b, 0, emit);
+    }
+
+    fn cut_smooth(&self, a: &Stance, b: &Stance, depth: u32, emit: &mut dyn FnMut(&Stance, &Stance, f64)) {
+        let mut parts = self.parts_by_size(a, b);
+        if parts == 1 {
+            let deviation = self.deviation(a, b, &[0.25, 0.5, 0.75]);
+            if deviation <= self.settings.piece_tolerance || depth >= DEEPEST {
+                emit(a, b, deviation);
+                return;
+            }
+            // The deviation falls with the square of the length.
+            parts = (deviation / self.settings.piece_tolerance).sqrt().ceil().clamp(2.0, 64.0) as usize;
+        }
+        let mut from = *a;
+        for k in 1..=parts {
+            let to = if k == parts { *b } else { (self.stance)(a.s + (b.s - a.s) * k as f64 / parts as f64) };
+            self.cut_smooth(&from, &to, depth + 1, emit);
+            from = to;
+        }
+    }
+
+    fn parts_by_size(&self, a: &Stance, b: &Stance) -> usize {
+        let mut parts = ((b.pose.tip - a.pose.tip).norm() / self.settings.piece_length).max(
+            a.pose.angle_to(&b.pose) / self.settings.piece_angle,
+        );
+        for (i, joint) in self.machine.joints.iter().enumerate() {
+            if joint.kind == JointKind::Rotary {
+                parts = parts.max((b.q[i] - a.q[i]).abs() / self.settings.piece_angle);
+            }
+        }
+        (parts - 1e-9).ceil().clamp(1.0, 1e6) as usize
+    }
+
+    /// Deviation of the whole way through several smooth parts, if it is within the tolerance.
+    fn fits(&self, a: &Stance, b: &Stance, places: &[f64]) -> Option<f64> {
+        if self.parts_by_size(a, b) > 1 {
+            return None;
+        }
+        let span = b.s - a.s;
+        let mut worst = 0.0_f64;
+        for (k, pair) in places.windows(2).enumerate() {
+            for part in 0..4 {
+                if k == 0 && part == 0 {
+                    continue;
+                }
+                let t = (pair[0] + (pair[1] - pair[0]) * 0.25 * f64::from(part) - a.s) / span;
+                worst = worst.max(self.deviation(a, b, &[t]));
+                if worst > self.settings.piece_tolerance {
+                    return None;
+                }
+            }
+        }
+        Some(worst)
+    }
+
+    /// Largest deviation of any point between tip and gauge line at parts of the way.
+    fn deviation(&self, a: &Stance, b: &Stance, parts: &[f64]) -> f64 {
+        let way = b.pose.tip - a.pose.tip;
+        let length2 = way.norm_squared();
+        let turn = a.pose.angle_to(&b.pose);
+        let mut worst = 0.0_f64;
+        for &part in parts {
+            let x = (self.stance)(a.s + (b.s - a.s) * part);
+            // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.
+            let t = if length2 > 1e-12 {
+                (x.pose.tip - a.pose.tip).dot(&way) / length2
+            } else if turn > 1e-12 {
+                a.pose.angle_to(&x.pose) / turn
+            } else {
+                part
+            };
+            let ideal = a.pose.interpolated(&b.pose, t.clamp(0.0, 1.0));
+            let tip = (x.pose.tip - ideal.tip).norm();
+            worst = worst.max(tip + self.tool_length * (x.pose.axis - ideal.axis).norm());
+        }
+        worst * BETWEEN
+    }
+}
