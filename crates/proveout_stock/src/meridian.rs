@@ -84,8 +84,6 @@ pub(crate) struct Meridian {
     /// Largest radius, lowest and highest point, mm.
     pub radius: f64,
     pub z: [f64; 2],
-    /// Lowest point of what `pieces` describe, mm.
-    pub rest_z: f64,
 }
 
 impl Meridian {
@@ -97,7 +95,6 @@ impl Meridian {
             has_rest: true,
             radius: profile.max_radius(),
             z: [profile.z_min(), profile.z_max()],
-            rest_z: profile.z_min(),
         }
     }
 
@@ -113,7 +110,7 @@ impl Meridian {
         let mut pieces = whole.pieces[1..].to_vec();
         let has_rest = !pieces.is_empty();
         pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
-        Self { pieces, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], ..whole }
+        Self { pieces, ball: Some([center[1], radius - TOUCH]), has_rest, ..whole }
     }
 
     /// Value and gradient (d/dr, d/dz) at r >= 0.

@@ -4,9 +4,9 @@ use proveout_geom::Vector;
 
 /// Id of an end that no motion has made.
 pub(crate) const INITIAL: u32 = u32::MAX;
-/// Intervals of material or overlap shorter than this (mm) are none: they come from rounding, and are a ten-thousandth of
-/// the promised bound.
-pub(crate) const SLIVER: f64 = 1e-7;
+/// Intervals of material or overlap shorter than this (mm) are none: they come from rounding and from the
+/// 1e-7 mm by which bodies are taken smaller, and are far below the promised bound.
+pub(crate) const SLIVER: f64 = 2e-7;
 
 /// Interval of material on a ray, with the mark of what made each end: 32 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]

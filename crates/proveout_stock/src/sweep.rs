@@ -7,15 +7,15 @@ use rayon::prelude::*;
 use crate::{
     dexel::TriDexel,
     grid::{Grid, TILE},
-    meridian::Meridian,
-    motion::{self, Piece, SEARCH_ERROR},
+    meridian::{Meridian, TOUCH},
+    motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
     ray::{Ray, Taken},
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
     ray_turn::sweep_turning,
     span::{Mark, SLIVER, Span},
     tile::{Cut, Overlap, Tile, subtract},
-    vec3::{V, norm, sub},
+    vec3::{V, along, dot, norm, scale, sub},
 };
 
 /// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
@@ -71,9 +71,9 @@ struct Ready {
     removes: bool,
     /// Box of the motion, mm.
     region: Aabb,
-    /// Pieces in the coordinates of each set, in [`Batch::pieces`].
-    first_piece: usize,
-    pieces: usize,
+    /// Pieces for the ball and for the rest of the body, in [`Batch::pieces`].
+    ball: std::ops::Range<usize>,
+    rest: std::ops::Range<usize>,
 }
 
 /// Overlap of one item in one tile.
@@ -132,34 +132,43 @@ impl TriDexel {
     }
 
     fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
-        let split: Vec<Vec<Piece>> = items
+        let split: Vec<[Vec<Piece>; 2]> = items
             .par_iter()
             .zip(index)
             .with_min_len(64)
-            .map(|(item, &body)| motion::pieces(&item.motion, bodies[body].reach()))
+            .map(|(item, &body)| {
+                let body = &bodies[body];
+                [
+                    body.ball.map_or_else(Vec::new, |[z, _]| motion::ball_pieces(&item.motion, z)),
+                    if body.has_rest { motion::pieces(&item.motion, body.radius) } else { Vec::new() },
+                ]
+            })
             .collect();
         let mut ready = Vec::with_capacity(items.len());
         let mut pieces: [Vec<Piece>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for ((item, &body), split) in items.iter().zip(index).zip(&split) {
-            let first_piece = pieces[0].len();
-            for p in split {
-                for (a, list) in pieces.iter_mut().enumerate() {
-                    list.push(motion::permuted(p, a));
+            let mut ranges = split.iter().map(|split| {
+                let first = pieces[0].len();
+                for p in split {
+                    for (a, list) in pieces.iter_mut().enumerate() {
+                        list.push(motion::permuted(p, a));
+                    }
                 }
-            }
-            let region = motion::swept_box(split, &bodies[body]).expanded(1e-6);
+                first..pieces[0].len()
+            });
+            let (ball, rest) = (ranges.next().unwrap_or(0..0), ranges.next().unwrap_or(0..0));
+            let path = if rest.is_empty() { &split[0] } else { &split[1] };
             ready.push(Ready {
                 body,
                 id: item.id,
                 removes: item.action == Action::Remove,
-                region,
-                first_piece,
-                pieces: split.len(),
+                region: motion::swept_box(path, &bodies[body]),
+                ball,
+                rest,
             });
-            for p in split {
-                let turned = if p.turns() { p.bend(bodies[body].reach()) / 8.0 } else { 0.0 };
-                self.sweep_bound = self.sweep_bound.max(SEARCH_ERROR + turned + 2.0 * crate::meridian::TOUCH);
-            }
+            let turns = path.iter().any(Piece::turns);
+            let bound = SEARCH_ERROR + 2.0 * TOUCH + if turns { TURN_ERROR } else { 0.0 };
+            self.sweep_bound = self.sweep_bound.max(bound);
         }
         let batch = Batch { ready, pieces, bodies };
         let mut first = 0;
@@ -304,8 +313,8 @@ struct Batch<'a> {
 /// Buffers of one thread.
 #[derive(Default)]
 struct Scratch {
-    /// Pieces of the motion that may touch the tile with their ball and with the rest of their body.
-    near: Vec<(usize, [bool; 2])>,
+    /// Pieces of the motion that may touch the tile; true: with the ball, false: with the rest of the body.
+    near: Vec<(usize, bool)>,
     taken: Vec<Taken>,
     cuts: Vec<Cut>,
     left: Vec<Span>,
@@ -351,12 +360,9 @@ impl Batch<'_> {
         };
         let body = &self.bodies[ready.body];
         scratch.near.clear();
-        for k in ready.first_piece..ready.first_piece + ready.pieces {
-            let near = near(&self.pieces[a][k], body, &block);
-            if near != [false; 2] {
-                scratch.near.push((k, near));
-            }
-        }
+        let pieces = &self.pieces[a];
+        scratch.near.extend(ready.ball.clone().filter(|&k| ball_near(&pieces[k], body, &block)).map(|k| (k, true)));
+        scratch.near.extend(ready.rest.clone().filter(|&k| rest_near(&pieces[k], body, &block)).map(|k| (k, false)));
         if scratch.near.is_empty() {
             return;
         }
@@ -375,15 +381,17 @@ impl Batch<'_> {
             for i in i_from..i_to {
                 let r = (j - j0) * TILE + (i - i0);
                 let spans = work.tile.ray(r);
-                let (Some(bottom), Some(top)) = (spans.first(), spans.last()) else { continue };
+                // Material in the region; slots that stand empty do not count.
+                let Some(bottom) = spans.iter().find(|x| x.hi - min[a] > SLIVER) else { continue };
+                let Some(top) = spans.iter().rev().find(|x| max[a] - x.lo > SLIVER) else { continue };
                 let ray =
                     Ray { u: grid.center(u_axis, i), v, lo: bottom.lo.max(min[a]), hi: top.hi.min(max[a]) };
                 if ray.hi - ray.lo <= SLIVER {
                     continue;
                 }
                 scratch.taken.clear();
-                for &(k, near) in &scratch.near {
-                    take(&self.pieces[a][k], body, near, &ray, &mut scratch.taken);
+                for &(k, ball) in &scratch.near {
+                    take(&pieces[k], body, ball, &ray, &mut scratch.taken);
                 }
                 if scratch.taken.is_empty() {
                     continue;
@@ -423,51 +431,40 @@ impl Partial {
     }
 }
 
-/// Whether the ball and the rest of a body may touch a box on a piece of motion.
-fn near(piece: &Piece, body: &Meridian, block: &Block) -> [bool; 2] {
-    let diagonal = norm(block.half);
+/// Whether the ball of a body may touch a box on a piece of motion.
+fn ball_near(piece: &Piece, body: &Meridian, block: &Block) -> bool {
+    let Some([z, radius]) = body.ball else { return false };
+    let (from, to) = (piece.on_axis(z, 0.0), piece.on_axis(z, 1.0));
+    let away = sub(block.middle, along(scale(from, 0.5), to, 0.5));
+    let distance = norm(away);
+    if distance <= radius {
+        return true;
+    }
+    let n = scale(away, 1.0 / distance);
+    !block.is_clear(distance - radius, n, 0.5 * dot(n, sub(to, from)).abs())
+}
+
+/// Whether the rest of a body may touch a box on a piece of motion.
+fn rest_near(piece: &Piece, body: &Meridian, block: &Block) -> bool {
+    let sample = piece.sample(body, block.middle, 0.5);
     let bent = if piece.turns() {
-        0.5 * piece.angle2.sqrt() * diagonal + piece.bend(body.reach()) / 8.0
+        0.5 * piece.angle2.sqrt() * norm(block.half) + piece.bend(body.reach()) / 8.0
     } else {
         0.0
     };
-    let ball = body.ball.is_some_and(|[z, radius]| {
-        let place = |tau: f64| {
-            let (tip, w) = (piece.tip_at(tau), piece.axis_at(tau));
-            [tip[0] + z * w[0], tip[1] + z * w[1], tip[2] + z * w[2]]
-        };
-        let (from, to) = (place(0.0), place(1.0));
-        let c = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]), 0.5 * (from[2] + to[2])];
-        let away = sub(block.middle, c);
-        let distance = norm(away);
-        if distance <= radius {
-            return true;
-        }
-        let n = away.map(|x| x / distance);
-        let way = sub(to, from);
-        let change = 0.5 * (n[0] * way[0] + n[1] * way[1] + n[2] * way[2]).abs();
-        !block.is_clear(distance - radius, n, change)
-    });
-    let rest = body.has_rest && {
-        let sample = piece.sample(body, block.middle, 0.5);
-        !block.is_clear(sample.f, sample.normal, 0.5 * sample.ft.abs() + bent)
-    };
-    [ball, rest]
+    !block.is_clear(sample.f, sample.normal, 0.5 * sample.ft.abs() + bent)
 }
 
-/// Intervals that a body takes up on a ray on one piece of motion.
-fn take(piece: &Piece, body: &Meridian, near: [bool; 2], ray: &Ray, taken: &mut Vec<Taken>) {
-    if near[0]
-        && let Some([z, radius]) = body.ball
-    {
-        taken.extend(sweep_ball(piece, z, radius, ray));
-    }
-    if near[1] {
+/// Intervals that the ball or the rest of a body takes up on a ray on one piece of motion.
+fn take(piece: &Piece, body: &Meridian, ball: bool, ray: &Ray, taken: &mut Vec<Taken>) {
+    if !ball {
         if piece.turns() {
             sweep_turning(piece, body, ray, taken);
         } else {
             taken.extend(sweep_translation(piece, body, ray));
         }
+    } else if let Some([z, radius]) = body.ball {
+        taken.extend(sweep_ball(piece, z, radius, ray));
     }
 }
 
@@ -503,16 +500,4 @@ fn cuts_of(taken: &mut [Taken], id: u32, a: usize, cuts: &mut Vec<Cut>) {
     if let Some(o) = open {
         cuts.push(Cut { lo: o.lo.s, hi: o.hi.s, lo_mark: mark(o.lo.normal), hi_mark: mark(o.hi.normal) });
     }
-}
-
-/// The interval that a body takes up on a line parallel to an axis, for tests that compare the kernels.
-#[cfg(test)]
-pub(crate) fn take_on_line(body: &Meridian, motion: &SweepMotion, a: usize, ray: &Ray) -> Vec<[f64; 2]> {
-    let mut taken = Vec::new();
-    for p in motion::pieces(motion, body.reach()) {
-        take(&motion::permuted(&p, a), body, [true, body.has_rest], ray, &mut taken);
-    }
-    let mut cuts = Vec::new();
-    cuts_of(&mut taken, 0, a, &mut cuts);
-    cuts.iter().map(|c| [c.lo, c.hi]).collect()
 }
