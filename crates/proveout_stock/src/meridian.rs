@@ -84,6 +84,8 @@ pub(crate) struct Meridian {
     /// Largest radius, lowest and highest point, mm.
     pub radius: f64,
     pub z: [f64; 2],
+    /// Largest distance of a point of the body from the tip, mm.
+    pub reach: f64,
 }
 
 impl Meridian {
@@ -95,6 +97,7 @@ impl Meridian {
             has_rest: true,
             radius: profile.max_radius(),
             z: [profile.z_min(), profile.z_max()],
+            reach: profile.max_radius().hypot(profile.z_min().abs().max(profile.z_max().abs())),
         }
     }
 
@@ -124,11 +127,6 @@ impl Meridian {
             }
         }
         best
-    }
-
-    /// Largest distance of a point of the body from the tip, mm.
-    pub(crate) fn reach(&self) -> f64 {
-        self.radius.hypot(self.z[0].abs().max(self.z[1].abs()))
     }
 }
 

@@ -164,7 +164,7 @@ pub(crate) fn swept_box(pieces: &[Piece], body: &Meridian) -> Aabb {
     let mut all = Aabb::empty();
     let mut margin = 0.0_f64;
     for p in pieces {
-        margin = margin.max(p.bend(body.reach()) / 8.0);
+        margin = margin.max(p.bend(body.reach) / 8.0);
         for tau in [0.0, 1.0] {
             let (tip, axis) = (p.tip_at(tau), p.axis_at(tau));
             for z in body.z {

@@ -41,7 +41,7 @@ impl Mark {
         if n[2] < 0.0 {
             (x, y) = ((1.0 - y.abs()) * 1_f64.copysign(x), (1.0 - x.abs()) * 1_f64.copysign(y));
         }
-        let pack = |v: f64| (v * FULL).round() as i16 as u16;
+        let pack = |v: f64| (v * FULL + 0.5_f64.copysign(v)) as i16 as u16;
         Self { id, normal: u32::from(pack(x)) | u32::from(pack(y)) << 16 }
     }
 
