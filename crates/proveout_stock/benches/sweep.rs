@@ -1,6 +1,7 @@
 //! Prints moves a second, time a ray touched and memory on a 100 x 100 x 20 mm block.
 //!
-//! `cargo bench -p proveout_stock` runs all rows; `-- --quick` takes a tenth of the moves, `-- --cell 0.2` another cell size.
+//! `cargo bench -p proveout_stock` runs all rows; `-- --quick` takes a tenth of the moves, `-- --cell 0.2` another cell size,
+//! `-- --only tilting` the rows with that word.
 #![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use std::time::Instant;
@@ -80,7 +81,10 @@ fn flank(rows: usize) -> Vec<SweepMotion> {
     moves
 }
 
-fn run(name: &str, cell: f64, body: &Profile, moves: &[SweepMotion], action: Action) {
+fn run(name: &str, only: Option<&String>, cell: f64, body: &Profile, moves: &[SweepMotion], action: Action) {
+    if only.is_some_and(|word| !name.contains(word.as_str())) {
+        return;
+    }
     let block = Aabb { min: Point::new(0.0, 0.0, -20.0), max: Point::new(100.0, 100.0, 0.0) };
     let mut stock = match TriDexel::from_box(&block, cell, 16 << 30) {
         Ok(s) => s,
@@ -116,20 +120,21 @@ fn main() {
     let quick = arguments.iter().any(|a| a == "--quick");
     let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1)?.parse().ok());
     let cell = value("--cell").unwrap_or(0.1);
+    let only = arguments.iter().position(|a| a == "--only").and_then(|k| arguments.get(k + 1));
     let rows = if quick { 32 } else { 320 };
     let twenty_degrees = 0.349;
     let (ball, bull, flat) = (bull(4.0, 4.0, 40.0), bull(5.0, 3.0, 40.0), flat(5.0, 40.0));
     println!("100 x 100 x 20 mm block, {cell} mm cells, {} threads", rayon::current_num_threads());
-    run("ball R4, three axes", cell, &ball, &waves(rows, 0.0), Action::Remove);
-    run("ball R4, tilting to 20 deg", cell, &ball, &waves(rows, twenty_degrees), Action::Remove);
-    run("bull-nose R5 r3, three axes", cell, &bull, &waves(rows, 0.0), Action::Remove);
-    run("bull-nose R5 r3, tilting to 20 deg", cell, &bull, &waves(rows, twenty_degrees), Action::Remove);
-    run("flat R5, pocket at one height", cell, &flat, &pocket(rows.min(32)), Action::Remove);
-    run("flat R5, flank 20 mm deep, tilting", cell, &flat, &flank(rows.min(16)), Action::Remove);
+    run("ball R4, three axes", only, cell, &ball, &waves(rows, 0.0), Action::Remove);
+    run("ball R4, tilting to 20 deg", only, cell, &ball, &waves(rows, twenty_degrees), Action::Remove);
+    run("bull-nose R5 r3, three axes", only, cell, &bull, &waves(rows, 0.0), Action::Remove);
+    run("bull-nose R5 r3, tilting to 20 deg", only, cell, &bull, &waves(rows, twenty_degrees), Action::Remove);
+    run("flat R5, pocket at one height", only, cell, &flat, &pocket(rows.min(32)), Action::Remove);
+    run("flat R5, flank 20 mm deep, tilting", only, cell, &flat, &flank(rows.min(16)), Action::Remove);
     let above = |m: &SweepMotion| {
         let up = |p: ToolPose| ToolPose { tip: p.tip + Vector::z() * 8.0, ..p };
         SweepMotion { from: up(m.from), to: up(m.to) }
     };
     let air: Vec<SweepMotion> = waves(rows, twenty_degrees).iter().map(above).collect();
-    run("ball R4 in air", cell, &ball, &air, Action::Remove);
+    run("ball R4 in air", only, cell, &ball, &air, Action::Remove);
 }

@@ -91,7 +91,7 @@ pub(crate) struct TurnSweep<'a> {
 
 /// Adds to `taken` the intervals that the body takes up on the ray on its way, in no order; they may overlap.
 pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &mut Vec<Taken>) {
-    let reach = body.reach();
+    let reach = body.reach;
     let angle = piece.angle2.sqrt();
     let sweep = TurnSweep {
         piece,
