@@ -550,7 +550,7 @@ where
             return Err(Box::new(ControlError::at(location, "control-tool", message, help)));
         }
         self.stop_run();
-        self.to_change_position(location);
+        self.visit_change_position(location);
         let duration = self.device.machine.control.tool_change_time.max(0.0);
         self.out.meter.summary.tool_change_s += duration;
         let block = self.action(location, BlockKind::ToolChange, duration);
@@ -565,7 +565,7 @@ where
 
     /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
     /// the others together.
-    fn to_change_position(&mut self, location: &Location) {
+    fn visit_change_position(&mut self, location: &Location) {
         let machine = self.device.machine;
         let position = machine.control.tool_change_position;
         let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());

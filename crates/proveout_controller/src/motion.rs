@@ -223,7 +223,8 @@ impl Context<'_> {
         let motion = &arc.motion;
         let center = Vector::from(arc.center_base);
         let normal = Vector::from(arc.normal_base);
-        if !center.iter().chain(normal.iter()).chain([&arc.sweep]).all(|v| v.is_finite()) || !(arc.sweep > 0.0) {
+        let finite = center.iter().chain(normal.iter()).chain([&arc.sweep]).all(|v| v.is_finite());
+        if !finite || arc.sweep <= 0.0 || normal.norm() == 0.0 {
             let message = format!("center {center:?}, normal {normal:?} and sweep {} do not make an arc", arc.sweep);
             return Err(self.fail("control-not-a-number", message, "check the expressions of this block"));
         }
@@ -353,7 +354,7 @@ impl Context<'_> {
             ToolPose { tip: Point::origin(), axis: axis_of(to) },
         ];
         let angle = ends[0].angle_to(&ends[1]);
-        if angle < 1e-9 || angle > std::f64::consts::PI - 1e-3 {
+        if !(1e-9..=std::f64::consts::PI - 1e-3).contains(&angle) {
             return None;
         }
         let knots = (angle / KNOT_TURN).ceil().max(2.0) as usize;
