@@ -1,9 +1,44 @@
-//! NC program text to canonical commands, and back.
+//! NC program text to canonical commands, and back. Knows nothing about machines: no tool lengths, no kinematics, no limits.
 //!
-//! Knows nothing about machines: no tool lengths, no kinematics, no limits.
+//! **Data in and out.** In: program text and [`Settings`] (work offsets, values of variables, limits). Out: [`Command`]s with
+//! their place in the text. Lengths are mm, angles radian, times seconds, whatever the unit of the program. Every motion
+//! carries its end twice: `end` in the active work frame, as programmed, and `end_base` after all offsets, frames, mirrors
+//! and scales, tool length not applied. With tool center point control on (TRAORI), base coordinates are those of the table;
+//! with it off, those of the machine's linear axes at the tool tip. A coordinate that the program has not set has no value.
 //!
-//! * [`Command`] – one canonical command with its place in the text.
+//! **Main types.**
+//! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs no memory.
+//! * [`Command`], [`Op`] – what the control is told to do.
+//! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`]; [`check`] collects them.
+//! * [`JsonWriter`] – commands as JSON lines.
+//! * [`post`] – commands back to text.
+//!
+//! **Algorithm and sources.** Hand-written scanner and Pratt parser for each line; an index of the structure of a file (loops,
+//! branches, labels, subprograms) made once; execution line by line. Language of the Siemens reader: Siemens, *SINUMERIK 840D
+//! sl, NC programming*, chapters on frames, control structures, transformations, cycles. The README's table says word by word
+//! what is supported, approximated, ignored with a note, or refused by name.
+//!
+//! **Limits.** Cutter radius compensation, splines, threads and polar coordinates are refused by name. Rounding of corners is
+//! handed on as a tolerance. What a machine builder puts behind an M word is named in a note and not executed.
 
+mod arc;
+mod codes;
 mod command;
+mod diagnostic;
+mod dialect;
+mod frame;
+mod json;
+pub mod post;
 
+mod program;
+mod scan;
+mod settings;
+mod source;
+mod state;
+
+pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
+pub use diagnostic::{Diagnostic, Diagnostics};
+pub use json::{JsonWriter, to_json};
+pub use program::{CommandSource, Program, check, check_text, detect};
+pub use settings::{Dialect, Limits, Settings, WorkOffset};

@@ -1,0 +1,68 @@
+//! The registry of diagnostic codes.
+
+/// A code with what it means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CodeInfo {
+    /// The code, as in [`crate::Diagnostic::code`].
+    pub code: &'static str,
+    /// What is wrong, in one sentence.
+    pub summary: &'static str,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+macro_rules! codes {
+    ($($name:ident = $code:literal, $summary:literal, $remedy:literal;)*) => {
+        $(#[doc = $summary] pub(crate) const $name: &str = $code;)*
+        /// Every code that a diagnostic of this crate can carry, in alphabetical order.
+        pub const CODES: &[CodeInfo] = &[$(CodeInfo { code: $code, summary: $summary, remedy: $remedy }),*];
+    };
+}
+
+codes! {
+    ARC_GEOMETRY = "nc-arc-geometry", "The words of an arc do not define a circle.",
+        "Give the end point and either the center (I J K) or the radius, in the plane that is active.";
+    ARC_RADIUS = "nc-arc-radius", "Start and end of an arc have different distances from its center.",
+        "Correct the center or the end point, or program the point before the arc.";
+    ARGUMENTS = "nc-arguments", "A call has too many, too few or wrong arguments.",
+        "Compare the call with the definition of the cycle or subprogram.";
+    ARITHMETIC = "nc-arithmetic", "A calculation has no result, such as a division by zero.",
+        "Check the values of the expression.";
+    BAD_VALUE = "nc-bad-value", "A word has a value outside of what it allows.", "Use a value that the word allows.";
+    CONFLICT = "nc-conflicting-words", "Two words of a block contradict each other.",
+        "Write them in blocks of their own.";
+    DIALECT = "nc-dialect", "The dialect of the program could not be told from its name and text.",
+        "Name the dialect in the call.";
+    FILE = "nc-file", "A program file could not be read.", "Check the path and the rights.";
+    JUMP_TARGET = "nc-jump-target", "A jump names a label or block number that is not there.",
+        "Write the label, or jump in the other direction.";
+    LOOP_LIMIT = "nc-loop-limit", "A loop ran more often than the limit allows.",
+        "Check the condition of the loop, or raise the limit in the settings.";
+    MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value behind the word.";
+    NESTING_LIMIT = "nc-nesting-limit", "Calls or brackets are nested deeper than the limit allows.",
+        "Check for a subprogram that calls itself, or raise the limit in the settings.";
+    NO_FEED = "nc-no-feed", "A motion in feed has no feed value.", "Program F before or in the block.";
+    NO_TOOL = "nc-no-tool", "A tool change stands in the program before a tool was selected.",
+        "Program T in or before the block of the tool change.";
+    ORIENTATION = "nc-orientation", "A tool orientation cannot be taken as programmed.",
+        "Switch the five-axis transformation on, and give a vector with a length.";
+    POSITION_UNKNOWN = "nc-position-unknown", "A motion needs a coordinate that the program has not set.",
+        "Program X, Y and Z in the first block after machine coordinates, a tool change or a transformation.";
+    STRUCTURE = "nc-structure", "Opening and closing words of a control structure do not match.",
+        "Write the missing word.";
+    SUBPROGRAM = "nc-subprogram", "A subprogram that is called is not there.",
+        "Put the subprogram into the folder of the program, or into the same file.";
+    SYNTAX = "nc-syntax", "The text does not follow the grammar of the dialect.", "Correct the text at the place shown.";
+    TYPE = "nc-type", "A value has the wrong type for its use.", "Use a value of the type that is asked for.";
+    UNKNOWN_VARIABLE = "nc-unknown-variable", "A variable is used that has no definition or no value.",
+        "Define it with DEF, assign it first, or give its value in the settings.";
+    UNKNOWN_WORD = "nc-unknown-word", "A word that the reader of this dialect does not know.",
+        "Correct the word; if the control knows it, take it out for the prove-out.";
+    UNSUPPORTED_WORD = "nc-unsupported-word", "A word that the control knows and that this reader does not do.",
+        "Program the same motion with words of the coverage table.";
+}
+
+/// What a code means.
+pub fn explain(code: &str) -> Option<&'static CodeInfo> {
+    CODES.iter().find(|info| info.code == code)
+}

@@ -1,0 +1,3 @@
+//! Readers, one folder for each dialect.
+
+pub(crate) mod siemens;

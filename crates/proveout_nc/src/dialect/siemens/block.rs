@@ -1,0 +1,676 @@
+//! Executes a block of words: collects them, then acts in the order of the control.
+//!
+//! Order within a block: G words and frames, transformation, feed, speed, tool and edge, functions before the motion
+//! (M3 M4 M6 M7 M8 M19 and machine-builder functions), motion or dwell, functions behind it (M5 M9 M0 M1), cycle or
+//! subprogram call, end of program.
+
+use super::eval::{self, Val};
+use super::expr::Expr;
+use super::interpreter::{Interpreter, missing_subprogram};
+use super::modal::{FeedMode, Interpolation, OrientationAngles, Units};
+use super::parser::{Block, Call, Value, Word, WordKind};
+use super::pending::{Coordinate, FrameWord, Pending, Reference};
+use super::words::{self, Class};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{
+    AxisValues, Coolant, Dwell, Feed, Offset, Op, OrientationInterpolation, PathMode, Spindle, SpindleDirection, Tcp,
+    ToolAction, ToolName,
+};
+
+/// Bits of X, Y and Z.
+const LINEAR: u16 = 0b111;
+
+impl Interpreter {
+    /// Executes the words of a block.
+    pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
+        let mut pending = Pending::default();
+        for (at, word) in block.words.iter().enumerate() {
+            self.collect(&mut pending, word, at, line)?;
+        }
+        self.act(&pending, block)
+    }
+
+    fn collect(&mut self, pending: &mut Pending, word: &Word, at: usize, line: &str) -> Result<(), Fault> {
+        let span = word.span;
+        match &word.kind {
+            WordKind::Address { letter, extension: None, value } => self.address(pending, *letter, value, span, line),
+            WordKind::Address { letter, extension: Some(extension), value } => {
+                self.extended_address(pending, *letter, *extension, value, span, line)
+            }
+            WordKind::Assign { name, indices, value } => self.assignment(pending, name, indices, value, span, line),
+            WordKind::Name(name) => self.name(pending, name, span, at),
+            WordKind::Call(call) => self.call_word(pending, call, span, at),
+        }
+    }
+
+    fn number(&self, value: &Value, span: Span) -> Result<f64, Fault> {
+        match value {
+            Value::Number(number) => Ok(*number),
+            Value::Expr(expr) => self.variables.number(expr, span),
+        }
+    }
+
+    /// A number that must be an integer from 0 to a limit.
+    fn integer(&self, letter: char, value: &Value, limit: u32, span: Span) -> Result<u32, Fault> {
+        let number = self.number(value, span)?;
+        if number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number) {
+            return Ok(number as u32);
+        }
+        Err(Fault::new(
+            codes::BAD_VALUE,
+            span,
+            format!("`{letter}` takes an integer from 0 to {limit} and has {number}"),
+        )
+        .help("write a whole number"))
+    }
+
+    /// Coordinate with AC(), IC(), DC(), ACP(), ACN().
+    fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
+        if let Value::Number(value) = value {
+            return Ok(Coordinate { value: *value, reference: Reference::Modal });
+        }
+        let Value::Expr(expr) = value else {
+            return Ok(Coordinate { value: 0.0, reference: Reference::Modal });
+        };
+        if let Expr::Call(name, arguments) = expr {
+            let reference = match name.as_str() {
+                "AC" => Some(Reference::Absolute),
+                "IC" => Some(Reference::Incremental),
+                "DC" => Some(Reference::Shortest),
+                "ACP" => Some(Reference::Positive),
+                "ACN" => Some(Reference::Negative),
+                _ => None,
+            };
+            if let Some(reference) = reference {
+                let [Some(argument)] = arguments.as_slice() else {
+                    return Err(
+                        Fault::new(codes::ARGUMENTS, span, format!("`{name}` takes one value")).help("write X=AC(10)")
+                    );
+                };
+                return Ok(Coordinate { value: self.variables.number(argument, span)?, reference });
+            }
+        }
+        Ok(Coordinate { value: self.variables.number(expr, span)?, reference: Reference::Modal })
+    }
+
+    fn address(&mut self, p: &mut Pending, letter: u8, value: &Value, span: Span, line: &str) -> Result<(), Fault> {
+        let character = char::from(letter);
+        if let Some(axis) = AxisValues::index(character) {
+            set_once(p.axes[axis].is_some(), character, span)?;
+            p.axes[axis] = Some(self.coordinate(value, span)?);
+            p.programmed |= 1 << axis;
+            return Ok(());
+        }
+        match letter {
+            b'G' => return self.g_word(p, value, span),
+            b'M' => {
+                let code = self.integer('M', value, 99_999_999, span)?;
+                p.functions.push(code);
+            }
+            b'I' | b'J' | b'K' => {
+                let at = usize::from(letter - b'I');
+                set_once(p.center[at].is_some(), character, span)?;
+                p.center[at] = Some(self.coordinate(value, span)?);
+            }
+            b'F' => p.feed = Some(self.number(value, span)?),
+            b'S' => p.speed = Some(self.number(value, span)?),
+            b'D' => p.edge = Some(self.integer('D', value, 32_000, span)?),
+            b'T' => p.tool = Some(self.tool_name(value, span)?),
+            b'L' => p.numbered_call = Some(self.integer('L', value, 9_999_999, span)?),
+            b'P' => p.passes = Some(self.integer('P', value, 9_999, span)?),
+            b'H' => {
+                let number = self.number(value, span)?;
+                self.note(format!("H{number}"));
+            }
+            b'R' => {
+                return Err(Fault::new(codes::SYNTAX, span, "an R parameter is assigned with `=`").help("write R1=5"));
+            }
+            _ => return Err(unknown_word(span, line)),
+        }
+        Ok(())
+    }
+
+    fn extended_address(
+        &mut self,
+        p: &mut Pending,
+        letter: u8,
+        extension: u32,
+        value: &Value,
+        span: Span,
+        line: &str,
+    ) -> Result<(), Fault> {
+        match (letter, extension) {
+            (b'R', _) => {
+                let number = self.number(value, span)?;
+                self.variables.assign_param(extension, number);
+            }
+            (b'A'..=b'C', 3) => p.vector[usize::from(letter - b'A')] = Some(self.number(value, span)?),
+            (b'A'..=b'C', 2) => p.angles[usize::from(letter - b'A')] = Some(self.number(value, span)?),
+            (b'I'..=b'K', 1) => p.intermediate[usize::from(letter - b'I')] = Some(self.coordinate(value, span)?),
+            (b'S', 1) => p.speed = Some(self.number(value, span)?),
+            (b'M', 1) => p.functions.push(self.integer('M', value, 99_999_999, span)?),
+            (b'T', 1) => p.tool = Some(self.tool_name(value, span)?),
+            (b'S' | b'M' | b'H', _) => {
+                // Another spindle than the one of the tool, or a function to the machine.
+                let number = self.number(value, span)?;
+                self.note(format!("{}{extension}={number}", char::from(letter)));
+            }
+            (b'A'..=b'C', 4..=7) => {
+                return Err(refused(
+                    &word_text(span, line),
+                    span,
+                    "program the orientation at the end of the block with A3= B3= C3=",
+                ));
+            }
+            _ => return Err(unknown_word(span, line)),
+        }
+        Ok(())
+    }
+
+    fn tool_name(&self, value: &Value, span: Span) -> Result<ToolName, Fault> {
+        let value = match value {
+            Value::Number(number) => Val::Number(*number),
+            Value::Expr(expr) => self.variables.eval(expr, span)?,
+        };
+        match value {
+            Val::Text(name) if name.trim().is_empty() || name.trim() == "0" => Ok(ToolName::Empty),
+            Val::Text(name) => Ok(ToolName::Name(name)),
+            Val::Number(0.0) => Ok(ToolName::Empty),
+            Val::Number(number) if number.fract() == 0.0 && (0.0..4.0e9).contains(&number) => {
+                Ok(ToolName::Number(number as u32))
+            }
+            Val::Number(number) => Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is not a tool number"))
+                .help("write T5 or T=\"NAME\"")),
+        }
+    }
+
+    fn assignment(
+        &mut self,
+        p: &mut Pending,
+        name: &str,
+        indices: &[Expr],
+        value: &Expr,
+        span: Span,
+        line: &str,
+    ) -> Result<(), Fault> {
+        if indices.is_empty() && !self.variables.is_defined(name) {
+            let slot = match name {
+                "CR" => Some(&mut p.radius),
+                "AR" => Some(&mut p.opening),
+                "TURN" => Some(&mut p.turns),
+                "RPL" => Some(&mut p.plane_angle),
+                "ADIS" => Some(&mut p.rounding),
+                _ => None,
+            };
+            if let Some(slot) = slot {
+                *slot = Some(self.variables.number(value, span)?);
+                return Ok(());
+            }
+            if matches!(name, "CTOL" | "OTOL" | "ATOL") {
+                let value = self.variables.number(value, span)?;
+                return self.tolerance_word(name, value, span);
+            }
+        }
+        if name == "$P_UIFR" {
+            return self.write_work_offset(indices, value, span);
+        }
+        match words::classify_assignment(name) {
+            Class::Note => {
+                self.note(word_text(span, line));
+                return Ok(());
+            }
+            Class::Refused(remedy) => return Err(refused(name, span, remedy)),
+            Class::Unknown => {}
+        }
+        if matches!(value, Expr::Call(function, _) if function == "SET" || function == "REP") {
+            return Err(refused("SET", span, "assign the elements one by one, or in DEF"));
+        }
+        let target = match (name, indices) {
+            ("R", [index]) => Expr::Param(Box::new(index.clone())),
+            (_, []) => Expr::Name(name.to_owned()),
+            _ => Expr::Element(name.to_owned(), indices.to_vec()),
+        };
+        let value = self.variables.eval(value, span)?;
+        self.assign_expr(&target, value, span)
+    }
+
+    fn g_word(&mut self, p: &mut Pending, value: &Value, span: Span) -> Result<(), Fault> {
+        let code = self.integer('G', value, 9999, span)?;
+        let modal = &mut self.modal;
+        match code {
+            0 => modal.interpolation = Interpolation::Rapid,
+            1 => modal.interpolation = Interpolation::Linear,
+            2 => modal.interpolation = Interpolation::Clockwise,
+            3 => modal.interpolation = Interpolation::CounterClockwise,
+            4 => p.dwell = true,
+            9 => p.exact_stop = true,
+            17..=19 => {
+                modal.normal = [2, 1, 0][code as usize - 17];
+                let normal = ['X', 'Y', 'Z'][modal.normal];
+                self.emit(Op::Plane(normal));
+            }
+            53 | 153 => p.machine = true,
+            54..=57 | 500 | 505..=599 => p.offset = Some(code),
+            60 => self.path_mode(PathMode::ExactStop),
+            64 | 641..=645 => {
+                modal.exact_stop = false;
+                let tolerance = self.contour_tolerance;
+                let orientation_tolerance = self.orientation_tolerance;
+                self.path_mode(PathMode::Continuous { tolerance, orientation_tolerance });
+                if code == 641 {
+                    p.rounding = p.rounding.or(Some(self.rounding));
+                }
+            }
+            70 => modal.units = Units::InchLengths,
+            700 => modal.units = Units::Inch,
+            71 | 710 => modal.units = Units::Metric,
+            90 => modal.incremental = false,
+            91 => modal.incremental = true,
+            93 => self.feed_mode(FeedMode::InverseTime),
+            94 => self.feed_mode(FeedMode::PerTime),
+            95 => self.feed_mode(FeedMode::PerRevolution),
+            97 => self.note("G97"),
+            _ if words::is_noted_g(code) => self.note(format!("G{code}")),
+            _ => {
+                return Err(g_fault(code, span));
+            }
+        }
+        Ok(())
+    }
+
+    fn feed_mode(&mut self, mode: FeedMode) {
+        if self.modal.feed_mode != mode {
+            self.modal.feed_mode = mode;
+            // A number keeps no meaning across modes: F must be programmed anew.
+            self.technology.feed = None;
+        }
+    }
+
+    /// Takes a corner treatment into effect and tells it.
+    pub(crate) fn path_mode(&mut self, mode: PathMode) {
+        self.modal.path_mode = mode;
+        self.emit(Op::PathMode(mode));
+    }
+
+    fn name(&mut self, p: &mut Pending, name: &str, span: Span, at: usize) -> Result<(), Fault> {
+        if let Some(frame) = FrameWord::from_name(name) {
+            if p.frame.is_some() {
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    span,
+                    format!("`{name}` is the second frame instruction of the block"),
+                )
+                .help("write it in a block of its own"));
+            }
+            p.frame = Some((frame, span));
+            return Ok(());
+        }
+        match name {
+            "SUPA" => p.machine = true,
+            "TRAORI" => p.transformation = Some(true),
+            "TRAFOOF" => p.transformation = Some(false),
+            "CIP" => self.modal.interpolation = Interpolation::Intermediate,
+            "CT" => self.modal.interpolation = Interpolation::Tangential,
+            "ORIAXES" => self.orientation(OrientationInterpolation::Axes),
+            "ORIVECT" | "ORIPLANE" => self.orientation(OrientationInterpolation::GreatCircle),
+            "ORIWKS" | "ORIMKS" => {
+                self.modal.machine_vectors = name == "ORIMKS";
+                self.tell_tcp();
+            }
+            "ORIRPY" => {
+                self.modal.angles = OrientationAngles::RollPitchYaw;
+                self.note(name);
+            }
+            "ORIEULER" => {
+                self.modal.angles = OrientationAngles::Euler;
+                self.note(name);
+            }
+            _ => match words::classify_name(name) {
+                Class::Note => self.note(name),
+                Class::Refused(remedy) => return Err(refused(name, span, remedy)),
+                Class::Unknown => self.take_call(p, name, span, at)?,
+            },
+        }
+        Ok(())
+    }
+
+    fn call_word(&mut self, p: &mut Pending, call: &Call, span: Span, at: usize) -> Result<(), Fault> {
+        let arguments = call.arguments.as_deref().unwrap_or_default();
+        match call.name.as_str() {
+            "MSG" => {
+                let text = match arguments.first() {
+                    Some(Some(text)) => eval::shown(&self.variables.eval(text, span)?),
+                    _ => String::new(),
+                };
+                self.emit(Op::Message(text));
+            }
+            "TRAORI" => p.transformation = Some(true),
+            "TRAFOOF" => p.transformation = Some(false),
+            name => match words::classify_name(name) {
+                Class::Note => self.note(name),
+                Class::Refused(remedy) => return Err(refused(name, span, remedy)),
+                Class::Unknown => self.take_call(p, name, span, at)?,
+            },
+        }
+        Ok(())
+    }
+
+    fn take_call(&self, p: &mut Pending, name: &str, span: Span, at: usize) -> Result<(), Fault> {
+        if p.call.replace(at).is_some() || p.numbered_call.is_some() {
+            return Err(Fault::new(codes::CONFLICT, span, format!("`{name}` is the second call of the block"))
+                .help("write it in a block of its own"));
+        }
+        Ok(())
+    }
+
+    fn orientation(&mut self, interpolation: OrientationInterpolation) {
+        self.modal.orientation = interpolation;
+        self.tell_tcp();
+    }
+
+    /// Hands the state of the tool center point control out.
+    pub(crate) fn tell_tcp(&mut self) {
+        // ORIMKS interpolates the machine axes whatever else is said.
+        let interpolation =
+            if self.modal.machine_vectors { OrientationInterpolation::Axes } else { self.modal.orientation };
+        self.emit(Op::Tcp(Tcp { on: self.technology.tcp(), interpolation }));
+    }
+
+    fn act(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
+        let span = block.span;
+        if let Some(rounding) = p.rounding {
+            self.rounding_word(rounding, span)?;
+        }
+        if let Some(offset) = p.offset {
+            self.work_offset(offset);
+        }
+        if let Some((word, frame_span)) = p.frame {
+            if p.machine || p.has_orientation() || p.has_center() {
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    frame_span,
+                    format!("`{}` cannot stand with a motion", word.name()),
+                )
+                .help("write the frame in a block of its own"));
+            }
+            self.frame_instruction(word, p, frame_span)?;
+        }
+        if let Some(on) = p.transformation {
+            let before = self.technology.tcp();
+            self.technology.transformed = on;
+            self.tell_tcp();
+            if before != self.technology.tcp() {
+                self.position.forget(LINEAR);
+            }
+        }
+        if !p.dwell {
+            self.feed_word(p, span)?;
+            self.speed_word(p, span)?;
+        }
+        if let Some(tool) = &p.tool {
+            self.technology.selected = Some(tool.clone());
+            self.emit(Op::Tool(ToolAction::Select(tool.clone())));
+        }
+        if let Some(edge) = p.edge {
+            self.edge(edge);
+        }
+        if !p.functions.is_empty() {
+            self.functions_before(p, span)?;
+        }
+        if p.dwell {
+            self.dwell(p, span)?;
+        } else if p.frame.is_none() && (p.has_axis() || p.has_orientation() || p.has_center() || p.opening.is_some()) {
+            self.motion(p, span)?;
+        }
+        if !p.functions.is_empty() {
+            self.functions_after(p);
+        }
+        self.calls(p, block)?;
+        if p.functions.iter().any(|m| matches!(m, 2 | 17 | 30)) {
+            self.end_of_program();
+        }
+        Ok(())
+    }
+
+    fn calls(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
+        let passes = p.passes.unwrap_or(1);
+        if p.passes.is_some() && p.call.is_none() && p.numbered_call.is_none() {
+            return Err(Fault::new(codes::UNKNOWN_WORD, block.span, "`P` has no subprogram in its block")
+                .help("write P with a subprogram call, such as L100 P3"));
+        }
+        if let Some(number) = p.numbered_call
+            && passes > 0
+        {
+            let call = Call { name: format!("L{number}"), arguments: None };
+            if !self.call_subprogram(&call, passes, block.span)? {
+                return Err(missing_subprogram(&call.name, block.span));
+            }
+        }
+        if let Some(word) = p.call.and_then(|at| block.words.get(at)) {
+            let call = match &word.kind {
+                WordKind::Call(call) => call.clone(),
+                WordKind::Name(name) => Call { name: name.clone(), arguments: None },
+                _ => return Ok(()),
+            };
+            if passes > 0 {
+                self.run_call(&call, passes, word.span)?;
+            }
+        } else if p.has_axis()
+            && p.frame.is_none()
+            && !p.machine
+            && let Some(modal) = self.modal_call.clone()
+            && modal.level == self.depth()
+        {
+            self.run_call(&modal.call, 1, block.span)?;
+        }
+        Ok(())
+    }
+
+    fn run_call(&mut self, call: &Call, passes: u32, span: Span) -> Result<(), Fault> {
+        if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
+            return Ok(());
+        }
+        Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
+            .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))
+    }
+
+    fn feed_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let Some(value) = p.feed else {
+            if self.modal.feed_mode == FeedMode::InverseTime {
+                // Inverse time holds for one block.
+                self.technology.feed = None;
+            }
+            return Ok(());
+        };
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}"))
+                .help("write F100"));
+        }
+        let factor = self.modal.units.feed();
+        self.technology.feed = Some(match self.modal.feed_mode {
+            FeedMode::PerTime => Feed::PerTime(value * factor / 60.0),
+            FeedMode::PerRevolution => Feed::PerRevolution(value * factor),
+            FeedMode::InverseTime => Feed::InverseTime(60.0 / value),
+        });
+        self.tell_feed();
+        Ok(())
+    }
+
+    /// Hands the feed out when it differs from the last one.
+    pub(crate) fn tell_feed(&mut self) {
+        let inverse = self.modal.feed_mode == FeedMode::InverseTime;
+        if let Some(feed) = self.technology.feed
+            && (inverse || self.technology.told_feed != Some(feed))
+        {
+            self.technology.told_feed = Some(feed);
+            self.emit(Op::Feed(feed));
+        }
+    }
+
+    fn speed_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let Some(speed) = p.speed else { return Ok(()) };
+        if !(speed >= 0.0 && speed.is_finite()) {
+            return Err(Fault::new(
+                codes::BAD_VALUE,
+                span,
+                format!("the spindle speed must not be negative and is {speed}"),
+            )
+            .help("write S1000 and the direction with M3 or M4"));
+        }
+        let changed = self.technology.speed != Some(speed);
+        self.technology.speed = Some(speed);
+        let turns = self.technology.direction != SpindleDirection::Off;
+        if changed && turns && !p.functions.iter().any(|m| matches!(m, 3..=5)) {
+            self.tell_spindle();
+        }
+        Ok(())
+    }
+
+    fn tell_spindle(&mut self) {
+        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
+        self.emit(Op::Spindle(spindle));
+    }
+
+    fn edge(&mut self, edge: u32) {
+        self.emit(Op::Offset(Offset::ToolEdge { edge }));
+        if self.technology.edge.replace(edge) != Some(edge) {
+            // The tool stands still and its tip is now another point.
+            let turned = self.technology.tcp() || self.position.frame().is_rotated();
+            self.position.forget(if turned { LINEAR } else { 1 << self.modal.normal });
+            self.tangent = None;
+        }
+    }
+
+    fn functions_before(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        for &m in &p.functions {
+            match m {
+                0 | 1 | 2 | 5 | 9 | 17 | 30 => {}
+                3 | 4 => {
+                    self.technology.direction =
+                        if m == 3 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+                    self.tell_spindle();
+                }
+                6 => {
+                    let tool = self.technology.selected.clone().ok_or_else(|| {
+                        Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
+                    })?;
+                    self.emit(Op::Tool(ToolAction::Change(tool)));
+                    // The change moves the machine to where its tool changer is.
+                    self.position.forget(LINEAR);
+                    self.tangent = None;
+                }
+                7 | 8 => {
+                    if m == 7 {
+                        self.technology.mist = true
+                    } else {
+                        self.technology.flood = true
+                    }
+                    self.tell_coolant();
+                }
+                _ => self.note(format!("M{m}")),
+            }
+        }
+        Ok(())
+    }
+
+    fn tell_coolant(&mut self) {
+        let coolant = Coolant { flood: self.technology.flood, mist: self.technology.mist };
+        self.emit(Op::Coolant(coolant));
+    }
+
+    fn functions_after(&mut self, p: &Pending) {
+        for &m in &p.functions {
+            match m {
+                5 => {
+                    self.technology.direction = SpindleDirection::Off;
+                    self.tell_spindle();
+                }
+                9 => {
+                    self.technology.flood = false;
+                    self.technology.mist = false;
+                    self.tell_coolant();
+                }
+                0 | 1 => self.emit(Op::Stop { optional: m == 1 }),
+                _ => {}
+            }
+        }
+    }
+
+    fn dwell(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let dwell = match (p.feed, p.speed) {
+            (Some(seconds), None) => Dwell::Seconds(seconds),
+            (None, Some(revolutions)) => Dwell::Revolutions(revolutions),
+            _ => {
+                return Err(Fault::new(codes::MISSING_VALUE, span, "G4 needs either F in seconds or S in revolutions")
+                    .help("write G4 F2"));
+            }
+        };
+        if p.has_axis() {
+            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
+                .help("write G4 in a block of its own"));
+        }
+        if !matches!(dwell, Dwell::Seconds(v) | Dwell::Revolutions(v) if v >= 0.0) {
+            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write G4 F2"));
+        }
+        self.emit(Op::Dwell(dwell));
+        Ok(())
+    }
+}
+
+fn set_once(already: bool, letter: char, span: Span) -> Result<(), Fault> {
+    if already {
+        return Err(
+            Fault::new(codes::CONFLICT, span, format!("`{letter}` stands twice in the block")).help("take one out")
+        );
+    }
+    Ok(())
+}
+
+pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
+    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
+}
+
+fn word_text(span: Span, line: &str) -> String {
+    line.get(span.start as usize..span.end as usize).unwrap_or_default().trim().to_owned()
+}
+
+fn unknown_word(span: Span, line: &str) -> Fault {
+    let word = word_text(span, line);
+    Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{word}`"))
+        .help("see the coverage table for the words that are read")
+}
+
+/// The fault of a word that no state of the control makes valid.
+pub(crate) fn refused_word(word: &Word) -> Option<Fault> {
+    let span = word.span;
+    match &word.kind {
+        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) } => {
+            let known = matches!(
+                *code as i64,
+                0..=4 | 9 | 17..=19 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
+            );
+            if known || *code < 0.0 || code.fract() != 0.0 || words::is_noted_g(*code as u32) {
+                return None;
+            }
+            Some(g_fault(*code as u32, span))
+        }
+        WordKind::Address { letter: b'E' | b'O' | b'Q', .. } => Some(
+            Fault::new(codes::UNKNOWN_WORD, span, "unknown word")
+                .help("see the coverage table for the words that are read"),
+        ),
+        WordKind::Name(name) | WordKind::Call(Call { name, .. }) => match words::classify_name(name) {
+            Class::Refused(remedy) => Some(refused(name, span, remedy)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn g_fault(code: u32, span: Span) -> Fault {
+    match words::refused_g(code) {
+        Some(remedy) => refused(&format!("G{code}"), span, remedy),
+        None => Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `G{code}`"))
+            .help("see the coverage table for the G words that are read"),
+    }
+}

@@ -1,0 +1,338 @@
+//! Drilling cycles and hole patterns, expanded to motions.
+//!
+//! Courses after the programming manual (Siemens, *NC programming, cycles*: CYCLE81, CYCLE82, CYCLE83, CYCLE85, HOLES1,
+//! HOLES2). All lengths run along the normal of the working plane; the drilling direction is from the retraction plane to
+//! the final depth.
+
+use super::eval::Val;
+use super::frames::number;
+use super::interpreter::Interpreter;
+use super::parser::Call;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{Dwell, Feed, Motion, Op};
+
+/// Clearance before the last depth when CYCLE83 comes back into the hole, chosen by the cycle: 0.6 mm up to 30 mm depth,
+/// then depth/50, at most 7 mm.
+fn anticipation(depth: f64) -> f64 {
+    if depth <= 30.0 { 0.6 } else { (depth / 50.0).min(7.0) }
+}
+
+/// Retraction of chip breaking where none is given, mm.
+const CHIP_BREAK_RETRACTION: f64 = 1.0;
+/// Most infeeds of one hole.
+const MAX_INFEEDS: usize = 10_000;
+
+/// The planes that all drilling cycles share, mm.
+#[derive(Clone, Copy, Debug)]
+struct Planes {
+    retraction: f64,
+    /// Reference plane moved by the safety distance.
+    start: f64,
+    reference: f64,
+    depth: f64,
+}
+
+impl Interpreter {
+    /// Runs a cycle of the control; false when the name is none.
+    pub(crate) fn run_cycle(&mut self, call: &Call, span: Span) -> Result<bool, Fault> {
+        match call.name.as_str() {
+            "CYCLE832" => self.cycle832(call, span)?,
+            "CYCLE800" => self.cycle800(call, span)?,
+            "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE85" => {
+                let values = self.arguments(call, span)?;
+                let planes = self.planes(&call.name, &values, span)?;
+                self.need_feed(span)?;
+                match call.name.as_str() {
+                    "CYCLE83" => self.deep_hole(planes, &values, span)?,
+                    "CYCLE85" => self.reaming(planes, &values, span)?,
+                    name => {
+                        let dwell = if name == "CYCLE82" { number(&values, 5, name, span)? } else { None };
+                        self.along(planes.start, true, span)?;
+                        self.along(planes.depth, false, span)?;
+                        self.wait(dwell);
+                        self.along(planes.retraction, true, span)?;
+                    }
+                }
+            }
+            "HOLES1" => self.row_of_holes(call, span)?,
+            "HOLES2" => self.circle_of_holes(call, span)?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn planes(&self, name: &str, values: &[Option<Val>], span: Span) -> Result<Planes, Fault> {
+        let length = self.modal.units.length();
+        let need = |at: usize, what: &str| {
+            number(values, at, name, span)?.map(|v| v * length).ok_or_else(|| {
+                Fault::new(codes::ARGUMENTS, span, format!("`{name}` has no {what} (argument {})", at + 1))
+                    .help("write the argument")
+            })
+        };
+        let retraction = need(0, "retraction plane")?;
+        let reference = need(1, "reference plane")?;
+        let safety = number(values, 2, name, span)?.unwrap_or(0.0).abs() * length;
+        let absolute = number(values, 3, name, span)?.map(|v| v * length);
+        let relative = number(values, 4, name, span)?.map(|v| v.abs() * length);
+        let depth = match (absolute, relative) {
+            // The sign of the relative depth is without meaning; it leads away from the retraction plane.
+            (_, Some(relative)) if relative > 0.0 => {
+                reference - relative * if retraction >= reference { 1.0 } else { -1.0 }
+            }
+            (Some(absolute), _) => absolute,
+            _ => need(3, "final depth")?,
+        };
+        let down = if depth < reference { -1.0 } else { 1.0 };
+        if depth == reference || (retraction - reference) * down > 0.0 {
+            let message = format!(
+                "the planes of `{name}` do not follow each other: retraction {retraction}, reference {reference}, depth {depth}"
+            );
+            return Err(Fault::new(codes::ARGUMENTS, span, message)
+                .help("the reference plane lies between the retraction plane and the final depth"));
+        }
+        Ok(Planes { retraction, start: reference - safety * down, reference, depth })
+    }
+
+    /// Straight motion along the normal of the plane.
+    fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        let axis = self.modal.normal;
+        if self.position.work.get(axis) == Some(to) {
+            return Ok(());
+        }
+        let mut end = self.position.work;
+        end.put(axis, to);
+        self.straight(end, 1 << axis, rapid, span)
+    }
+
+    fn straight(&mut self, end: crate::AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
+        let end_base = self.position.base_of(&end, programmed).map_err(|missing| {
+            let message = format!("the cycle needs the position of {}, which the program has not set", missing.0);
+            Fault::new(codes::POSITION_UNKNOWN, span, message).help("program X, Y and Z before the cycle")
+        })?;
+        self.tangent = None;
+        self.go(
+            Motion {
+                end,
+                end_base,
+                tool_axis: None,
+                tool_axis_base: None,
+                programmed,
+                machine_coordinates: false,
+                exact_stop: false,
+            },
+            rapid,
+        );
+        Ok(())
+    }
+
+    /// Dwell of a cycle: seconds above zero, revolutions below.
+    fn wait(&mut self, dwell: Option<f64>) {
+        match dwell {
+            Some(seconds) if seconds > 0.0 => self.emit(Op::Dwell(Dwell::Seconds(seconds))),
+            Some(revolutions) if revolutions < 0.0 => self.emit(Op::Dwell(Dwell::Revolutions(-revolutions))),
+            _ => {}
+        }
+    }
+
+    /// CYCLE85(RTP, RFP, SDIS, DP, DPR, DTB, FFR, RFF): down with FFR, up with RFF.
+    fn reaming(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
+        let (down, up) = (number(values, 6, "CYCLE85", span)?, number(values, 7, "CYCLE85", span)?);
+        let before = self.technology.feed;
+        self.along(planes.start, true, span)?;
+        self.cycle_feed(down);
+        self.along(planes.depth, false, span)?;
+        self.wait(number(values, 5, "CYCLE85", span)?);
+        self.cycle_feed(up.or(down));
+        self.along(planes.start, false, span)?;
+        if self.technology.feed != before {
+            self.technology.feed = before;
+            self.tell_feed();
+        }
+        self.along(planes.retraction, true, span)
+    }
+
+    fn cycle_feed(&mut self, value: Option<f64>) {
+        let factor = self.modal.units.feed();
+        if let Some(value) = value.filter(|v| *v > 0.0) {
+            self.technology.feed = Some(match self.technology.feed {
+                Some(Feed::PerRevolution(_)) => Feed::PerRevolution(value * factor),
+                _ => Feed::PerTime(value * factor / 60.0),
+            });
+            self.tell_feed();
+        }
+    }
+
+    /// CYCLE83(RTP, RFP, SDIS, DP, DPR, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI, AXN, MDEP, VRT, DTD, DIS1).
+    ///
+    /// First depth FDEP or FDPR, then each infeed is DAM shorter than the one before (or DAM times as long for a negative
+    /// DAM) down to the smallest infeed; the last two are halved when the rest is between one and two of them.
+    fn deep_hole(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
+        const NAME: &str = "CYCLE83";
+        let length = self.modal.units.length();
+        let value = |at: usize| number(values, at, NAME, span);
+        if value(12)?.is_some_and(|axis| axis != 0.0 && axis != 3.0) {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                "CYCLE83 with another drilling axis (AXN) is not supported",
+            )
+            .help("choose the plane with G17, G18 or G19"));
+        }
+        let total = (planes.reference - planes.depth).abs();
+        let down = if planes.depth < planes.reference { -1.0 } else { 1.0 };
+        let first = match (value(5)?, value(6)?) {
+            (_, Some(relative)) if relative != 0.0 => relative.abs() * length,
+            (Some(absolute), _) => (planes.reference - absolute * length).abs(),
+            _ => total,
+        };
+        let infeeds = infeeds(total, first, value(7)?.unwrap_or(0.0), value(13)?.map(|v| v.abs() * length), length)
+            .ok_or_else(|| {
+                Fault::new(codes::ARGUMENTS, span, format!("CYCLE83 would need more than {MAX_INFEEDS} infeeds"))
+                    .help("check first depth and degression")
+            })?;
+        let chip_break = value(11)?.unwrap_or(0.0) == 0.0;
+        let retract = value(14)?.filter(|v| *v > 0.0).map_or(CHIP_BREAK_RETRACTION, |v| v * length);
+        let ahead = value(16)?.filter(|v| *v > 0.0).map_or_else(|| anticipation(total), |v| v * length);
+        let (at_depth, at_start) = (value(8)?, value(9)?);
+        let first_factor = value(10)?.filter(|f| *f > 0.0 && *f <= 1.0).unwrap_or(1.0);
+        let feed = self.technology.feed;
+        self.along(planes.start, true, span)?;
+        let mut reached = 0.0;
+        for (i, infeed) in infeeds.iter().enumerate() {
+            if i == 0 && first_factor < 1.0 {
+                self.technology.feed = feed.map(|f| match f {
+                    Feed::PerTime(v) => Feed::PerTime(v * first_factor),
+                    Feed::PerRevolution(v) => Feed::PerRevolution(v * first_factor),
+                    other => other,
+                });
+                self.tell_feed();
+            }
+            reached += infeed;
+            let last = i + 1 == infeeds.len();
+            let depth = if last { planes.depth } else { planes.reference + down * reached };
+            self.along(depth, false, span)?;
+            if self.technology.feed != feed {
+                self.technology.feed = feed;
+                self.tell_feed();
+            }
+            self.wait(if last { value(15)?.or(at_depth) } else { at_depth });
+            if last {
+                break;
+            }
+            if chip_break {
+                self.along(depth - down * retract, false, span)?;
+            } else {
+                self.along(planes.start, true, span)?;
+                self.wait(at_start);
+                self.along(depth - down * ahead.min(reached), true, span)?;
+            }
+        }
+        self.along(planes.retraction, true, span)
+    }
+
+    /// HOLES1(SPCA, SPCO, STA1, FDIS, DBH, NUM): holes on a line, each followed by the modal cycle.
+    fn row_of_holes(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+        let [x, y, angle, first, distance, count] = self.pattern(call, span)?;
+        let (s, c) = crate::frame::sin_cos_degrees(angle);
+        let length = self.modal.units.length();
+        for i in 0..hole_count(count, "HOLES1", span)? {
+            let along = (first + distance * f64::from(i)) * length;
+            self.hole(x * length + along * c, y * length + along * s, span)?;
+        }
+        Ok(())
+    }
+
+    /// HOLES2(CPA, CPO, RAD, STA1, INDA, NUM): holes on a circle; INDA 0 spreads them evenly.
+    fn circle_of_holes(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+        let [x, y, radius, start, step, count] = self.pattern(call, span)?;
+        let count = hole_count(count, "HOLES2", span)?;
+        let step = if step == 0.0 { 360.0 / f64::from(count) } else { step };
+        let length = self.modal.units.length();
+        for i in 0..count {
+            let (s, c) = crate::frame::sin_cos_degrees(start + step * f64::from(i));
+            self.hole((x + radius * c) * length, (y + radius * s) * length, span)?;
+        }
+        Ok(())
+    }
+
+    fn pattern(&self, call: &Call, span: Span) -> Result<[f64; 6], Fault> {
+        let values = self.arguments(call, span)?;
+        let mut numbers = [0.0; 6];
+        for (at, slot) in numbers.iter_mut().enumerate() {
+            *slot = number(&values, at, &call.name, span)?.unwrap_or(0.0);
+        }
+        Ok(numbers)
+    }
+
+    fn hole(&mut self, u: f64, v: f64, span: Span) -> Result<(), Fault> {
+        let [first, second, _] = self.modal.plane_axes();
+        let mut end = self.position.work;
+        end.put(first, u);
+        end.put(second, v);
+        self.straight(end, 1 << first | 1 << second, true, span)?;
+        let Some(modal) = self.modal_call.clone() else { return Ok(()) };
+        if matches!(modal.call.name.as_str(), "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE85") {
+            self.run_cycle(&modal.call, span)?;
+            return Ok(());
+        }
+        Err(Fault::new(
+            codes::UNSUPPORTED_WORD,
+            span,
+            format!("a hole pattern with `{}` is not supported", modal.call.name),
+        )
+        .help("use MCALL with CYCLE81, CYCLE82, CYCLE83 or CYCLE85"))
+    }
+}
+
+fn hole_count(count: f64, name: &str, span: Span) -> Result<u32, Fault> {
+    if (1.0..=1000.0).contains(&count) && count.fract() == 0.0 {
+        return Ok(count as u32);
+    }
+    Err(Fault::new(codes::ARGUMENTS, span, format!("`{name}` takes 1 to 1000 holes and has {count}"))
+        .help("check argument 6"))
+}
+
+/// Lengths of the infeeds of a deep hole, mm; none when there would be too many.
+fn infeeds(total: f64, first: f64, degression: f64, smallest: Option<f64>, length: f64) -> Option<Vec<f64>> {
+    let mut list = Vec::new();
+    let mut rest = total;
+    let mut infeed = first.min(total);
+    // No smallest infeed given: the degression itself is the smallest, so that infeeds never vanish.
+    let amount = degression.max(0.0) * length;
+    let floor = smallest.filter(|s| *s > 0.0).unwrap_or(if degression > 0.0 { amount } else { 0.0 });
+    while rest > 1e-9 {
+        if list.len() >= MAX_INFEEDS || infeed <= 1e-9 {
+            return None;
+        }
+        if list.is_empty() || rest > 2.0 * infeed || rest <= infeed {
+            let step = infeed.min(rest);
+            list.push(step);
+            rest -= step;
+        } else {
+            list.push(rest / 2.0);
+            list.push(rest / 2.0);
+            rest = 0.0;
+        }
+        let next = if degression < 0.0 { infeed * -degression } else { infeed - amount };
+        infeed = if next < floor { floor.min(infeed) } else { next };
+    }
+    Some(list)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::infeeds;
+
+    #[test]
+    fn infeeds_sum_to_the_depth() {
+        for (total, first, degression, smallest) in
+            [(30.0, 10.0, 3.0, None), (30.0, 10.0, 0.0, None), (50.0, 12.0, -0.7, Some(2.0)), (5.0, 20.0, 1.0, None)]
+        {
+            let list = infeeds(total, first, degression, smallest, 1.0).unwrap();
+            assert!((list.iter().sum::<f64>() - total).abs() < 1e-9, "{list:?}");
+        }
+        assert_eq!(infeeds(30.0, 10.0, 3.0, None, 1.0).unwrap(), [10.0, 7.0, 4.0, 3.0, 3.0, 3.0]);
+        assert_eq!(infeeds(30.0, 0.0, 0.0, None, 1.0), None);
+    }
+}

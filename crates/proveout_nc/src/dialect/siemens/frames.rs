@@ -1,0 +1,334 @@
+//! Work offsets, programmable frames, swivel planes, and the tolerance of the path.
+//!
+//! ```text
+//! base = settable (G54) * swivel (CYCLE800) * programmable (TRANS ROT SCALE MIRROR) * work
+//! ```
+//!
+//! An absolute instruction replaces the whole programmable frame, so `TRANS X0 Y0 Z0` takes an AROT away too; an additive one
+//! is multiplied from the right and so acts in the axes of the frame that is active. Several angles in one block turn about
+//! Z, the new Y, the newest X (Siemens, *NC programming*, "Programmable rotation", RPY, the standard setting of MD10600).
+
+use super::eval::Val;
+use super::expr::Expr;
+use super::interpreter::Interpreter;
+use super::parser::Call;
+use super::pending::{FrameWord, Pending};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::Frame;
+use crate::{AxisValues, FrameChange, Motion, Offset, Op, PathMode, WorkOffset};
+
+impl Interpreter {
+    /// Takes the frames of the modal state into effect and tells them.
+    pub(crate) fn take_frames(&mut self, word: &str) {
+        let total = self.modal.frames.total();
+        self.position.set_frame(total);
+        self.tangent = None;
+        self.emit(Op::Frame(FrameChange {
+            word: word.to_owned(),
+            rotation: total.linear,
+            translation: total.translation,
+            rotary: total.rotary,
+        }));
+    }
+
+    pub(crate) fn work_offset(&mut self, code: u32) {
+        let word = format!("G{code}");
+        let values = self.offsets.get(&word).copied().unwrap_or_default();
+        self.modal.frames.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+        self.emit(Op::Offset(Offset::Work { word: word.clone() }));
+        if self.modal.frames.total() != *self.position.frame() {
+            self.take_frames(&word);
+        }
+    }
+
+    /// `$P_UIFR[1, X, TR] = 10`: writes a work offset; it acts when its G word is programmed next.
+    pub(crate) fn write_work_offset(&mut self, indices: &[Expr], value: &Expr, span: Span) -> Result<(), Fault> {
+        let wrong = || {
+            Fault::new(codes::UNSUPPORTED_WORD, span, "of `$P_UIFR` only the translation of one axis can be written")
+                .help("write $P_UIFR[1,X,TR]=10")
+        };
+        let [number, Expr::Name(axis), Expr::Name(part)] = indices else { return Err(wrong()) };
+        let axis = match axis.as_bytes() {
+            [letter] => AxisValues::index(char::from(*letter)).filter(|&a| a < 6).ok_or_else(wrong)?,
+            _ => return Err(wrong()),
+        };
+        if part != "TR" {
+            return Err(wrong());
+        }
+        let number = self.variables.number(number, span)?;
+        let code = match number {
+            n if (1.0..=4.0).contains(&n) && n.fract() == 0.0 => 53.0 + n,
+            n if (5.0..=99.0).contains(&n) && n.fract() == 0.0 => 500.0 + n,
+            _ => return Err(wrong()),
+        };
+        let value = self.variables.number(value, span)?;
+        let offset: &mut WorkOffset = self.offsets.entry(format!("G{code}")).or_default();
+        if axis < 3 {
+            offset.translation[axis] = value * self.modal.units.length();
+        } else {
+            offset.rotary[axis - 3] = value.to_radians();
+        }
+        Ok(())
+    }
+
+    pub(crate) fn frame_instruction(&mut self, word: FrameWord, p: &Pending, span: Span) -> Result<(), Fault> {
+        let mut values = [None; 9];
+        for (axis, coordinate) in p.axes.iter().enumerate() {
+            values[axis] = coordinate.map(|c| c.value);
+        }
+        if !matches!(word, FrameWord::Trans | FrameWord::ATrans) && p.programmed >> 3 != 0 {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("`{}` takes X, Y and Z", word.name()))
+                .help("take the other axes out"));
+        }
+        if p.programmed >> 6 != 0 {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "offsets of U, V and W are not supported")
+                .help("use a work offset"));
+        }
+        let length = self.modal.units.length();
+        let linear: [f64; 3] = std::array::from_fn(|i| values[i].unwrap_or(0.0));
+        let change = match word {
+            FrameWord::Trans | FrameWord::ATrans => Frame {
+                rotary: std::array::from_fn(|i| values[i + 3].unwrap_or(0.0).to_radians()),
+                ..Frame::translation(linear.map(|v| v * length))
+            },
+            FrameWord::Rot | FrameWord::ARot => match p.plane_angle {
+                Some(_) if p.has_axis() => {
+                    return Err(Fault::new(codes::CONFLICT, span, "RPL= and angles about axes stand in one block")
+                        .help("keep one"));
+                }
+                Some(angle) => Frame::rotation(self.modal.normal, angle),
+                None => Frame::rpy(linear),
+            },
+            FrameWord::Scale | FrameWord::AScale => {
+                let factors: [f64; 3] = std::array::from_fn(|i| values[i].unwrap_or(1.0));
+                if factors.iter().any(|&f| !(f > 0.0 && f.is_finite())) {
+                    return Err(Fault::new(codes::BAD_VALUE, span, "a scale factor must be above zero")
+                        .help("mirror with MIRROR"));
+                }
+                Frame::scale(factors)
+            }
+            FrameWord::Mirror | FrameWord::AMirror => {
+                Frame::scale(std::array::from_fn(|i| if values[i].is_some() { -1.0 } else { 1.0 }))
+            }
+        };
+        let programmable = if word.is_additive() { self.modal.frames.programmable.then(&change) } else { change };
+        if !programmable.translation.iter().chain(programmable.linear.iter().flatten()).all(|v| v.is_finite())
+            || programmable.inverse_linear().is_none()
+        {
+            return Err(Fault::new(codes::BAD_VALUE, span, "the frame is degenerate").help("check its values"));
+        }
+        self.modal.frames.programmable = programmable;
+        self.take_frames(word.name());
+        Ok(())
+    }
+
+    /// ADIS=: rounding distance of G641, taken as the tolerance of the tip, which it bounds.
+    pub(crate) fn rounding_word(&mut self, rounding: f64, span: Span) -> Result<(), Fault> {
+        if !(rounding >= 0.0 && rounding.is_finite()) {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("ADIS= must not be negative and is {rounding}"))
+                .help("write ADIS=0.1"));
+        }
+        self.rounding = rounding;
+        if let PathMode::Continuous { orientation_tolerance, .. } = self.modal.path_mode {
+            let tolerance = Some(rounding * self.modal.units.length());
+            self.path_mode(PathMode::Continuous { tolerance, orientation_tolerance });
+        }
+        Ok(())
+    }
+
+    /// CTOL=, OTOL=: tolerances of the contour (mm) and of the orientation (degrees).
+    pub(crate) fn tolerance_word(&mut self, name: &str, value: f64, span: Span) -> Result<(), Fault> {
+        // A negative value takes the word out of effect.
+        let given = (value >= 0.0).then_some(value);
+        if !value.is_finite() {
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, format!("{name}= has no finite value")).help("write a length")
+            );
+        }
+        match name {
+            "CTOL" => self.contour_tolerance = given.map(|v| v * self.modal.units.length()),
+            "OTOL" => self.orientation_tolerance = given.map(f64::to_radians),
+            _ => {
+                self.note(format!("{name}={value}"));
+                return Ok(());
+            }
+        }
+        if let PathMode::Continuous { .. } = self.modal.path_mode {
+            let mode = PathMode::Continuous {
+                tolerance: self.contour_tolerance,
+                orientation_tolerance: self.orientation_tolerance,
+            };
+            self.path_mode(mode);
+        }
+        Ok(())
+    }
+
+    /// `CYCLE832(tolerance, mode, orientation tolerance)`; without arguments it goes back to the mode before.
+    pub(crate) fn cycle832(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+        let values = self.arguments(call, span)?;
+        let tolerance = number(&values, 0, "CYCLE832", span)?;
+        // The last digit of the mode is the kind of machining, 0 switches off; older programs code more in higher digits.
+        let mode = number(&values, 1, "CYCLE832", span)?.unwrap_or(if tolerance.is_some() { 1.0 } else { 0.0 });
+        if mode.round().rem_euclid(10.0) == 0.0 {
+            let before = self.modal.mode_before_cycle832.take().unwrap_or(self.modal.path_mode);
+            self.path_mode(before);
+            return Ok(());
+        }
+        let Some(tolerance) = tolerance.filter(|t| *t >= 0.0) else {
+            return Err(Fault::new(codes::ARGUMENTS, span, "CYCLE832 needs a tolerance that is not negative")
+                .help("write CYCLE832(0.02,1)"));
+        };
+        // 11 to 13: the third argument is the tolerance of the orientation, degrees.
+        let with_orientation = (11.0..=13.0).contains(&mode);
+        let orientation = if with_orientation { number(&values, 2, "CYCLE832", span)? } else { None };
+        if self.modal.mode_before_cycle832.is_none() {
+            self.modal.mode_before_cycle832 = Some(self.modal.path_mode);
+        }
+        self.path_mode(PathMode::Continuous {
+            tolerance: Some(tolerance * self.modal.units.length()),
+            orientation_tolerance: orientation.filter(|o| *o >= 0.0).map(f64::to_radians),
+        });
+        Ok(())
+    }
+
+    /// `CYCLE800(FR, TC, ST, MODE, X0, Y0, Z0, A, B, C, X1, Y1, Z1, DIR, ...)`: a swivel plane, axis by axis.
+    ///
+    /// MODE: bits 7-6 are 0 for axis by axis; bits 1-0, 3-2, 5-4 name the first, second and third axis of rotation with
+    /// 1 X, 2 Y, 3 Z. The plane is `T(X0 Y0 Z0) R1 R2 R3 T(X1 Y1 Z1)`, each rotation about the turned axis. With DIR not
+    /// zero the rotary axes turn the tool upright on the plane: this is told as a rapid motion that carries only the tool
+    /// axis, before tool center point control goes on, so that the linear axes stand still.
+    pub(crate) fn cycle800(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+        const NAME: &str = "CYCLE800";
+        let values = self.arguments(call, span)?;
+        let deselected =
+            matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0" || name.trim().is_empty());
+        let frames_before = self.modal.frames.total();
+        if values.iter().all(Option::is_none) || deselected {
+            self.modal.frames.swivel = Frame::IDENTITY;
+            self.modal.frames.programmable = Frame::IDENTITY;
+            let tcp_before = self.technology.tcp();
+            self.technology.swiveled = false;
+            if frames_before != self.modal.frames.total() {
+                self.take_frames(NAME);
+            } else {
+                self.note("CYCLE800()");
+            }
+            if tcp_before != self.technology.tcp() {
+                self.tell_tcp();
+                self.position.forget(0b111);
+            }
+            return Ok(());
+        }
+        let mode = number(&values, 3, NAME, span)?.unwrap_or(0.0);
+        if !(0.0..256.0).contains(&mode) || mode.fract() != 0.0 {
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, format!("the mode of CYCLE800 is {mode}")).help("use 0 to 255")
+            );
+        }
+        let mode = mode as u32;
+        let kind = ["axis by axis", "solid angle", "projection angle", "direct"][(mode >> 6 & 3) as usize];
+        if mode >> 6 != 0 {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                format!("`CYCLE800` in the mode {mode} ({kind}) is not supported"),
+            )
+            .help("swivel axis by axis, for example with mode 57 (X, Y, Z)"));
+        }
+        let retraction = number(&values, 0, NAME, span)?.unwrap_or(0.0);
+        let options = number(&values, 2, NAME, span)?.unwrap_or(0.0).abs().round();
+        let value = |at: usize| number(&values, at, NAME, span).map(Option::unwrap_or_default);
+        let length = self.modal.units.length();
+        let point = |at: usize| -> Result<[f64; 3], Fault> {
+            Ok([value(at)? * length, value(at + 1)? * length, value(at + 2)? * length])
+        };
+        let mut plane = Frame::translation(point(4)?);
+        for (at, angle) in [value(7)?, value(8)?, value(9)?].into_iter().enumerate() {
+            let axis = mode >> (2 * at) & 3;
+            match axis {
+                0 if angle != 0.0 => {
+                    return Err(Fault::new(
+                        codes::BAD_VALUE,
+                        span,
+                        format!("mode {mode} of CYCLE800 names no axis for angle {}", at + 1),
+                    )
+                    .help("use mode 57 for X, Y, Z"));
+                }
+                0 => {}
+                axis => plane = plane.then(&Frame::rotation(axis as usize - 1, angle)),
+            }
+        }
+        plane = plane.then(&Frame::translation(point(10)?));
+        let direction = number(&values, 13, NAME, span)?.unwrap_or(1.0);
+        let additive = options.rem_euclid(10.0) == 1.0;
+        if (options / 10.0).floor().rem_euclid(10.0) >= 1.0 && direction != 0.0 {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                "`CYCLE800` with tracking of the tool tip is not supported",
+            )
+            .help("swivel without tracking (second digit of ST is 0)"));
+        }
+        if retraction != 0.0 {
+            self.note(format!("CYCLE800 retraction {retraction}: its position is set up on the machine"));
+        }
+        if additive {
+            self.modal.frames.swivel = self.modal.frames.swivel.then(&plane);
+        } else {
+            self.modal.frames.swivel = plane;
+            self.modal.frames.programmable = Frame::IDENTITY;
+        }
+        // Coordinates before and behind a swivel are not those of the same axes.
+        self.position.forget(0b111);
+        self.take_frames(NAME);
+        if direction != 0.0 {
+            self.swivel_motion();
+        }
+        self.technology.swiveled = true;
+        self.tell_tcp();
+        Ok(())
+    }
+
+    /// Turns the tool upright on the plane with the linear axes at rest.
+    fn swivel_motion(&mut self) {
+        if self.technology.tcp() {
+            let was = (self.technology.transformed, self.technology.swiveled);
+            (self.technology.transformed, self.technology.swiveled) = (false, false);
+            self.tell_tcp();
+            (self.technology.transformed, self.technology.swiveled) = was;
+        }
+        self.position.forget(0b111000);
+        let frame = *self.position.frame();
+        let axis = [0.0, 0.0, 1.0];
+        let motion = Motion {
+            end: self.position.work,
+            end_base: self.position.base,
+            tool_axis: Some(axis),
+            tool_axis_base: crate::frame::unit(frame.apply_vector(axis)),
+            programmed: 0,
+            machine_coordinates: false,
+            exact_stop: true,
+        };
+        self.moved();
+        self.emit(Op::Rapid(motion));
+    }
+
+    /// Values of the arguments of a call; an argument left out is none.
+    pub(crate) fn arguments(&self, call: &Call, span: Span) -> Result<Vec<Option<Val>>, Fault> {
+        let list = call.arguments.as_deref().unwrap_or_default();
+        list.iter().map(|argument| argument.as_ref().map(|expr| self.variables.eval(expr, span)).transpose()).collect()
+    }
+}
+
+/// An argument that must be a number.
+pub(crate) fn number(values: &[Option<Val>], at: usize, name: &str, span: Span) -> Result<Option<f64>, Fault> {
+    match values.get(at) {
+        None | Some(None) => Ok(None),
+        Some(Some(Val::Number(number))) => Ok(Some(*number)),
+        Some(Some(Val::Text(text))) => {
+            let message = format!("argument {} of `{name}` is the text \"{text}\"", at + 1);
+            Err(Fault::new(codes::ARGUMENTS, span, message).help("write a number there"))
+        }
+    }
+}

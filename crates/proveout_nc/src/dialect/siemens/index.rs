@@ -1,0 +1,332 @@
+//! Structure of a program file: sections, labels, and the partner line of every opening or closing word.
+//!
+//! Made once when a file is loaded, so that a jump or a skipped branch costs one look-up and an unclosed loop is reported
+//! before anything runs. Only lines that begin with a word are looked at closely: plain motion blocks cost a few bytes.
+
+use std::collections::BTreeMap;
+
+use super::parser::{self, Block, Statement};
+use crate::codes;
+use crate::diagnostic::{Diagnostic, Fault, Span};
+use crate::scan::Scanner;
+use crate::source::{Mark, Source};
+
+/// Lines of one program or subprogram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Section {
+    pub(crate) start: Mark,
+    /// Byte behind the last line.
+    pub(crate) end: usize,
+}
+
+#[derive(Debug)]
+pub(crate) struct Index {
+    pub(crate) main: Section,
+    /// Further programs of the same file, by upper-case name.
+    pub(crate) procs: BTreeMap<String, Section>,
+    /// From the offset of a line to the line that belongs to it: IF to ELSE or ENDIF, ELSE to ENDIF, the opening word of a
+    /// loop to its end and back.
+    pub(crate) partners: BTreeMap<usize, Mark>,
+    labels: BTreeMap<String, Vec<Mark>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Open {
+    If,
+    Else,
+    For,
+    While,
+    Repeat,
+    Loop,
+}
+
+impl Open {
+    fn word(self) -> &'static str {
+        match self {
+            Self::If => "IF",
+            Self::Else => "ELSE",
+            Self::For => "FOR",
+            Self::While => "WHILE",
+            Self::Repeat => "REPEAT",
+            Self::Loop => "LOOP",
+        }
+    }
+
+    fn end_word(self) -> &'static str {
+        match self {
+            Self::If | Self::Else => "ENDIF",
+            Self::For => "ENDFOR",
+            Self::While => "ENDWHILE",
+            Self::Repeat => "UNTIL",
+            Self::Loop => "ENDLOOP",
+        }
+    }
+}
+
+/// What the head of a line says about structure.
+struct Head<'a> {
+    label: Option<&'a str>,
+    /// First word when it is longer than an address letter; empty otherwise.
+    word: &'a str,
+    word_span: Span,
+}
+
+fn head(line: &str) -> Option<Head<'_>> {
+    let mut s = Scanner::new(line);
+    s.skip_blanks();
+    if s.take(b'/') {
+        s.integer();
+        s.skip_blanks();
+    }
+    if matches!(s.peek(), b'N' | b'n') && matches!(s.peek_at(1), b'0'..=b'9' | b' ') {
+        s.bump();
+        s.skip_blanks();
+        s.integer();
+        s.skip_blanks();
+    }
+    let mut label = None;
+    loop {
+        // An address letter and its number: nothing that structures a program begins like this.
+        let long = (s.peek().is_ascii_alphabetic() || s.peek() == b'_')
+            && matches!(s.peek_at(1), b'A'..=b'Z' | b'a'..=b'z' | b'_' | b'0'..=b'9');
+        if !long {
+            return label.map(|label| Head { label: Some(label), word: "", word_span: Span::default() });
+        }
+        let start = s.pos();
+        let word = s.identifier();
+        if label.is_none() && s.peek() == b':' && s.peek_at(1) != b'=' {
+            label = Some(word);
+            s.bump();
+            s.skip_blanks();
+            continue;
+        }
+        return Some(Head { label, word, word_span: s.span_from(start) });
+    }
+}
+
+/// Name in a header line `%_N_NAME_MPF` or `%_N_NAME_SPF`.
+fn header_name(line: &str) -> Option<String> {
+    let name = line.trim().strip_prefix('%')?.trim().to_ascii_uppercase();
+    let name = name.strip_prefix("_N_")?;
+    Some(name.strip_suffix("_MPF").or_else(|| name.strip_suffix("_SPF")).unwrap_or(name).to_owned())
+}
+
+impl Index {
+    /// Reads the structure of a file; faults of structure are added to the list.
+    pub(crate) fn new(source: &Source, faults: &mut Vec<Diagnostic>) -> Self {
+        let mut index = Self {
+            main: Section { start: Mark::START, end: source.text.len() },
+            procs: BTreeMap::new(),
+            partners: BTreeMap::new(),
+            labels: BTreeMap::new(),
+        };
+        let mut open: Vec<(Open, Mark, Span)> = Vec::new();
+        let mut block = Block::default();
+        let (mut at, mut name, mut start) = (Mark::START, None::<String>, Mark::START);
+        let (mut sections, mut seen_code) = (0usize, false);
+        while let Some((line, next)) = source.line(at) {
+            let header = if line.trim_start().starts_with('%') { header_name(line) } else { None };
+            let head = if header.is_none() { head(line) } else { None };
+            let proc = head.as_ref().is_some_and(|h| h.word.eq_ignore_ascii_case("PROC"));
+            if header.is_some() || proc {
+                let new_name = header.or_else(|| match parser::parse_line(line, &mut block) {
+                    Ok(()) => match &block.statement {
+                        Some(Statement::Proc { name, .. }) => Some(name.clone()),
+                        _ => None,
+                    },
+                    Err(_) => None,
+                });
+                // A PROC line that follows a header line, or that is the first line with code, names the section it is in.
+                if seen_code {
+                    index.close_section(source, sections, name.take(), start, at, &mut open, faults);
+                    sections += 1;
+                    start = at;
+                }
+                name = new_name.or(name);
+                seen_code = proc;
+                at = next;
+                continue;
+            }
+            seen_code = seen_code || !line.trim_start().is_empty() && !line.trim_start().starts_with(';');
+            if let Some(head) = head {
+                if let Some(label) = head.label {
+                    index.labels.entry(label.to_ascii_uppercase()).or_default().push(at);
+                }
+                if !head.word.is_empty() {
+                    index.structure(source, line, at, &head, &mut open, &mut block, faults);
+                }
+            }
+            at = next;
+        }
+        index.close_section(source, sections, name, start, at, &mut open, faults);
+        index
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the state of one pass over the file")]
+    fn close_section(
+        &mut self,
+        source: &Source,
+        number: usize,
+        name: Option<String>,
+        start: Mark,
+        end: Mark,
+        open: &mut Vec<(Open, Mark, Span)>,
+        faults: &mut Vec<Diagnostic>,
+    ) {
+        for (kind, mark, span) in open.drain(..) {
+            let line = source.line(mark).map_or("", |(line, _)| line);
+            let fault = Fault::new(codes::STRUCTURE, span, format!("`{}` has no `{}`", kind.word(), kind.end_word()))
+                .help(format!("write {} where it ends", kind.end_word()));
+            faults.push(fault.at(&source.name, mark.line, line));
+        }
+        let section = Section { start, end: end.offset };
+        if number == 0 {
+            self.main = section;
+        }
+        if let Some(name) = name {
+            self.procs.entry(name).or_insert(section);
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the state of one pass over the file")]
+    fn structure(
+        &mut self,
+        source: &Source,
+        line: &str,
+        at: Mark,
+        head: &Head<'_>,
+        open: &mut Vec<(Open, Mark, Span)>,
+        block: &mut Block,
+        faults: &mut Vec<Diagnostic>,
+    ) {
+        let word = head.word.to_ascii_uppercase();
+        let kind = match word.as_str() {
+            "IF" => Open::If,
+            "FOR" => Open::For,
+            "WHILE" => Open::While,
+            "REPEAT" => Open::Repeat,
+            "LOOP" => Open::Loop,
+            "ELSE" | "ENDIF" | "ENDFOR" | "ENDWHILE" | "UNTIL" | "ENDLOOP" => {
+                let matches = |open: Open| match word.as_str() {
+                    "ELSE" => open == Open::If,
+                    end => open.end_word() == end,
+                };
+                match open.last().copied() {
+                    Some((kind, mark, _)) if matches(kind) => {
+                        open.pop();
+                        self.partners.insert(mark.offset, at);
+                        if !matches!(kind, Open::If | Open::Else) {
+                            self.partners.insert(at.offset, mark);
+                        }
+                        if word == "ELSE" {
+                            open.push((Open::Else, at, head.word_span));
+                        }
+                    }
+                    last => {
+                        let help = last.map_or_else(
+                            || "take it out, or write the word that opens it".to_owned(),
+                            |(kind, mark, _)| format!("`{}` of line {} must be closed first", kind.word(), mark.line),
+                        );
+                        let message = format!("`{word}` has nothing to close here");
+                        let fault = Fault::new(codes::STRUCTURE, head.word_span, message).help(help);
+                        faults.push(fault.at(&source.name, at.line, line));
+                    }
+                }
+                return;
+            }
+            _ => return,
+        };
+        // IF with a jump and REPEAT with a label are complete in themselves. A line with a fault of its own counts as
+        // opening; the fault is reported when the line is read.
+        let complete = matches!(kind, Open::If | Open::Repeat)
+            && parser::parse_line(line, block).is_ok()
+            && !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat));
+        if !complete {
+            open.push((kind, at, head.word_span));
+        }
+    }
+
+    /// The nearest line of the section with this label behind (`forward`) or before a line.
+    pub(crate) fn label(&self, name: &str, section: Section, from: usize, forward: bool) -> Option<Mark> {
+        let marks = self.labels.get(name)?;
+        let inside = |m: &&Mark| m.offset >= section.start.offset && m.offset < section.end;
+        if forward {
+            marks.iter().filter(inside).find(|m| m.offset > from).copied()
+        } else {
+            marks.iter().filter(inside).rev().find(|m| m.offset <= from).copied()
+        }
+    }
+}
+
+/// The line with this block number, looked for from a line on in one direction.
+pub(crate) fn find_block_number(
+    source: &Source,
+    section: Section,
+    number: u32,
+    from: Mark,
+    forward: bool,
+) -> Option<Mark> {
+    let mut found = None;
+    let mut at = if forward { from } else { section.start };
+    while let Some((line, next)) = source.line(at) {
+        if at.offset >= section.end || !forward && at.offset > from.offset {
+            break;
+        }
+        let mut s = Scanner::new(line);
+        s.skip_blanks();
+        if s.take(b'/') {
+            s.integer();
+            s.skip_blanks();
+        }
+        let here = (s.take(b'N') || s.take(b'n')) && {
+            s.skip_blanks();
+            s.integer() == Some(number)
+        };
+        if here && !(forward && at.offset == from.offset) {
+            found = Some(at);
+            if forward {
+                break;
+            }
+        }
+        at = next;
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn index(text: &str) -> (Index, Vec<Diagnostic>) {
+        let mut faults = Vec::new();
+        let index = Index::new(&Source::new("t", text.to_owned()), &mut faults);
+        (index, faults)
+    }
+
+    #[test]
+    fn partners_and_labels() {
+        let (index, faults) =
+            index("IF R1\nG1\nELSE\nX1\nENDIF\nN5 L1: LOOP\nENDLOOP\nIF R1 GOTOF L1\nREPEAT L1 P=2\n");
+        assert!(faults.is_empty(), "{faults:?}");
+        let lines: Vec<u32> = index.partners.values().map(|m| m.line).collect();
+        assert_eq!(lines, [3, 5, 7, 6]);
+        assert_eq!(index.label("L1", index.main, 0, true).map(|m| m.line), Some(6));
+    }
+
+    #[test]
+    fn sections_of_an_archive_and_of_proc() {
+        let (index, faults) =
+            index("%_N_MAIN_MPF\n;$PATH=/_N_MPF_DIR\nG0 X1\nM30\n%_N_SUB_SPF\nPROC SUB(REAL A)\nRET\n");
+        assert!(faults.is_empty());
+        assert_eq!(index.main.start.line, 1);
+        assert_eq!(index.procs["SUB"].start.line, 5);
+        assert_eq!(index.procs["MAIN"], index.main);
+    }
+
+    #[test]
+    fn every_unclosed_word_is_reported() {
+        let (_, faults) = index("IF R1\nFOR I=1 TO 2\nENDIF\nENDWHILE\n");
+        assert_eq!(faults.len(), 4, "{faults:?}");
+        assert!(faults.iter().all(|f| f.code == codes::STRUCTURE));
+    }
+}

@@ -1,0 +1,155 @@
+//! What stays in force from block to block.
+
+use crate::frame::Frame;
+use crate::{Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
+
+/// G group 1 and its relatives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Interpolation {
+    Rapid,
+    Linear,
+    Clockwise,
+    CounterClockwise,
+    /// CIP: circle through an intermediate point.
+    Intermediate,
+    /// CT: circle with tangential transition.
+    Tangential,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FeedMode {
+    PerTime,
+    PerRevolution,
+    InverseTime,
+}
+
+/// G group 13 on a control whose basic system is metric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Units {
+    /// G71, G710.
+    Metric,
+    /// G70: lengths in inch, feed in mm.
+    InchLengths,
+    /// G700: lengths and feed in inch.
+    Inch,
+}
+
+impl Units {
+    pub(crate) fn length(self) -> f64 {
+        if self == Self::Metric { 1.0 } else { 25.4 }
+    }
+
+    pub(crate) fn feed(self) -> f64 {
+        if self == Self::Inch { 25.4 } else { 1.0 }
+    }
+}
+
+/// How A2= B2= C2= are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OrientationAngles {
+    RollPitchYaw,
+    Euler,
+}
+
+/// Modal state that SAVE of a subprogram keeps and restores.
+#[derive(Clone, Debug)]
+pub(crate) struct Modal {
+    pub(crate) interpolation: Interpolation,
+    /// Index of the axis normal to the working plane: 2 for G17, 1 for G18, 0 for G19.
+    pub(crate) normal: usize,
+    pub(crate) incremental: bool,
+    pub(crate) units: Units,
+    pub(crate) feed_mode: FeedMode,
+    pub(crate) exact_stop: bool,
+    /// Corner treatment of the G words.
+    pub(crate) path_mode: PathMode,
+    /// Mode to come back to when CYCLE832 ends.
+    pub(crate) mode_before_cycle832: Option<PathMode>,
+    pub(crate) orientation: OrientationInterpolation,
+    pub(crate) angles: OrientationAngles,
+    /// ORIMKS: vectors are meant in the machine frame.
+    pub(crate) machine_vectors: bool,
+    pub(crate) frames: Frames,
+}
+
+/// Frames of the control from the base to the work coordinates.
+#[derive(Clone, Debug)]
+pub(crate) struct Frames {
+    /// G54 and the like.
+    pub(crate) settable: Frame,
+    /// CYCLE800.
+    pub(crate) swivel: Frame,
+    /// TRANS ROT SCALE MIRROR.
+    pub(crate) programmable: Frame,
+}
+
+impl Frames {
+    pub(crate) fn total(&self) -> Frame {
+        self.settable.then(&self.swivel).then(&self.programmable)
+    }
+}
+
+impl Modal {
+    /// State after reset: G1, G17, G71, G90, G94, G60, G500.
+    pub(crate) fn new(orientation: OrientationInterpolation) -> Self {
+        Self {
+            interpolation: Interpolation::Linear,
+            normal: 2,
+            incremental: false,
+            units: Units::Metric,
+            feed_mode: FeedMode::PerTime,
+            exact_stop: true,
+            path_mode: PathMode::ExactStop,
+            mode_before_cycle832: None,
+            orientation,
+            angles: OrientationAngles::RollPitchYaw,
+            machine_vectors: false,
+            frames: Frames { settable: Frame::IDENTITY, swivel: Frame::IDENTITY, programmable: Frame::IDENTITY },
+        }
+    }
+
+    /// First and second axis of the plane and its normal, right-handed.
+    pub(crate) fn plane_axes(&self) -> [usize; 3] {
+        [(self.normal + 1) % 3, (self.normal + 2) % 3, self.normal]
+    }
+}
+
+/// State of spindle, tool and feed: not touched by SAVE.
+#[derive(Clone, Debug)]
+pub(crate) struct Technology {
+    /// Feed value in force in the mode of the modal state.
+    pub(crate) feed: Option<Feed>,
+    /// Feed last handed out.
+    pub(crate) told_feed: Option<Feed>,
+    pub(crate) direction: SpindleDirection,
+    pub(crate) speed: Option<f64>,
+    pub(crate) flood: bool,
+    pub(crate) mist: bool,
+    pub(crate) selected: Option<ToolName>,
+    pub(crate) edge: Option<u32>,
+    /// TRAORI.
+    pub(crate) transformed: bool,
+    /// CYCLE800 stands in a plane.
+    pub(crate) swiveled: bool,
+}
+
+impl Technology {
+    pub(crate) fn new() -> Self {
+        Self {
+            feed: None,
+            told_feed: None,
+            direction: SpindleDirection::Off,
+            speed: None,
+            flood: false,
+            mist: false,
+            selected: None,
+            edge: None,
+            transformed: false,
+            swiveled: false,
+        }
+    }
+
+    pub(crate) fn tcp(&self) -> bool {
+        self.transformed || self.swiveled
+    }
+}

@@ -1,0 +1,129 @@
+//! The words of one block, sorted: what the block asks for, before anything is done.
+
+use crate::ToolName;
+use crate::diagnostic::Span;
+
+/// How a coordinate is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reference {
+    /// As G90 and G91 say.
+    Modal,
+    /// AC().
+    Absolute,
+    /// IC().
+    Incremental,
+    /// DC(): rotary axis, absolute, the short way.
+    Shortest,
+    /// ACP(): rotary axis, absolute, in positive direction.
+    Positive,
+    /// ACN(): rotary axis, absolute, in negative direction.
+    Negative,
+}
+
+/// A coordinate as written: mm, inch or degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Coordinate {
+    pub(crate) value: f64,
+    pub(crate) reference: Reference,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FrameWord {
+    Trans,
+    ATrans,
+    Rot,
+    ARot,
+    Scale,
+    AScale,
+    Mirror,
+    AMirror,
+}
+
+impl FrameWord {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "TRANS" => Self::Trans,
+            "ATRANS" => Self::ATrans,
+            "ROT" => Self::Rot,
+            "AROT" => Self::ARot,
+            "SCALE" => Self::Scale,
+            "ASCALE" => Self::AScale,
+            "MIRROR" => Self::Mirror,
+            "AMIRROR" => Self::AMirror,
+            _ => return None,
+        })
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Trans => "TRANS",
+            Self::ATrans => "ATRANS",
+            Self::Rot => "ROT",
+            Self::ARot => "AROT",
+            Self::Scale => "SCALE",
+            Self::AScale => "ASCALE",
+            Self::Mirror => "MIRROR",
+            Self::AMirror => "AMIRROR",
+        }
+    }
+
+    pub(crate) fn is_additive(self) -> bool {
+        matches!(self, Self::ATrans | Self::ARot | Self::AScale | Self::AMirror)
+    }
+}
+
+/// The words of a block by meaning.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pending {
+    /// Axes in the order of [`crate::AXIS_LETTERS`].
+    pub(crate) axes: [Option<Coordinate>; 9],
+    /// Bit i: axis i stands in the block.
+    pub(crate) programmed: u16,
+    /// I, J, K.
+    pub(crate) center: [Option<Coordinate>; 3],
+    /// I1=, J1=, K1=.
+    pub(crate) intermediate: [Option<Coordinate>; 3],
+    pub(crate) radius: Option<f64>,
+    pub(crate) opening: Option<f64>,
+    pub(crate) turns: Option<f64>,
+    /// A3=, B3=, C3=.
+    pub(crate) vector: [Option<f64>; 3],
+    /// A2=, B2=, C2=, degrees.
+    pub(crate) angles: [Option<f64>; 3],
+    pub(crate) feed: Option<f64>,
+    pub(crate) speed: Option<f64>,
+    pub(crate) tool: Option<ToolName>,
+    pub(crate) edge: Option<u32>,
+    pub(crate) dwell: bool,
+    pub(crate) exact_stop: bool,
+    pub(crate) machine: bool,
+    pub(crate) frame: Option<(FrameWord, Span)>,
+    pub(crate) plane_angle: Option<f64>,
+    pub(crate) rounding: Option<f64>,
+    /// M words in the order of the block.
+    pub(crate) functions: Vec<u32>,
+    /// Cycle or subprogram of the block: index of its word.
+    pub(crate) call: Option<usize>,
+    /// Passes of a subprogram, P.
+    pub(crate) passes: Option<u32>,
+    /// Subprogram by number, L100.
+    pub(crate) numbered_call: Option<u32>,
+    /// TRAORI (true) or TRAFOOF.
+    pub(crate) transformation: Option<bool>,
+    /// Number of the G word of the work offset: 54, 505, 500.
+    pub(crate) offset: Option<u32>,
+}
+
+impl Pending {
+    pub(crate) fn has_axis(&self) -> bool {
+        self.programmed != 0
+    }
+
+    pub(crate) fn has_orientation(&self) -> bool {
+        self.vector.iter().chain(&self.angles).any(Option::is_some)
+    }
+
+    pub(crate) fn has_center(&self) -> bool {
+        self.center.iter().any(Option::is_some)
+    }
+}

@@ -1,0 +1,162 @@
+//! Character level of all word-address dialects: blanks, numbers, identifiers.
+
+use crate::diagnostic::Span;
+
+/// Reads one line from left to right. Never stands inside of a character.
+#[derive(Clone, Debug)]
+pub(crate) struct Scanner<'a> {
+    text: &'a str,
+    pos: usize,
+}
+
+impl<'a> Scanner<'a> {
+    pub(crate) fn new(text: &'a str) -> Self {
+        Self { text, pos: 0 }
+    }
+
+    pub(crate) fn pos(&self) -> usize {
+        self.pos
+    }
+
+    pub(crate) fn set_pos(&mut self, pos: usize) {
+        self.pos = pos;
+    }
+
+    /// Next byte; 0 at the end of the line.
+    pub(crate) fn peek(&self) -> u8 {
+        self.peek_at(0)
+    }
+
+    pub(crate) fn peek_at(&self, ahead: usize) -> u8 {
+        self.text.as_bytes().get(self.pos + ahead).copied().unwrap_or(0)
+    }
+
+    pub(crate) fn at_end(&self) -> bool {
+        self.pos >= self.text.len()
+    }
+
+    /// Next character, for messages.
+    pub(crate) fn peek_char(&self) -> Option<char> {
+        self.text[self.pos..].chars().next()
+    }
+
+    /// Steps over one character.
+    pub(crate) fn bump(&mut self) {
+        self.pos += self.peek_char().map_or(0, char::len_utf8);
+    }
+
+    /// Span of the next character.
+    pub(crate) fn here(&self) -> Span {
+        Span::new(self.pos, self.pos + self.peek_char().map_or(0, char::len_utf8))
+    }
+
+    pub(crate) fn span_from(&self, start: usize) -> Span {
+        Span::new(start, self.pos)
+    }
+
+    pub(crate) fn slice(&self, start: usize) -> &'a str {
+        &self.text[start..self.pos]
+    }
+
+    pub(crate) fn skip_blanks(&mut self) {
+        while matches!(self.peek(), b' ' | b'\t') {
+            self.pos += 1;
+        }
+    }
+
+    /// Takes this ASCII byte if it is next.
+    pub(crate) fn take(&mut self, byte: u8) -> bool {
+        let found = self.peek() == byte && !self.at_end();
+        self.pos += usize::from(found);
+        found
+    }
+
+    /// Takes `[A-Za-z0-9_$]*`.
+    pub(crate) fn identifier(&mut self) -> &'a str {
+        let start = self.pos;
+        while matches!(self.peek(), b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'_' | b'$') {
+            self.pos += 1;
+        }
+        self.slice(start)
+    }
+
+    /// Takes the digits of an integer; none where there is no digit or where it has more than nine.
+    pub(crate) fn integer(&mut self) -> Option<u32> {
+        let start = self.pos;
+        let mut value = 0u32;
+        while self.peek().is_ascii_digit() {
+            if self.pos - start >= 9 {
+                return None;
+            }
+            value = value * 10 + u32::from(self.peek() - b'0');
+            self.pos += 1;
+        }
+        (self.pos > start).then_some(value)
+    }
+
+    /// Takes a decimal number without exponent: `[+-]? digits [. digits]` or `[+-]? . digits`. Stays where there is none.
+    ///
+    /// Up to 15 digits with at most 22 decimals, the quotient of two exact doubles is the correctly rounded value
+    /// (Clinger 1990, fast path); longer numbers take the general way.
+    pub(crate) fn decimal(&mut self) -> Option<f64> {
+        const POWERS: [f64; 23] = [
+            1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+            1e19, 1e20, 1e21, 1e22,
+        ];
+        let start = self.pos;
+        let bytes = self.text.as_bytes();
+        let mut at = start;
+        let negative = matches!(bytes.get(at), Some(b'-'));
+        if matches!(bytes.get(at), Some(b'-' | b'+')) {
+            at += 1;
+        }
+        let digits_from = at;
+        let (mut mantissa, mut digits, mut decimals) = (0u64, 0usize, 0usize);
+        let mut point = false;
+        while let Some(&byte) = bytes.get(at) {
+            match byte {
+                b'0'..=b'9' => {
+                    if digits < 18 {
+                        mantissa = mantissa * 10 + u64::from(byte - b'0');
+                    }
+                    digits += usize::from(mantissa > 0);
+                    decimals += usize::from(point);
+                }
+                b'.' if !point => point = true,
+                _ => break,
+            }
+            at += 1;
+        }
+        if at == digits_from + usize::from(point) {
+            return None;
+        }
+        self.pos = at;
+        let magnitude = if digits <= 15 && decimals <= 22 {
+            mantissa as f64 / POWERS[decimals]
+        } else {
+            // "5." and ".5" are valid for the standard parser too.
+            self.text[digits_from..at].parse().unwrap_or(f64::INFINITY)
+        };
+        Some(if negative { -magnitude } else { magnitude })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_are_correctly_rounded() {
+        for text in
+            ["1", "-.5", "+5.", "165.236", "0.1", "123456789.123456", ".000000000000001", "99999999999999999999.5"]
+        {
+            let mut scanner = Scanner::new(text);
+            let want: f64 = text.parse().unwrap();
+            assert_eq!(scanner.decimal(), Some(want), "{text}");
+            assert!(scanner.at_end());
+        }
+        for text in ["", "-", ".", "+.", "X"] {
+            assert_eq!(Scanner::new(text).decimal(), None, "{text}");
+        }
+    }
+}
