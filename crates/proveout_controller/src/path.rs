@@ -204,7 +204,7 @@ impl Path {
         }
     }
 
-    fn push_blend(&mut self, frame: &Frame<'_>, number: u64, next: &PathBlock, quintic: Quintic) {
+    fn push_blend(&mut self, frame: &Frame<'_>, number: u64, next: &PathBlock, quintic: Box<Quintic>) {
         let before = self.block(number);
         let rapid = before.is_rapid() && next.is_rapid();
         let feed = before.feed.min(next.feed);
@@ -222,7 +222,7 @@ impl Path {
         for (end, limits) in cells {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: false });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)) });
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic) });
         self.s_done = s1;
     }
 
@@ -277,7 +277,7 @@ enum Corner {
     Blend {
         half_width: f64,
         rounding: f64,
-        quintic: Quintic,
+        quintic: Box<Quintic>,
     },
     Stop,
 }
@@ -303,18 +303,18 @@ fn corner(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, tolerance: Tolerance)
         d = d.min(tolerance.tip / tip).min(tolerance.angle / angle);
     }
     if lines {
-        if !(d > NARROWEST * room) {
+        if d.is_nan() || d <= NARROWEST * room {
             return Corner::Stop;
         }
-        let quintic = blend(a, b, d);
+        let quintic = Box::new(blend(a, b, d));
         let (tip, _) = size(machine, &(slope * (3.0 / 16.0 * d)));
         return Corner::Blend { half_width: d, rounding: tip, quintic };
     }
     for _ in 0..12 {
-        if !(d > NARROWEST * room) {
+        if d.is_nan() || d <= NARROWEST * room {
             return Corner::Stop;
         }
-        let quintic = blend(a, b, d);
+        let quintic = Box::new(blend(a, b, d));
         let (tip, angle) = blend_deviation(frame, a, b, &quintic, d);
         let excess = (tip / tolerance.tip).max(angle / tolerance.angle);
         if excess <= 1.0 {

@@ -6,7 +6,7 @@ use common::{Program, Random, axes, bc_machine, motion, run, run_with, tool};
 use proveout_controller::{Dynamics, Event, LimitKind, Piece, RunError, Settings};
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
-use proveout_nc::{Motion, Op};
+use proveout_nc::Op;
 
 const LENGTH: f64 = 120.0;
 
@@ -72,12 +72,15 @@ fn machine_coordinates_and_the_length_switched_off() {
     // The next Z counts the length.
     let end = run(&program.supa(&[('Z', 400.0)]), &machine).summary.end_position;
     assert_eq!(end[2], 520.0);
-    // An axis that stands in `end_base` without being programmed in the block and has not changed stays.
+    // An axis that is not programmed moves only where its base coordinate is new (a turned frame).
     let mut also = motion(&[('X', 5.0)]);
     also.end_base = axes(&[('X', 5.0), ('Z', 610.0)]);
-    let program = Program::default().change(1).edge(0).g0(&[('Z', 610.0)]).edge(1).op(Op::Rapid(also));
-    let end = run(&program, &machine).summary.end_position;
+    let program = Program::default().change(1).edge(0).g0(&[('Z', 610.0)]);
+    let end = run(&program.clone().op(Op::Rapid(also.clone())), &machine).summary.end_position;
     assert_eq!([end[0], end[2]], [5.0, 610.0]);
+    also.end_base = axes(&[('X', 5.0), ('Z', 600.0)]);
+    let end = run(&program.op(Op::Rapid(also)), &machine).summary.end_position;
+    assert_eq!([end[0], end[2]], [5.0, 600.0]);
     // In machine coordinates the transformation is off for the block.
     let program = Program::default()
         .change(1)
@@ -230,6 +233,26 @@ fn rounded_corners_stay_within_the_tolerance() {
 }
 
 #[test]
+fn swiveling_turns_the_rotary_joints_alone() {
+    let machine = bc_machine();
+    let goal = Vector::new(0.3, -0.4, 0.866_025_403_784_438_6);
+    let mut swivel = motion(&[]);
+    swivel.tool_axis = Some(goal.into());
+    swivel.tool_axis_base = Some(goal.into());
+    let program =
+        Program::default().change(1).g0(&[('X', 7.0), ('Y', 8.0), ('Z', 300.0)]).op(Op::Rapid(swivel.clone()));
+    let end = run(&program, &machine).summary.end_position;
+    assert_eq!([end[0], end[1], end[2]], [7.0, 8.0, 420.0]);
+    assert!((machine.forward(&end, LENGTH).axis - goal.normalize()).norm() < 1e-9);
+    // A table that turns about two axes cannot point the tool from below where B would pass its travel: told, not lost.
+    let mut machine = machine;
+    machine.joints[3].held = true;
+    let machine = machine.recompiled();
+    let out = run(&program, &machine);
+    assert!(out.all.events.iter().any(|e| matches!(e, Event::UnreachablePose { .. })));
+}
+
+#[test]
 fn over_travel_is_reported_and_does_not_stop() {
     let machine = bc_machine();
     let program = Program::default().feed(50.0).g1(&[('X', -520.0)]).g1(&[('X', 0.0)]);
@@ -276,8 +299,6 @@ fn what_the_control_refuses() {
     assert_eq!(code(&p().feed(0.0).g1(&[('X', 2.0)])), Some(("control-feed", Some(2))));
     let arc = p().feed(5.0).arc_xy(&[('X', 10.0)], [3.0, 0.0, 0.0], 3.0, 3.0);
     assert_eq!(code(&arc), Some(("control-arc", Some(2))));
-    let vector = Motion { tool_axis_base: Some([0.0, 0.0, 1.0]), ..motion(&[('X', 1.0)]) };
-    assert_eq!(code(&p().op(Op::Rapid(vector))), Some(("control-tool-axis", Some(1))));
     assert!(first_error(&p().change(7)).expect("an error").to_string().contains("test.nc:1:1"));
     let bad = Settings { piece_tolerance: 0.0, ..Settings::default() };
     assert!(proveout_controller::Controller::new(p().source(), &machine, &[], bad).is_err());
