@@ -14,6 +14,7 @@
 //!   [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates ([`Machine::jacobian`]).
 //! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that nobody has stated.
 //! * [`MachineBody`] – a part for collision checks and pictures.
+//! * [`kinematics_csv`] – whole tables, both ways.
 //!
 //! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett 1984).
 //! Inverse: the tool axis gives the rotary joints as the intersection of two cones (Paden 1986), the tip then gives the
@@ -34,10 +35,15 @@ mod error;
 mod inverse;
 mod jacobian;
 mod joint;
+mod joint_reader;
 mod locate;
 mod machine;
 mod model;
+mod solver;
 mod structure;
+mod table;
+#[cfg(test)]
+mod testing;
 
 pub use description::machine_schema;
 pub use diagnose::{Diagnosis, MissingLimit};
@@ -46,3 +52,4 @@ pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, T
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
+pub use table::{Direction, TableError, kinematics_csv};
