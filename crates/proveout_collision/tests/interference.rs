@@ -121,29 +121,26 @@ impl Random {
 fn random_motions_are_never_late_and_never_missed() {
     let machine = machine();
     let tool = tool();
-    let step = 2.0;
+    let step = 3.0;
     let skin = skin(&tool, step);
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let (mut hits, mut clears) = (0, 0);
-    for case in 0..120 {
-        let corner = [random.next(-80.0, 60.0), random.next(-80.0, 60.0), random.next(0.0, 60.0)];
+    for case in 0..80 {
+        let corner = [random.next(-60.0, 20.0), random.next(-60.0, 20.0), random.next(0.0, 60.0)];
         let size = [random.next(1.0, 60.0), random.next(1.0, 60.0), random.next(1.0, 60.0)];
         let b = block(corner, std::array::from_fn(|i| corner[i] + size[i]));
-        let mut any = |tilt: f64| {
-            at(
-                random.next(-120.0, 120.0),
-                random.next(-120.0, 120.0),
-                random.next(20.0, 160.0),
-                random.next(-tilt, tilt),
-                random.next(-tilt, tilt),
-            )
+        // Both ends stand outside, on opposite sides, so that many ways cross.
+        let side = random.next(70.0, 130.0);
+        let mut any = |x: f64, tilt: f64| {
+            let (y, z) = (random.next(-60.0, 60.0), random.next(20.0, 100.0));
+            at(x, y, z, random.next(-tilt, tilt), random.next(-tilt, tilt))
         };
-        let (from, to) = (any(60.0), any(60.0));
+        let (from, to) = (any(-side, 30.0), any(side, 30.0));
         let mut check = Interference::new(&machine, &[fixture("block", &b)], 0.0).expect("solids");
         check.set_tool(Some(&tool));
         check.check_piece(&from, &to, [0.0, 1.0], 0.0);
         let reported = check.breaches().iter().map(|x| x.time).fold(f64::INFINITY, f64::min);
-        let samples = 400;
+        let samples = 200;
         let distance_at = |t: f64| {
             let pose = machine.forward(&from.interpolated(to, t), GAUGE);
             sampled_distance(&skin, &pose, &b)
@@ -171,7 +168,7 @@ fn random_motions_are_never_late_and_never_missed() {
             }
         }
     }
-    assert!(hits > 20 && clears > 20, "{hits} hits, {clears} clear");
+    assert!(hits > 10 && clears > 10, "{hits} hits, {clears} clear");
 }
 
 #[test]

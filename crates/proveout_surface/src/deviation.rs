@@ -18,6 +18,12 @@ pub struct SurfaceSample {
     pub made_by: Option<u32>,
 }
 
+impl From<proveout_stock::SurfacePoint> for SurfaceSample {
+    fn from(p: proveout_stock::SurfacePoint) -> Self {
+        Self { point: p.point, normal: p.normal, axis: p.axis, made_by: p.made_by }
+    }
+}
+
 /// Which points count, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviationSettings {
