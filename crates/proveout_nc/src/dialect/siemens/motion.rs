@@ -364,7 +364,7 @@ impl Interpreter {
         }
     }
 
-    /// I J K: from the start, or absolute with AC().
+    /// I J K: from the start, or absolute with `AC()`.
     fn arc_center(&self, p: &Pending, start: [f64; 3], span: Span) -> Result<[f64; 3], Fault> {
         let mut center = start;
         for (axis, coordinate) in p.center.iter().enumerate() {
