@@ -21,6 +21,11 @@
 //! **Limits.** Cutter radius compensation, splines, threads and polar coordinates are refused by name. Rounding of corners is
 //! handed on as a tolerance. What a machine builder puts behind an M word is named in a note and not executed.
 
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 mod arc;
 mod codes;
 mod command;

@@ -71,9 +71,20 @@ fn decimal(value: f64, decimals: usize) -> String {
     if text == "-0" { "0".to_owned() } else { text }
 }
 
+/// As [`decimal`], with as many decimals as it takes for a value above zero not to become zero.
+fn positive(value: f64, decimals: usize) -> String {
+    (decimals..decimals + 12).map(|d| decimal(value, d)).find(|text| text != "0").unwrap_or_else(|| "0".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::decimal;
+    use super::{decimal, positive};
+
+    #[test]
+    fn a_small_feed_stays_a_feed() {
+        assert_eq!(positive(0.001, 1), "0.001");
+        assert_eq!(positive(100.0, 1), "100");
+    }
 
     #[test]
     fn decimals_are_trimmed() {

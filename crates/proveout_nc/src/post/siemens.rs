@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::{PostError, PostSettings, decimal};
+use super::{PostError, PostSettings, decimal, positive};
 use crate::frame::{self, Frame};
 use crate::{
     AXIS_LETTERS, ArcMotion, AxisValues, Command, Coolant, Dwell, Feed, FrameChange, Motion, Offset, Op,
@@ -175,7 +175,7 @@ impl<W: Write> SiemensPost<W> {
             }
         }
         if let Some(Feed::InverseTime(seconds)) = self.feed.filter(|_| word != "G0") {
-            words.push(format!("F{}", decimal(60.0 / seconds, 6)));
+            words.push(format!("F{}", positive(60.0 / seconds, 6)));
         }
         words.join(" ")
     }
@@ -236,8 +236,8 @@ impl<W: Write> SiemensPost<W> {
     fn feed(&mut self, feed: Feed) -> Result<(), PostError> {
         let d = self.settings.feed_decimals;
         let (mode, value) = match feed {
-            Feed::PerTime(v) => ("G94", format!("F{}", decimal(v * 60.0, d))),
-            Feed::PerRevolution(v) => ("G95", format!("F{}", decimal(v, d + 3))),
+            Feed::PerTime(v) => ("G94", format!("F{}", positive(v * 60.0, d))),
+            Feed::PerRevolution(v) => ("G95", format!("F{}", positive(v, d + 3))),
             // Stands in every block with a motion.
             Feed::InverseTime(_) => ("G93", String::new()),
         };
