@@ -329,7 +329,9 @@ where
             return Ok((fastest, 0.0));
         }
         let programmed = match self.state.feed {
-            None => return Err(fail("a motion in feed, but no feed is programmed".into(), "program F before this block")),
+            None => {
+                return Err(fail("a motion in feed, but no feed is programmed".into(), "program F before this block"));
+            }
             Some(Feed::PerTime(f)) => f,
             Some(Feed::PerRevolution(f)) => {
                 let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
@@ -463,7 +465,9 @@ where
         let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
         let duration = match dwell {
             Dwell::Seconds(s) => s,
-            Dwell::Revolutions(n) if rpm > 0.0 && self.state.spindle.direction != SpindleDirection::Off => n * 60.0 / rpm,
+            Dwell::Revolutions(n) if rpm > 0.0 && self.state.spindle.direction != SpindleDirection::Off => {
+                n * 60.0 / rpm
+            }
             Dwell::Revolutions(n) => {
                 let message = format!("a dwell of {n} revolutions, but the spindle does not turn");
                 let help = "start the spindle before or program the dwell in seconds";
@@ -565,7 +569,8 @@ where
         let machine = self.device.machine;
         let position = machine.control.tool_change_position;
         let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());
-        let along = |i: usize| machine.joints.get(i).is_some_and(|j| !j.is_rotary() && j.direction.dot(&spindle).abs() > 0.9);
+        let along =
+            |i: usize| machine.joints.get(i).is_some_and(|j| !j.is_rotary() && j.direction.dot(&spindle).abs() > 0.9);
         for lift in [true, false] {
             let from = self.state.position.q;
             let mut to = from;
@@ -672,7 +677,9 @@ fn check_limits(machine: &Machine) -> Result<(), Box<ControlError>> {
                     code: "control-limits",
                     message: format!("joint {} has {name} = {:?}", joint.name, value.unwrap_or(f64::NAN)),
                     location: None,
-                    help: Some("give a number above zero, or leave the key out where the limit is not known".to_owned()),
+                    help: Some(
+                        "give a number above zero, or leave the key out where the limit is not known".to_owned(),
+                    ),
                 }));
             }
         }

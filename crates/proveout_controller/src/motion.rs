@@ -93,7 +93,10 @@ impl Context<'_> {
                     let names: Vec<&str> = self.machine.joints.iter().map(|j| j.name.as_str()).collect();
                     return Err(self.fail(
                         "control-axis",
-                        format!("axis {letter} is programmed, but machine {} has no joint of this name", self.machine.name),
+                        format!(
+                            "axis {letter} is programmed, but machine {} has no joint of this name",
+                            self.machine.name
+                        ),
                         &format!("the machine's joints are {}", names.join(", ")),
                     ));
                 }
@@ -237,7 +240,8 @@ impl Context<'_> {
                 let mut slots = [0; 3];
                 for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
                     slots[k] = self.machine.joint_for_letter(letter).ok_or_else(|| {
-                        let message = format!("machine {} has no joint {letter}, which an arc needs", self.machine.name);
+                        let message =
+                            format!("machine {} has no joint {letter}, which an arc needs", self.machine.name);
                         self.fail("control-axis", message, "name the linear joints of the machine X, Y and Z")
                     })?;
                 }
@@ -344,7 +348,10 @@ impl Context<'_> {
         path_length: f64,
     ) -> Option<BlockPath> {
         let axis_of = |task: &JointValues| self.machine.forward(&self.joints(rig, task, length), length).axis;
-        let ends = [ToolPose { tip: Point::origin(), axis: axis_of(from) }, ToolPose { tip: Point::origin(), axis: axis_of(to) }];
+        let ends = [
+            ToolPose { tip: Point::origin(), axis: axis_of(from) },
+            ToolPose { tip: Point::origin(), axis: axis_of(to) },
+        ];
         let angle = ends[0].angle_to(&ends[1]);
         if angle < 1e-9 || angle > std::f64::consts::PI - 1e-3 {
             return None;

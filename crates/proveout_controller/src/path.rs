@@ -421,11 +421,8 @@ fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<(f
             let n = (arc.omega.abs() * (u1 - u0) / CELL_ARC).max(turn(&arc.slope) / CELL_TURN).ceil().max(1.0) as usize;
             cut(n)
                 .map(|(a, b)| {
-                    let bounds = if tcp {
-                        point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS)
-                    } else {
-                        arc.bounds(a, b)
-                    };
+                    let bounds =
+                        if tcp { point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS) } else { arc.bounds(a, b) };
                     limits(a, b, &bounds)
                 })
                 .collect()
@@ -447,13 +444,7 @@ fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<(f
 }
 
 /// Bounds of the joints' derivatives from points of a cell, with a surcharge for what lies between them.
-fn point_bounds(
-    frame: &Frame<'_>,
-    task: impl Fn(f64) -> JointJet,
-    a: f64,
-    b: f64,
-    points: usize,
-) -> DerivativeBounds {
+fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f64, points: usize) -> DerivativeBounds {
     let mut bounds = DerivativeBounds {
         first: JointValues::ZERO,
         first_low: JointValues([f64::INFINITY; proveout_machine::MAX_JOINTS]),

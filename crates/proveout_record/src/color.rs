@@ -4,7 +4,7 @@
 pub type Rgba = [u8; 4];
 
 /// Skin of the stock and of a part without deviations.
-pub const STEEL: Rgba = [158, 164, 172, 255];
+pub(crate) const STEEL: Rgba = [158, 164, 172, 255];
 /// Deep gouge: the low end of the map.
 const GOUGE: [u8; 3] = [178, 24, 43];
 /// On the design.
@@ -67,7 +67,7 @@ fn round_up(value: f64) -> f64 {
 }
 
 /// One sRGB channel (0..=255) to linear light (0..=1), IEC 61966-2-1.
-pub fn linear_from_srgb(channel: u8) -> f64 {
+pub(crate) fn linear_from_srgb(channel: u8) -> f64 {
     let c = f64::from(channel) / 255.0;
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
 }

@@ -27,7 +27,7 @@ const Y_UP_FROM_Z_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, st
 ///
 /// # Errors
 /// What `out` returns, or a mesh above 4 GiB, which the format cannot hold.
-pub fn write_glb(
+pub(crate) fn write_glb(
     out: &mut impl Write,
     name: &str,
     note: &str,

@@ -1,13 +1,56 @@
-//! Observers: Rerun, HTML report, glTF, Parquet, JSON.
+//! Observers of a prove-out run: they write the files of a run folder and the recording for the Rerun viewer.
+//!
+//! Each file format is a function over plain data (rows, mesh, page); each observer gathers that data while the run goes
+//! on. The engine knows none of them. This is the only crate that uses the `rerun` library (feature `rerun`, on by
+//! default; without it everything else still builds).
+//!
+//! # Data in and out
+//!
+//! In: [`Setup`], [`Batch`], [`Outcome`] of `proveout_sim`; mm, radian, second. Out, in the run folder:
+//!
+//! | observer | file | content, frame, units |
+//! |---|---|---|
+//! | [`JsonObserver`] | `verdict.json` | the verdict as it is |
+//! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
+//! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
+//! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece |
+//! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to metre, Y up |
+//! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
+//! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
+//!
+//! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of the run
+//! alone: same run, same bytes. `run.json` and the recording (which carries random ids) are not.
+//!
+//! # Methods
+//!
+//! * Colors of deviations: [`DeviationMap`], straight in OKLab (Ottosson 2020).
+//! * Reduction of large meshes: vertex clustering (Rossignac and Borrel 1993) with quadric placement (Lindstrom 2000).
+//! * Plots of the page: smallest and largest value of equal stretches of time, which double as the run grows.
+//! * Tables: Parquet, zstd, real columns as byte streams split by weight, row groups of 65 536.
+//!
+//! # Known limits
+//!
+//! * Pictures are reduced: 2 million triangles in glTF, 400 000 in the recording, 300 000 on the page; each says so.
+//! * The stock of the recording is coarser than the stock itself and is shown at up to 64 times and at tool changes.
+//! * The roughness map and its patches are not written yet, since the engine does not evaluate roughness.
+//!
+//! [`Setup`]: proveout_sim::observer::Setup
+//! [`Batch`]: proveout_sim::observer::Batch
+//! [`Outcome`]: proveout_sim::observer::Outcome
+
 mod color;
 mod encode;
 mod envelope;
 mod error;
 mod glb;
 mod json;
+mod mode;
 mod part;
 mod picture;
+#[cfg(feature = "rerun")]
+mod recording;
 mod report;
+mod set;
 mod table;
 mod tables;
 mod units;
@@ -15,6 +58,10 @@ mod units;
 pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
 pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
+pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
+#[cfg(feature = "rerun")]
+pub use recording::RerunObserver;
 pub use report::ReportObserver;
+pub use set::observers;
 pub use tables::{TableObserver, write_surface_table};

@@ -7,16 +7,16 @@ use proveout_geom::{Aabb, Point, TriMesh, Vector};
 ///
 /// Single precision is enough for pictures only (0.06 µm at 1000 mm); what is measured stays in `surface.parquet`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
+pub(crate) struct Picture {
     /// Positions, mm.
-    pub positions: Vec<[f32; 3]>,
+    pub(crate) positions: Vec<[f32; 3]>,
     /// Unit normals, as many as positions.
-    pub normals: Vec<[f32; 3]>,
+    pub(crate) normals: Vec<[f32; 3]>,
     /// A value for each position, such as its deviation (mm), not a number where there is none; empty when no vertex
     /// has one.
-    pub values: Vec<f32>,
+    pub(crate) values: Vec<f32>,
     /// Three vertex indices a triangle.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 fn single(v: &Vector) -> [f32; 3] {
@@ -29,7 +29,7 @@ impl Picture {
     /// Missing normals, and normals that are not finite, are replaced by the area-weighted mean of the faces round the
     /// vertex. Triangles that name a missing vertex or one that is not finite are left out: files for viewers must
     /// not carry such numbers.
-    pub fn new(mesh: &TriMesh, normals: &[Vector], values: &[f64]) -> Self {
+    pub(crate) fn new(mesh: &TriMesh, normals: &[Vector], values: &[f64]) -> Self {
         let count = mesh.positions.len();
         let finite: Vec<bool> = mesh.positions.iter().map(|p| p.iter().all(|v| v.is_finite())).collect();
         let good = |t: &&[u32; 3]| t.iter().all(|&i| finite.get(i as usize).copied().unwrap_or(false));
@@ -56,7 +56,7 @@ impl Picture {
 
     /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled, so that
     /// boxes look like boxes.
-    pub fn creased(mesh: &TriMesh, crease: f64) -> Self {
+    pub(crate) fn creased(mesh: &TriMesh, crease: f64) -> Self {
         let limit = crease.cos();
         let merged = mesh.merge_equal_vertices();
         let normal = |t: usize| merged.area_normal(t).try_normalize(1e-300);
@@ -93,8 +93,21 @@ impl Picture {
         out
     }
 
+    /// Adds another mesh; values stay only when both have them or one is empty.
+    pub(crate) fn append(&mut self, other: &Self) {
+        let base = self.positions.len() as u32;
+        if self.positions.is_empty() || (self.values.is_empty() == other.values.is_empty()) {
+            self.values.extend_from_slice(&other.values);
+        } else if !other.positions.is_empty() {
+            self.values.clear();
+        }
+        self.positions.extend_from_slice(&other.positions);
+        self.normals.extend_from_slice(&other.normals);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
+    }
+
     /// Smallest box round the vertices that triangles use.
-    pub fn aabb(&self) -> Aabb {
+    pub(crate) fn aabb(&self) -> Aabb {
         let mut all = Aabb::empty();
         for i in self.triangles.iter().flatten() {
             all.grow(&self.point(*i));
@@ -108,7 +121,7 @@ impl Picture {
 
     /// The same shape with at most `limit` triangles, and the edge length (mm) of the cells it was gathered in; itself
     /// when it is small enough.
-    pub fn reduced(self, limit: usize) -> (Self, Option<f64>) {
+    pub(crate) fn reduced(self, limit: usize) -> (Self, Option<f64>) {
         if self.triangles.len() <= limit {
             return (self, None);
         }
@@ -135,7 +148,7 @@ impl Picture {
     /// from the planes of the cell's triangles is least (Lindstrom 2000, quadric error), so that edges and corners
     /// stay sharp. Along directions that the planes leave open it stays at the mean of the cell's vertices, and it never
     /// leaves the cell. Known limit: walls thinner than a cell may merge. For pictures only.
-    pub fn clustered(&self, cell: f64) -> Self {
+    pub(crate) fn clustered(&self, cell: f64) -> Self {
         let key = |i: u32| self.positions[i as usize].map(|v| (f64::from(v) / cell).floor() as i64);
         let mut used = vec![false; self.positions.len()];
         for &i in self.triangles.iter().flatten() {

@@ -1,0 +1,130 @@
+//! How a viewer opens the recording: views, their contents, cameras, time panel.
+
+use proveout_geom::{Aabb, Vector};
+use rerun::{
+    RecordingStreamBuilder, StoreId, StoreKind,
+    blueprint::{
+        Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel, Spatial3DView, Tabs,
+        TextDocumentView, TextLogView, TimePanel, TimeSeriesView, Vertical,
+        components::{PanelState, PlayState},
+    },
+    external::{
+        re_log_types::{BlueprintActivationCommand, LogMsg},
+        re_sdk_types::blueprint::archetypes::EyeControls3D,
+    },
+};
+
+use crate::{
+    error::RecordError,
+    recording::sink::{APPLICATION, Sink, TIMELINE},
+};
+
+/// A camera: where it stands and what it looks at, mm, in the frame of its view; Z is up.
+struct Eye {
+    /// Entity of the view's settings.
+    view: String,
+    position: [f32; 3],
+    target: [f32; 3],
+}
+
+impl Eye {
+    /// Looks at a box from the front right above, so that it fills the view.
+    fn at(view: String, bounds: &Aabb) -> Self {
+        let center = bounds.center();
+        let reach = 0.5 * bounds.size().norm();
+        let position = center + Vector::new(0.62, -0.9, 0.55).normalize() * (2.1 * reach);
+        let single = |v: [f64; 3]| v.map(|v| v as f32);
+        Self { view, position: single(position.into()), target: single(center.into()) }
+    }
+}
+
+/// Sends the layout: machine and workpiece in three dimensions, plots, findings as text, time panel on simulated time.
+///
+/// The builder of views has no cameras; they are logged into the same blueprint store as the entity `EyeControls3D` of
+/// each view, which is where the viewer looks for them.
+pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) -> Result<(), RecordError> {
+    let machine_view: ContainerLike = Spatial3DView::new("Machine")
+        .with_origin("/machine")
+        .with_contents(["$origin/**", "- /machine/table/work/part/**", "- /machine/table/work/path/**"])
+        .into();
+    let work_view: ContainerLike = Spatial3DView::new("Workpiece")
+        .with_origin("/machine/table/work")
+        .with_contents(["$origin/**", "- /machine/table/work/part/**", "+ /machine/tool/**"])
+        .into();
+    let mut eyes = Vec::new();
+    for (view, bounds) in [(&machine_view, machine), (&work_view, work)] {
+        if let ContainerLike::View(view) = view
+            && !bounds.is_empty()
+        {
+            eyes.push(Eye::at(view.blueprint_path().to_string(), bounds));
+        }
+    }
+    let signal = |name: &str, what: &str| -> ContainerLike {
+        TimeSeriesView::new(name).with_origin("/").with_contents(joints.iter().map(|j| format!("+ /axes/{j}/{what}"))).into()
+    };
+    let blueprint = Blueprint::new(Horizontal::new([
+        Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
+        Vertical::new([
+            Tabs::new([
+                signal("Position", "position"),
+                signal("Velocity", "velocity"),
+                signal("Acceleration", "acceleration"),
+                signal("Jerk", "jerk"),
+            ])
+            .into(),
+            TimeSeriesView::new("Feed")
+                .with_origin("/process")
+                .with_contents(["+ /process/feed", "+ /process/feed_programmed"])
+                .into(),
+            TimeSeriesView::new("Removal and clearance")
+                .with_origin("/process")
+                .with_contents(["+ /process/removal", "+ /process/clearance"])
+                .into(),
+            Tabs::new([
+                TextLogView::new("Findings and messages").with_origin("/log").into(),
+                TextDocumentView::new("About").with_origin("/about").into(),
+            ])
+            .into(),
+        ])
+        .with_row_shares([1.3, 1.0, 1.0, 1.1])
+        .into(),
+    ])
+    .with_column_shares([1.35, 1.0]))
+    .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
+    .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+    .with_time_panel(TimePanel::new().with_timeline(TIMELINE).with_play_state(PlayState::Paused));
+    let messages = with_eyes(sink, &blueprint, &eyes)?;
+    if let Some(first) = messages.first() {
+        let command = BlueprintActivationCommand::make_active(first.store_id().clone());
+        sink.stream.send_blueprint(messages, command);
+    }
+    Ok(())
+}
+
+/// The messages of a blueprint with the cameras of its views.
+fn with_eyes(sink: &Sink, blueprint: &Blueprint, eyes: &[Eye]) -> Result<Vec<LogMsg>, RecordError> {
+    let (stream, storage) =
+        RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().map_err(|e| sink.fault(e))?;
+    let activation = BlueprintActivation { make_active: true, make_default: true };
+    blueprint.send(&stream, activation).map_err(|e| sink.fault(e))?;
+    let ours = |m: &LogMsg| m.store_id().kind() == StoreKind::Blueprint && !matches!(m, LogMsg::BlueprintActivationCommand(_));
+    let mut messages: Vec<LogMsg> = storage.take().into_iter().filter(ours).collect();
+    let Some(store) = messages.first().map(|m| m.store_id().clone()) else { return Ok(messages) };
+    messages.extend(eye_messages(sink, &store, eyes)?);
+    Ok(messages)
+}
+
+fn eye_messages(sink: &Sink, store: &StoreId, eyes: &[Eye]) -> Result<Vec<LogMsg>, RecordError> {
+    let (stream, storage) =
+        RecordingStreamBuilder::from_store_id(store).enabled(true).memory().map_err(|e| sink.fault(e))?;
+    stream.set_time_sequence("blueprint", 0);
+    for eye in eyes {
+        let controls = EyeControls3D::new()
+            .with_position(eye.position)
+            .with_look_target(eye.target)
+            .with_eye_up([0.0_f32, 0.0, 1.0]);
+        stream.log(format!("{}/EyeControls3D", eye.view), &controls).map_err(|e| sink.fault(e))?;
+    }
+    // The store is announced already by the blueprint's own messages.
+    Ok(storage.take().into_iter().filter(|m| matches!(m, LogMsg::ArrowMsg(..))).collect())
+}

@@ -1,0 +1,34 @@
+//! The recording for the Rerun viewer.
+//!
+//! ```text
+//! /machine                      frame M, mm, right-handed, Z up
+//!   /base/<body>                bodies of the bed
+//!   /axis_<joint>               pose over time; the bodies that hang on the joint below it
+//!   /tool                       pose of the tip frame T over time; cutting, neck, shank, holder as of each tool change
+//!   /table                      pose of the table frame K over time
+//!     /fixtures/<name>
+//!     /work                     workpiece frame W, fixed on the table
+//!       /stock/<i_j_k>          tiles of the stock, logged again when they change
+//!       /part                   design part
+//!       /path/{feed,rapid}/<n>  path of the tip, growing with time
+//!       /findings               places of the findings
+//!       /surface                cut part at the end, colored by deviation
+//! /axes/<joint>/{position,velocity,acceleration,jerk,following_error}   mm or degrees, seconds
+//! /process/{feed,feed_programmed,removal,clearance}                     mm/min, mm³/s, mm
+//! /log                          findings and messages as text
+//! ```
+//!
+//! Everything lies on the timeline `sim_time`. Thinning: poses at most 50 a second, signals as smallest and largest
+//! sample of stretches of 40 ms; both spacings double after every 15 000 rows. The stock is shown at up to 64 times and
+//! at tool changes, from every 2ⁿ-th node so that its first picture has about 150 000 triangles. Nothing of it is
+//! measured: exact values are in the Parquet tables.
+
+mod blueprint;
+mod frames;
+mod observer;
+mod sink;
+mod stock;
+mod thin;
+mod trace;
+
+pub use observer::RerunObserver;

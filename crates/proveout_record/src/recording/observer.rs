@@ -1,0 +1,516 @@
+use std::path::Path;
+
+use proveout_controller::{Event, MoveKind};
+use proveout_geom::{Aabb, Pose, Vector};
+use proveout_machine::{Attachment, JointValues, Machine};
+use proveout_sim::{
+    Observer,
+    finding::{Finding, Severity},
+    observer::{Batch, ObserverError, Outcome, Setup},
+};
+use proveout_tool::{Role, Tool};
+use rerun::RecordingStreamBuilder;
+
+use crate::{
+    color::{Rgba, STEEL},
+    error::RecordError,
+    mode::{RECORDING_FILE, RerunMode},
+    part::{colors_of, map_of, picture_of, range_floor},
+    picture::Picture,
+    recording::{
+        blueprint,
+        frames::{Frame, Frames},
+        sink::{APPLICATION, Level, Sink, path},
+        stock::StockTiles,
+        thin::{MotionThinner, SignalThinner},
+        trace::Trace,
+    },
+    units::{JointUnit, PER_MINUTE},
+};
+
+/// Angle above which an edge of a machine body is drawn sharp, radian.
+const CREASE: f64 = 0.6;
+/// Most triangles of the surface at the end.
+const SURFACE_TRIANGLES: usize = 400_000;
+/// Rows of a column that are gathered before they are sent.
+const CHUNK: usize = 4096;
+/// Stretches of time in which the tip's path is shown piece by piece.
+const PATH_BINS: usize = 48;
+/// Places of findings that are marked.
+const MARKS: usize = 300;
+
+const FEED_COLOR: Rgba = [64, 148, 232, 255];
+const RAPID_COLOR: Rgba = [236, 150, 60, 255];
+const FINDING_COLOR: Rgba = [230, 60, 70, 255];
+const FIXTURE_COLOR: Rgba = [120, 128, 140, 255];
+const PART_COLOR: Rgba = [110, 170, 130, 255];
+/// Lines of plots: six hues of about the same lightness.
+const LINES: [Rgba; 6] = [
+    [222, 95, 95, 255],
+    [98, 178, 106, 255],
+    [90, 150, 230, 255],
+    [222, 170, 70, 255],
+    [176, 120, 210, 255],
+    [80, 190, 195, 255],
+];
+
+fn role_color(role: Role) -> Rgba {
+    match role {
+        Role::Cutting => [214, 168, 60, 255],
+        Role::Neck => [176, 150, 110, 255],
+        Role::Shank => [170, 176, 184, 255],
+        Role::Holder => [88, 94, 104, 255],
+    }
+}
+
+const ROLES: [(Role, &str); 4] =
+    [(Role::Cutting, "cutting"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
+
+/// Writes `recording.rrd`, or sends the same to a viewer while the run goes on.
+pub struct RerunObserver {
+    mode: RerunMode,
+    open: Option<Open>,
+}
+
+impl RerunObserver {
+    /// An observer for a mode; with [`RerunMode::Off`] it does nothing.
+    pub fn new(mode: RerunMode) -> Self {
+        Self { mode, open: None }
+    }
+}
+
+/// State of a recording.
+struct Open {
+    sink: Sink,
+    live: bool,
+    units: Vec<JointUnit>,
+    thinner: MotionThinner,
+    movers: Vec<Mover>,
+    joints: Vec<[Signal; 5]>,
+    process: [Signal; 4],
+    tool: Option<usize>,
+    tiles: StockTiles,
+    frames: Frames<Picture>,
+    trace: Trace,
+    marks: Vec<([f64; 3], String)>,
+    last_joints: Option<(f64, JointValues)>,
+}
+
+/// What moves: an entity and its poses that are not sent yet.
+struct Mover {
+    parts: Vec<String>,
+    what: Moving,
+    shown: Option<Pose>,
+    rows: Vec<(f64, Pose)>,
+}
+
+#[derive(Clone, Copy)]
+enum Moving {
+    Joint(usize),
+    Table,
+    Tool,
+}
+
+impl Mover {
+    fn new(parts: &[&str], what: Moving) -> Self {
+        Self { parts: parts.iter().map(|p| (*p).to_owned()).collect(), what, shown: None, rows: Vec::new() }
+    }
+
+    fn push(&mut self, machine: &Machine, gauge_length: f64, time: f64, q: &JointValues) {
+        let pose = match self.what {
+            Moving::Joint(j) => machine.attachment_pose(Attachment::Joint(j), q),
+            Moving::Table => machine.machine_from_table(q),
+            Moving::Tool => {
+                machine.machine_from_spindle(q) * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length))
+            }
+        };
+        if self.shown != Some(pose) && pose.is_finite() {
+            self.shown = Some(pose);
+            self.rows.push((time, pose));
+        }
+    }
+
+    fn send(&mut self, sink: &Sink) -> Result<(), RecordError> {
+        sink.poses(path(self.parts.iter().map(String::as_str)), &self.rows)?;
+        self.rows.clear();
+        Ok(())
+    }
+}
+
+/// A plotted signal and its rows that are not sent yet.
+struct Signal {
+    parts: [String; 3],
+    thinner: SignalThinner,
+    rows: Vec<(f64, f64)>,
+}
+
+impl Signal {
+    fn new(parts: [&str; 3]) -> Self {
+        Self { parts: parts.map(str::to_owned), thinner: SignalThinner::default(), rows: Vec::new() }
+    }
+
+    fn path(&self) -> rerun::EntityPath {
+        path(self.parts.iter().map(String::as_str).filter(|p| !p.is_empty()))
+    }
+
+    fn push(&mut self, time: f64, value: f64) {
+        self.thinner.push(time, value, &mut self.rows);
+    }
+
+    fn send(&mut self, sink: &Sink) -> Result<(), RecordError> {
+        sink.signal(self.path(), &self.rows)?;
+        self.rows.clear();
+        Ok(())
+    }
+}
+
+fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, RecordError> {
+    let file = folder.join(RECORDING_FILE);
+    let target = match mode {
+        RerunMode::Off => return Ok(None),
+        RerunMode::File => file.display().to_string(),
+        RerunMode::Spawn => "a new viewer".to_owned(),
+        RerunMode::Connect => format!("the viewer at {}", rerun::DEFAULT_CONNECT_URL),
+    };
+    // `enabled` so that an environment variable cannot switch the recording off in silence.
+    let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(name).enabled(true);
+    let (stream, remedy) = match mode {
+        RerunMode::Spawn => {
+            let remedy = "install the viewer of the same minor version, `cargo install rerun-cli` or `pip install rerun-sdk`";
+            (builder.spawn(), Some(remedy))
+        }
+        RerunMode::Connect => (builder.connect_grpc(), Some("start `rerun` first")),
+        RerunMode::File | RerunMode::Off => (builder.save(&file), None),
+    };
+    match stream {
+        Ok(stream) => Ok(Some(Sink::new(stream, target))),
+        Err(e) => Err(RecordError::Recording { target, message: e.to_string(), remedy }),
+    }
+}
+
+impl Observer for RerunObserver {
+    fn name(&self) -> &'static str {
+        "rerun"
+    }
+
+    fn begin(&mut self, setup: &Setup<'_>, folder: &Path) -> Result<(), ObserverError> {
+        let name = format!("{} · {}", setup.program, setup.scene.file.name);
+        let Some(sink) = start(&self.mode, &name, folder)? else { return Ok(()) };
+        let open = Open::begin(sink, self.mode != RerunMode::File, setup)?;
+        self.open = Some(open);
+        Ok(())
+    }
+
+    fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
+        match &mut self.open {
+            Some(open) => Ok(open.batch(setup, batch)?),
+            None => Ok(()),
+        }
+    }
+
+    fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
+        match self.open.take() {
+            Some(open) => Ok(open.end(setup, outcome)?),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Open {
+    fn begin(sink: Sink, live: bool, setup: &Setup<'_>) -> Result<Self, RecordError> {
+        let machine = setup.machine;
+        let units = JointUnit::all(machine);
+        sink.z_up(path(["machine"]))?;
+        sink.z_up(path(["machine", "table", "work"]))?;
+        for body in &machine.bodies {
+            let parent = match body.attached_to {
+                Attachment::Base => "base".to_owned(),
+                Attachment::Joint(j) => units.get(j).map_or_else(|| "base".into(), |u| format!("axis_{}", u.name)),
+            };
+            let picture = Picture::creased(&body.mesh, CREASE);
+            sink.mesh(path(["machine", &parent, &body.name]), None, &picture, body.color, &[])?;
+        }
+        for (name, mesh) in setup.fixtures {
+            let picture = Picture::creased(mesh, CREASE);
+            sink.mesh(path(["machine", "table", "fixtures", name]), None, &picture, FIXTURE_COLOR, &[])?;
+        }
+        sink.pose(path(["machine", "table", "work"]), &setup.table_from_work)?;
+        if let Some(part) = setup.part {
+            let picture = Picture::creased(part, CREASE).reduced(SURFACE_TRIANGLES).0;
+            sink.mesh(path(["machine", "table", "work", "part"]), None, &picture, PART_COLOR, &[])?;
+        }
+        let mut movers = vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
+        for (j, unit) in units.iter().enumerate() {
+            if machine.bodies.iter().any(|b| b.attached_to == Attachment::Joint(j)) {
+                movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
+            }
+        }
+        let joints: Vec<[Signal; 5]> = units
+            .iter()
+            .map(|u| {
+                ["position", "velocity", "acceleration", "jerk", "following_error"].map(|s| Signal::new(["axes", &u.name, s]))
+            })
+            .collect();
+        for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
+            for (signal, per) in signals.iter().zip(["", "/s", "/s²", "/s³", ""]) {
+                let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
+                sink.signal_style(signal.path(), &format!("{} {symbol}{per}", unit.name), *color)?;
+            }
+        }
+        let process = ["feed", "feed_programmed", "removal", "clearance"].map(|s| Signal::new(["process", s, ""]));
+        let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "clearance, mm"];
+        for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
+            sink.signal_style(signal.path(), name, color)?;
+        }
+        let tiles = StockTiles::new(setup.stock);
+        sink.document(path(["about"]), about(setup, &tiles))?;
+        let (machine_box, work_box) = boxes(setup);
+        let names: Vec<String> = units.iter().map(|u| u.name.clone()).collect();
+        blueprint::send(&sink, &names, &machine_box, &work_box)?;
+        let mut open = Self {
+            sink,
+            live,
+            units,
+            thinner: MotionThinner::default(),
+            movers,
+            joints,
+            process,
+            tool: None,
+            tiles,
+            frames: Frames::default(),
+            trace: Trace::default(),
+            marks: Vec::new(),
+            last_joints: None,
+        };
+        open.stock_frame(0.0, true, setup.stock)?;
+        Ok(open)
+    }
+
+    fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), RecordError> {
+        let work_from_table = setup.table_from_work.inverse();
+        for piece in batch.pieces {
+            let [from, to] = piece.pose.map(|p| work_from_table.point(&p.tip));
+            self.trace.push(piece.kind, piece.time, from, to);
+        }
+        // Samples and events in the order of time, since a tool change moves the tip frame.
+        let mut events = batch.events.iter().peekable();
+        for (i, sample) in batch.samples.iter().enumerate() {
+            while let Some(event) = events.next_if(|e| e.time() <= sample.time) {
+                self.event(setup, event)?;
+            }
+            if self.thinner.take(sample.time, &sample.actual) {
+                self.place(setup, sample.time, &sample.actual);
+            }
+            self.last_joints = Some((sample.time, sample.actual));
+            for (k, (signals, unit)) in self.joints.iter_mut().zip(&self.units).enumerate() {
+                let following = sample.actual[k] - sample.commanded[k];
+                let values =
+                    [sample.commanded[k], sample.velocity[k], sample.acceleration[k], sample.jerk[k], following];
+                for (signal, value) in signals.iter_mut().zip(values) {
+                    signal.push(sample.time, value * unit.factor);
+                }
+            }
+            let beside = batch.signals.get(i).copied().unwrap_or_default();
+            let programmed = if sample.kind == MoveKind::Feed { sample.feed_programmed } else { 0.0 };
+            let values = [sample.feed * PER_MINUTE, programmed * PER_MINUTE, beside.removal_rate];
+            for (signal, value) in self.process.iter_mut().zip(values.into_iter().chain(beside.clearance)) {
+                signal.push(sample.time, value);
+            }
+        }
+        for event in events {
+            self.event(setup, event)?;
+        }
+        for finding in batch.findings {
+            self.finding(finding, finding.time_s.unwrap_or(batch.time))?;
+        }
+        self.tiles.mark(batch.changed_tiles);
+        let tool_change = batch.events.iter().any(|e| matches!(e, Event::ToolChange { .. }));
+        if tool_change || self.frames.due(batch.time) {
+            self.stock_frame(batch.time, tool_change, batch.stock)?;
+        }
+        self.send(CHUNK)
+    }
+
+    fn end(mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), RecordError> {
+        let end = outcome.verdict.time.total_s.max(self.last_joints.map_or(0.0, |l| l.0));
+        if let Some((time, joints)) = self.last_joints {
+            self.place(setup, time, &joints);
+        }
+        for signal in self.joints.iter_mut().flatten().chain(&mut self.process) {
+            signal.thinner.finish(&mut signal.rows);
+        }
+        self.send(1)?;
+        self.stock_frame(end, true, outcome.stock)?;
+        self.send_frames()?;
+        self.send_path(end)?;
+        // Findings of the judgement (gouge, excess, inspection) have no time: they belong to the end.
+        for finding in outcome.verdict.findings.iter().filter(|f| f.time_s.is_none()) {
+            self.finding(finding, end)?;
+        }
+        let verdict = format!("Verdict: {:?}", outcome.verdict.verdict).to_lowercase();
+        self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
+        self.surface(setup, outcome, end)?;
+        self.sink.finish()
+    }
+
+    /// Poses of all that moves.
+    fn place(&mut self, setup: &Setup<'_>, time: f64, q: &JointValues) {
+        let gauge = self.tool.and_then(|t| setup.tools.tools.get(t)).map_or(0.0, |t| t.gauge_length);
+        for mover in &mut self.movers {
+            mover.push(setup.machine, gauge, time, q);
+        }
+    }
+
+    fn event(&mut self, setup: &Setup<'_>, event: &Event) -> Result<(), RecordError> {
+        let time = event.time();
+        let text = match event {
+            Event::ToolChange { tool, .. } => {
+                self.tool = *tool;
+                let found = tool.and_then(|t| setup.tools.tools.get(t));
+                self.show_tool(found, time)?;
+                if let Some((_, joints)) = self.last_joints {
+                    self.place(setup, time, &joints);
+                }
+                Some((Level::Info, found.map_or_else(|| "tool change: spindle empty".into(), |t| format!("tool change: T{} {}", t.number, t.name))))
+            }
+            Event::Message { text, .. } => Some((Level::Info, format!("message: {text}"))),
+            Event::Note { text, .. } => Some((Level::Debug, text.clone())),
+            Event::Stop { optional, .. } => {
+                Some((Level::Info, if *optional { "optional stop".into() } else { "program stop".into() }))
+            }
+            Event::End { .. } => Some((Level::Info, "end of program".into())),
+            Event::Spindle { direction, speed_rpm, .. } => {
+                Some((Level::Debug, format!("spindle {direction:?} {speed_rpm} 1/min")))
+            }
+            _ => None,
+        };
+        match text {
+            Some((level, text)) => self.sink.text(path(["log", "program"]), time, level, &text),
+            None => Ok(()),
+        }
+    }
+
+    fn show_tool(&self, tool: Option<&Tool>, time: f64) -> Result<(), RecordError> {
+        for (role, name) in ROLES {
+            let mut picture = Picture::default();
+            for body in tool.iter().flat_map(|t| &t.bodies).filter(|b| b.role == role) {
+                let chord = (0.01 * body.profile.max_radius()).clamp(0.005, 0.2);
+                let mesh = proveout_geom::revolved_mesh(&body.profile.polyline(chord), 48);
+                picture.append(&Picture::creased(&mesh, CREASE));
+            }
+            self.sink.mesh(path(["machine", "tool", name]), Some(time), &picture, role_color(role), &[])?;
+        }
+        Ok(())
+    }
+
+    fn finding(&mut self, finding: &Finding, time: f64) -> Result<(), RecordError> {
+        let level = match finding.severity {
+            Severity::Error => Level::Error,
+            Severity::Warning => Level::Warn,
+            Severity::Info => Level::Info,
+        };
+        let place = finding.line.map_or_else(String::new, |l| format!("line {l}: "));
+        let text = format!("{place}{} [{}]", finding.message, finding.code);
+        self.sink.text(path(["log", "findings"]), time, level, &text)?;
+        if let Some(point) = finding.point_mm.filter(|p| p.iter().all(|v| v.is_finite()))
+            && self.marks.len() < MARKS
+        {
+            self.marks.push((point, format!("{place}{}", finding.code)));
+            self.sink.marks(path(["machine", "table", "work", "findings"]), time, &self.marks, FINDING_COLOR)?;
+        }
+        Ok(())
+    }
+
+    fn stock_frame(&mut self, time: f64, keep: bool, stock: &proveout_stock::TriDexel) -> Result<(), RecordError> {
+        let parts = self.tiles.take_changed(stock);
+        self.frames.push(Frame { time, keep, parts });
+        if self.live { self.send_frames() } else { Ok(()) }
+    }
+
+    fn send_frames(&mut self) -> Result<(), RecordError> {
+        for frame in self.frames.drain() {
+            for (group, picture) in &frame.parts {
+                let entity = path(["machine", "table", "work", "stock", &StockTiles::name(*group)]);
+                self.sink.mesh(entity, Some(frame.time), picture, STEEL, &[])?;
+            }
+        }
+        Ok(())
+    }
+
+    fn send_path(&mut self, end: f64) -> Result<(), RecordError> {
+        let mut bins: std::collections::BTreeMap<(usize, bool), Vec<Vec<[f32; 3]>>> = Default::default();
+        for (bin, strip) in std::mem::take(&mut self.trace).finish(end, PATH_BINS) {
+            let points = strip.points.into_iter().map(|p| p.1).collect();
+            bins.entry((bin, strip.kind == MoveKind::Feed)).or_default().push(points);
+        }
+        for ((bin, feed), strips) in bins {
+            let (name, color) = if feed { ("feed", FEED_COLOR) } else { ("rapid", RAPID_COLOR) };
+            let entity = path(["machine", "table", "work", "path", name, &format!("{bin:02}")]);
+            self.sink.lines(entity, end * (bin + 1) as f64 / PATH_BINS as f64, &strips, color)?;
+        }
+        Ok(())
+    }
+
+    /// Puts the measured surface in the place of the stock's tiles.
+    fn surface(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>, end: f64) -> Result<(), RecordError> {
+        let (picture, _) = picture_of(outcome.surface).reduced(SURFACE_TRIANGLES);
+        if picture.triangles.is_empty() {
+            return Ok(());
+        }
+        let colors = colors_of(&picture, map_of(outcome.surface, range_floor(setup)));
+        self.sink.mesh(path(["machine", "table", "work", "surface"]), Some(end), &picture, STEEL, &colors)?;
+        for group in self.tiles.groups() {
+            let entity = path(["machine", "table", "work", "stock", &StockTiles::name(group)]);
+            self.sink.mesh(entity, Some(end), &Picture::default(), STEEL, &[])?;
+        }
+        Ok(())
+    }
+
+    /// Sends the rows of everything that has at least `least` of them.
+    fn send(&mut self, least: usize) -> Result<(), RecordError> {
+        for mover in self.movers.iter_mut().filter(|m| m.rows.len() >= least || self.live) {
+            mover.send(&self.sink)?;
+        }
+        for signal in self.joints.iter_mut().flatten().chain(&mut self.process) {
+            if signal.rows.len() >= least || self.live {
+                signal.send(&self.sink)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Boxes of the machine at home (machine frame) and of the workpiece (workpiece frame), mm.
+fn boxes(setup: &Setup<'_>) -> (Aabb, Aabb) {
+    let home = setup.machine.home();
+    let mut all = Aabb::empty();
+    for (i, body) in setup.machine.bodies.iter().enumerate() {
+        let pose = setup.machine.body_pose(i, &home);
+        for p in &body.mesh.positions {
+            all.grow(&pose.point(p));
+        }
+    }
+    let work = setup.stock.bounds();
+    let machine_from_work = setup.machine.machine_from_table(&home) * setup.table_from_work;
+    for p in &proveout_geom::box_mesh(&work).positions {
+        all.grow(&machine_from_work.point(p));
+    }
+    (all, work)
+}
+
+fn about(setup: &Setup<'_>, tiles: &StockTiles) -> String {
+    let cell = setup.stock.cell_mm();
+    format!(
+        "# {}\n\nScene {}, machine {}.\n\nLengths in mm, angles in degrees; the timeline is simulated time.\n\n\
+         - The stock is drawn from every {}th node of {cell} mm; what is thinner than {} mm may be missing here.\n\
+         - Poses: at most 50 a second. Plots: smallest and largest sample of stretches of 40 ms. Both spacings double \
+         after every 15 000 rows.\n\
+         - At the end the measured surface takes the place of the stock; red is gouge, blue is material left.\n\
+         - Exact values: signals.parquet, blocks.parquet, surface.parquet, verdict.json of the same folder.\n",
+        setup.program,
+        setup.scene.file.name,
+        setup.machine.name,
+        tiles.step(),
+        cell * tiles.step() as f64,
+    )
+}

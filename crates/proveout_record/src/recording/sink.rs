@@ -1,0 +1,202 @@
+//! Plain data to a Rerun recording: meshes, poses, signals, lines, text.
+
+use proveout_geom::Pose;
+use rerun::{EntityPath, RecordingStream, TimeColumn};
+
+use crate::{color::Rgba, error::RecordError, picture::Picture};
+
+/// The timeline of every recording: simulated time as a duration.
+pub(crate) const TIMELINE: &str = "sim_time";
+/// Application of every recording; blueprints bind to it.
+pub(crate) const APPLICATION: &str = "proveout";
+
+/// A recording that is being written.
+pub(crate) struct Sink {
+    pub(crate) stream: RecordingStream,
+    pub(crate) target: String,
+}
+
+/// Level of a line of the text log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Level {
+    Error,
+    Warn,
+    Info,
+    Debug,
+}
+
+/// Path of an entity from its parts, whatever characters they have.
+pub(crate) fn path<'a>(parts: impl IntoIterator<Item = &'a str>) -> EntityPath {
+    EntityPath::new(parts.into_iter().map(rerun::EntityPathPart::new).collect())
+}
+
+fn nanoseconds(time: f64) -> i64 {
+    (time * 1e9).round() as i64
+}
+
+fn times(list: impl IntoIterator<Item = f64>) -> TimeColumn {
+    TimeColumn::new_duration_nanos(TIMELINE, list.into_iter().map(nanoseconds))
+}
+
+impl Sink {
+    pub(crate) fn new(stream: RecordingStream, target: String) -> Self {
+        stream.set_log_tick_enabled(false);
+        stream.set_log_time_enabled(false);
+        Self { stream, target }
+    }
+
+    pub(crate) fn fault(&self, message: impl std::fmt::Display) -> RecordError {
+        RecordError::Recording { target: self.target.clone(), message: message.to_string(), remedy: None }
+    }
+
+    /// Logs at a time, or for all times.
+    fn log(
+        &self,
+        path: EntityPath,
+        time: Option<f64>,
+        what: &impl rerun::AsComponents,
+    ) -> Result<(), RecordError> {
+        let done = match time {
+            None => self.stream.log_static(path, what),
+            Some(t) => {
+                self.stream.set_time(TIMELINE, rerun::TimeCell::from_duration_nanos(nanoseconds(t)));
+                self.stream.log(path, what)
+            }
+        };
+        done.map_err(|e| self.fault(e))
+    }
+
+    /// Frame of the numbers below `path`: right-handed, Z up.
+    pub(crate) fn z_up(&self, path: EntityPath) -> Result<(), RecordError> {
+        self.log(path, None, &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())
+    }
+
+    /// A mesh of one color, or with `colors` a vertex. Without triangles the entity becomes empty at that time.
+    pub(crate) fn mesh(
+        &self,
+        path: EntityPath,
+        time: Option<f64>,
+        picture: &Picture,
+        plain: Rgba,
+        colors: &[Rgba],
+    ) -> Result<(), RecordError> {
+        if picture.triangles.is_empty() {
+            return self.log(path, time, &rerun::Mesh3D::clear_fields());
+        }
+        let color = |c: &Rgba| rerun::Color::from_unmultiplied_rgba(c[0], c[1], c[2], c[3]);
+        let mut mesh = rerun::Mesh3D::new(picture.positions.iter().copied())
+            .with_vertex_normals(picture.normals.iter().copied())
+            .with_triangle_indices(picture.triangles.iter().map(|t| rerun::TriangleIndices(rerun::datatypes::UVec3D(*t))));
+        mesh = if colors.is_empty() {
+            mesh.with_albedo_factor(color(&plain).0)
+        } else {
+            mesh.with_vertex_colors(colors.iter().map(color))
+        };
+        self.log(path, time, &mesh)
+    }
+
+    /// A pose for all times.
+    pub(crate) fn pose(&self, path: EntityPath, pose: &Pose) -> Result<(), RecordError> {
+        let (t, q) = parts(pose);
+        let what = rerun::Transform3D::new().with_translation(t).with_quaternion(rerun::Quaternion::from_xyzw(q));
+        self.log(path, None, &what)
+    }
+
+    /// Poses over time.
+    pub(crate) fn poses(&self, path: EntityPath, rows: &[(f64, Pose)]) -> Result<(), RecordError> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let columns = rerun::Transform3D::update_fields()
+            .with_many_translation(rows.iter().map(|(_, p)| rerun::components::Translation3D::from(parts(p).0)))
+            .with_many_quaternion(
+                rows.iter().map(|(_, p)| rerun::components::RotationQuat(rerun::Quaternion::from_xyzw(parts(p).1))),
+            )
+            .columns_of_unit_batches()
+            .map_err(|e| self.fault(e))?;
+        let times = times(rows.iter().map(|r| r.0));
+        self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
+    }
+
+    /// Name and color of the line of a signal in plots.
+    pub(crate) fn signal_style(&self, path: EntityPath, name: &str, color: Rgba) -> Result<(), RecordError> {
+        let style = rerun::SeriesLines::new()
+            .with_names([name])
+            .with_widths([1.5_f32])
+            .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])]);
+        self.log(path, None, &style)
+    }
+
+    /// Values over time.
+    pub(crate) fn signal(&self, path: EntityPath, rows: &[(f64, f64)]) -> Result<(), RecordError> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let columns = rerun::Scalars::new(rows.iter().map(|r| r.1))
+            .columns_of_unit_batches()
+            .map_err(|e| self.fault(e))?;
+        let times = times(rows.iter().map(|r| r.0));
+        self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
+    }
+
+    /// Lines of one color.
+    pub(crate) fn lines(
+        &self,
+        path: EntityPath,
+        time: f64,
+        strips: &[Vec<[f32; 3]>],
+        color: Rgba,
+    ) -> Result<(), RecordError> {
+        let what = rerun::LineStrips3D::new(strips.iter().map(|s| s.iter().copied()))
+            .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])])
+            .with_radii([rerun::Radius::new_ui_points(0.75)]);
+        self.log(path, Some(time), &what)
+    }
+
+    /// Marked points with their labels.
+    pub(crate) fn marks(
+        &self,
+        path: EntityPath,
+        time: f64,
+        points: &[([f64; 3], String)],
+        color: Rgba,
+    ) -> Result<(), RecordError> {
+        let what = rerun::Points3D::new(points.iter().map(|(p, _)| p.map(|v| v as f32)))
+            .with_labels(points.iter().map(|(_, l)| l.as_str()))
+            .with_show_labels(points.len() <= 12)
+            .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])])
+            .with_radii([rerun::Radius::new_ui_points(5.0)]);
+        self.log(path, Some(time), &what)
+    }
+
+    /// A line of the text log.
+    pub(crate) fn text(&self, path: EntityPath, time: f64, level: Level, text: &str) -> Result<(), RecordError> {
+        let level = match level {
+            Level::Error => rerun::TextLogLevel::ERROR,
+            Level::Warn => rerun::TextLogLevel::WARN,
+            Level::Info => rerun::TextLogLevel::INFO,
+            Level::Debug => rerun::TextLogLevel::DEBUG,
+        };
+        self.log(path, Some(time), &rerun::TextLog::new(text).with_level(level))
+    }
+
+    /// A page of Markdown for all times.
+    pub(crate) fn document(&self, path: EntityPath, text: String) -> Result<(), RecordError> {
+        self.log(path, None, &rerun::TextDocument::from_markdown(text))
+    }
+
+    /// Waits until all is written.
+    pub(crate) fn finish(self) -> Result<(), RecordError> {
+        let flushed = self.stream.flush_blocking().map_err(|e| self.fault(e));
+        self.stream.finalize_deferred_sinks();
+        flushed
+    }
+}
+
+/// Translation (mm) and quaternion x y z w, single precision.
+fn parts(pose: &Pose) -> ([f32; 3], [f32; 4]) {
+    let isometry = pose.to_isometry();
+    let t = isometry.translation.vector;
+    let q = isometry.rotation.coords;
+    ([t.x as f32, t.y as f32, t.z as f32], [q.x as f32, q.y as f32, q.z as f32, q.w as f32])
+}

@@ -1,0 +1,82 @@
+//! The stock as tiles of its surface, at a coarse level of detail.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proveout_stock::{TileId, TriDexel};
+
+use crate::picture::Picture;
+
+/// Triangles of the first picture of a stock, about: decides the level of detail.
+const TRIANGLES: f64 = 150_000.0;
+/// Groups along the longest edge: each is an entity of the recording.
+const GROUPS: f64 = 6.0;
+
+/// Keeps the surface of each tile and joins tiles to groups, which are re-logged when one of their tiles changes.
+#[derive(Debug, Default)]
+pub(crate) struct StockTiles {
+    /// Every `step`-th node of the stock is used.
+    step: usize,
+    /// Group of each tile.
+    group_of: Vec<u32>,
+    tiles: Vec<Picture>,
+    changed: BTreeSet<TileId>,
+}
+
+impl StockTiles {
+    pub(crate) fn new(stock: &TriDexel) -> Self {
+        let size = stock.bounds().size();
+        let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+        // Two triangles a cell of surface; the stock takes powers of two.
+        let wanted = (2.0 * area / TRIANGLES).sqrt() / stock.cell_mm();
+        let step = (wanted.max(1.0).ceil() as usize).next_power_of_two().min(32);
+        let edge = size.max() / GROUPS;
+        let group = |tile: usize| {
+            let center = stock.tile_bounds(TileId(tile as u32)).center() - stock.bounds().min;
+            let index = |k: usize| (center[k] / edge).floor().clamp(0.0, GROUPS - 1.0) as u32;
+            (index(2) * GROUPS as u32 + index(1)) * GROUPS as u32 + index(0)
+        };
+        let count = stock.tile_count();
+        Self {
+            step,
+            group_of: (0..count).map(group).collect(),
+            tiles: vec![Picture::default(); count],
+            changed: (0..count as u32).map(TileId).collect(),
+        }
+    }
+
+    /// Distance of the nodes that are used, in cells.
+    pub(crate) fn step(&self) -> usize {
+        self.step
+    }
+
+    pub(crate) fn mark(&mut self, tiles: &[TileId]) {
+        self.changed.extend(tiles.iter().filter(|t| (t.0 as usize) < self.tiles.len()));
+    }
+
+    /// Surface of every group with a tile that changed since the last call; without triangles when nothing is left.
+    pub(crate) fn take_changed(&mut self, stock: &TriDexel) -> BTreeMap<u32, Picture> {
+        let mut groups = BTreeMap::new();
+        for tile in std::mem::take(&mut self.changed) {
+            let surface = stock.tile_surface(tile, self.step);
+            self.tiles[tile.0 as usize] = Picture::new(&surface.mesh, &surface.normals, &[]);
+            groups.insert(self.group_of[tile.0 as usize], Picture::default());
+        }
+        for (tile, picture) in self.tiles.iter().enumerate() {
+            if let Some(all) = groups.get_mut(&self.group_of[tile]) {
+                all.append(picture);
+            }
+        }
+        groups
+    }
+
+    /// All groups that hold tiles, in rising order.
+    pub(crate) fn groups(&self) -> BTreeSet<u32> {
+        self.group_of.iter().copied().collect()
+    }
+
+    /// Name of a group: its place along x, y and z.
+    pub(crate) fn name(group: u32) -> String {
+        let n = GROUPS as u32;
+        format!("{}_{}_{}", group % n, group / n % n, group / (n * n))
+    }
+}

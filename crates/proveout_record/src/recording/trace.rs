@@ -1,0 +1,147 @@
+//! The path of the tip on the workpiece as lines.
+
+use proveout_controller::MoveKind;
+use proveout_geom::Point;
+
+/// Distance of left-out points from the line, mm: less than a pixel at any useful zoom.
+const TOLERANCE: f64 = 0.01;
+/// Points after which the tolerance doubles.
+const POINTS: usize = 200_000;
+/// Left-out points that are checked against the line.
+const HELD: usize = 64;
+
+/// A line of one kind of motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Strip {
+    pub(crate) kind: MoveKind,
+    /// Time (s) and position (mm) of each point.
+    pub(crate) points: Vec<(f64, [f32; 3])>,
+}
+
+/// Gathers the tip's path and leaves out points that lie on the line of their neighbors.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace {
+    strips: Vec<Strip>,
+    /// Last point of the line that is kept.
+    anchor: Point,
+    /// Points after it that are left out so far.
+    held: Vec<(f64, Point)>,
+    tolerance: f64,
+    count: usize,
+}
+
+impl Default for Trace {
+    fn default() -> Self {
+        Self { strips: Vec::new(), anchor: Point::origin(), held: Vec::new(), tolerance: TOLERANCE, count: 0 }
+    }
+}
+
+impl Trace {
+    /// Adds a straight piece from one time and point to another; a gap or another kind of motion begins a new line.
+    pub(crate) fn push(&mut self, kind: MoveKind, times: [f64; 2], from: Point, to: Point) {
+        if !from.iter().chain(to.iter()).all(|v| v.is_finite()) {
+            return;
+        }
+        let end = self.held.last().map_or(self.anchor, |h| h.1);
+        let goes_on = self.strips.last().is_some_and(|s| s.kind == kind) && (end - from).norm() <= TOLERANCE;
+        if !goes_on {
+            self.close();
+            self.strips.push(Strip { kind, points: Vec::new() });
+            self.keep(times[0], from);
+        }
+        if self.held.len() >= HELD || !self.held.iter().all(|(_, p)| off_line(&self.anchor, &to, p) <= self.tolerance) {
+            self.close();
+        }
+        self.held.push((times[1], to));
+    }
+
+    /// Keeps the last held point.
+    fn close(&mut self) {
+        if let Some((time, point)) = self.held.pop() {
+            self.held.clear();
+            self.keep(time, point);
+        }
+    }
+
+    fn keep(&mut self, time: f64, point: Point) {
+        self.anchor = point;
+        if let Some(strip) = self.strips.last_mut() {
+            strip.points.push((time, [point.x as f32, point.y as f32, point.z as f32]));
+            self.count += 1;
+            if self.count % POINTS == 0 {
+                self.tolerance *= 2.0;
+            }
+        }
+    }
+
+    /// The lines, cut so that each ends in one of `bins` equal stretches of time from 0 to `end` (s): bin and line.
+    pub(crate) fn finish(mut self, end: f64, bins: usize) -> Vec<(usize, Strip)> {
+        self.close();
+        let bin = |t: f64| ((t / end.max(1e-9) * bins as f64) as usize).min(bins.saturating_sub(1));
+        let mut out: Vec<(usize, Strip)> = Vec::new();
+        for strip in self.strips {
+            let mut current: Option<(usize, Strip)> = None;
+            for pair in strip.points.windows(2) {
+                let b = bin(pair[1].0);
+                match &mut current {
+                    Some((open, line)) if *open == b => line.points.push(pair[1]),
+                    other => {
+                        out.extend(other.take());
+                        *other = Some((b, Strip { kind: strip.kind, points: pair.to_vec() }));
+                    }
+                }
+            }
+            out.extend(current);
+        }
+        out
+    }
+}
+
+/// Distance of `p` from the straight line between `a` and `b`, mm.
+fn off_line(a: &Point, b: &Point, p: &Point) -> f64 {
+    let d = b - a;
+    let length2 = d.norm_squared();
+    let t = if length2 > 0.0 { ((p - a).dot(&d) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (p - (a + d * t)).norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_lose_their_inner_points_and_stay_within_the_tolerance() {
+        let mut trace = Trace::default();
+        let at = |i: i32| {
+            let t = f64::from(i) * 0.001;
+            if t < 5.0 { Point::new(t * 10.0, 0.0, 0.0) } else { Point::new(50.0 + 20.0 * (t - 5.0).sin(), 20.0 - 20.0 * (t - 5.0).cos(), 0.0) }
+        };
+        for i in 0..8000 {
+            trace.push(MoveKind::Feed, [f64::from(i) * 0.001, f64::from(i + 1) * 0.001], at(i), at(i + 1));
+        }
+        trace.push(MoveKind::Rapid, [8.0, 9.0], at(8000), Point::new(0.0, 0.0, 50.0));
+        let strips = trace.finish(9.0, 3);
+        assert_eq!(strips.iter().map(|s| s.0).collect::<Vec<_>>(), [0, 1, 2, 2]);
+        assert_eq!(strips.last().map(|s| s.1.kind), Some(MoveKind::Rapid));
+        let points: usize = strips.iter().map(|s| s.1.points.len()).sum();
+        assert!((80..260).contains(&points), "{points} of 8001");
+        for i in 0..8000 {
+            let p = at(i);
+            let near = strips.iter().flat_map(|s| s.1.points.windows(2)).map(|w| {
+                let [a, b] = [w[0].1, w[1].1].map(|p| Point::from(p.map(f64::from)));
+                off_line(&a, &b, &p)
+            });
+            assert!(near.fold(f64::MAX, f64::min) <= TOLERANCE + 1e-4, "sample {i}");
+        }
+    }
+
+    #[test]
+    fn gaps_begin_a_new_line() {
+        let mut trace = Trace::default();
+        let p = |x: f64| Point::new(x, 0.0, 0.0);
+        trace.push(MoveKind::Feed, [0.0, 1.0], p(0.0), p(1.0));
+        trace.push(MoveKind::Feed, [1.0, 2.0], p(5.0), p(6.0));
+        trace.push(MoveKind::Feed, [2.0, 3.0], p(f64::NAN), p(6.0));
+        assert_eq!(trace.finish(3.0, 1).len(), 2);
+    }
+}
