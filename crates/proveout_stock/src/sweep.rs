@@ -334,7 +334,7 @@ struct Block {
 impl Block {
     fn new(s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> Self {
         let middle = [0.5 * (s[0] + s[1]), 0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
-        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]).abs(), 0.5 * (v[1] - v[0]).abs()];
+        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])];
         Self { middle, half }
     }
 }
@@ -478,8 +478,11 @@ impl Batch<'_> {
                 }
             }
         }
-        let (Some((_, first)), Some((_, last))) = (scratch.rays.first(), scratch.rays.last()) else { return };
-        let block = Block::new(range, [first.u, last.u], [first.v, last.v]);
+        if scratch.rays.is_empty() {
+            return;
+        }
+        let side = |axis: usize, k: [usize; 2]| [grid.center(axis, k[0]), grid.center(axis, k[1] - 1)];
+        let block = Block::new(range, side(u_axis, i), side(v_axis, j));
         let body = &self.bodies[ready.body];
         let pieces = &self.pieces[a];
         scratch.spaces.clear();
