@@ -462,6 +462,7 @@ impl Batch<'_> {
         let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
         let (min, max) = (ready.region.min[a], ready.region.max[a]);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut columns = range;
         scratch.rays.clear();
         for row in j[0]..j[1] {
             for column in i[0]..i[1] {
@@ -475,6 +476,8 @@ impl Batch<'_> {
                     let ray = Ray { u: grid.center(u_axis, column), v: grid.center(v_axis, row), lo, hi };
                     scratch.rays.push((r, ray));
                     range = [range[0].min(lo), range[1].max(hi)];
+                    // Rays without material may leave any outline: the first and last ray need not span the columns.
+                    columns = [columns[0].min(ray.u), columns[1].max(ray.u)];
                 }
             }
         }
