@@ -334,7 +334,7 @@ struct Block {
 impl Block {
     fn new(s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> Self {
         let middle = [0.5 * (s[0] + s[1]), 0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
-        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]).abs(), 0.5 * (v[1] - v[0]).abs()];
+        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])];
         Self { middle, half }
     }
 }
@@ -462,6 +462,7 @@ impl Batch<'_> {
         let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
         let (min, max) = (ready.region.min[a], ready.region.max[a]);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut columns = range;
         scratch.rays.clear();
         for row in j[0]..j[1] {
             for column in i[0]..i[1] {
@@ -475,11 +476,16 @@ impl Batch<'_> {
                     let ray = Ray { u: grid.center(u_axis, column), v: grid.center(v_axis, row), lo, hi };
                     scratch.rays.push((r, ray));
                     range = [range[0].min(lo), range[1].max(hi)];
+                    // Rays without material may leave any outline: the first and last ray need not span the columns.
+                    columns = [columns[0].min(ray.u), columns[1].max(ray.u)];
                 }
             }
         }
-        let (Some((_, first)), Some((_, last))) = (scratch.rays.first(), scratch.rays.last()) else { return };
-        let block = Block::new(range, [first.u, last.u], [first.v, last.v]);
+        if scratch.rays.is_empty() {
+            return;
+        }
+        let side = |axis: usize, k: [usize; 2]| [grid.center(axis, k[0]), grid.center(axis, k[1] - 1)];
+        let block = Block::new(range, side(u_axis, i), side(v_axis, j));
         let body = &self.bodies[ready.body];
         let pieces = &self.pieces[a];
         scratch.spaces.clear();

@@ -1,3 +1,4 @@
+#![allow(unreachable_pub, reason = "shared by several test files")]
 //! Cutters, random numbers and the oracle that several tests use.
 #![allow(dead_code, reason = "each test file uses a part")]
 
