@@ -121,7 +121,8 @@ impl<'a> Engine<'a> {
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             self.block_of_piece.push(piece.block);
             if let Some(tool) = self.tool(state.tool) {
-                sweeps(i, first_id + i as u32, piece, tool, &self.work_from_table, &mut items, &mut parts);
+                let zones = state.tool.and_then(|t| self.prepared.holder_zones.get(t)).map_or(&[][..], Vec::as_slice);
+                sweeps(i, first_id + i as u32, piece, tool, zones, &self.work_from_table, &mut items, &mut parts);
             }
         }
         let (stock, bodies) = (&mut self.stock, &mut self.bodies);
@@ -211,7 +212,8 @@ impl<'a> Engine<'a> {
         match *event {
             Event::ToolChange { time, tool, .. } => {
                 self.tool_out(time);
-                self.state.tool = tool;
+                // The spindle stands for the change and needs a new M3 or M4 after it.
+                self.state = CuttingState { tool, spindle: SpindleDirection::Off };
                 if let Some(t) = self.tool(tool) {
                     let order = self.uses.len();
                     let fresh = || (order, ToolUse { number: t.number, name: t.name.clone(), ..ToolUse::default() });
@@ -241,6 +243,7 @@ impl<'a> Engine<'a> {
     ) -> Vec<f64> {
         let mut volumes = vec![0.0; chunk.pieces.len()];
         let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let mut touched = None;
         for (part, report) in parts.iter().zip(reports) {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
             let Some(tool) = self.tool(state.tool) else { continue };
@@ -251,7 +254,13 @@ impl<'a> Engine<'a> {
                 sum.engagement = sum.engagement.max(report.overlap_mm);
                 self.removed += report.volume_mm3;
             }
-            if let Some(code) = judge_sweep(part.role, piece.kind, state, tool, report, contact) {
+            if part.role == Role::Holder && !part.zone && report.overlap_mm > contact {
+                touched = Some(part.piece);
+            }
+            if part.zone && touched == Some(part.piece) {
+                continue; // a holder in material is told as such
+            }
+            if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
                 let finding = self.material_finding(&code, part.role, piece, tool, report);
                 self.log.push(finding);
             }
@@ -281,13 +290,23 @@ impl<'a> Engine<'a> {
             c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
             _ => "",
         };
-        let message = format!(
-            "{part} of {} meets material{how}: {:.3} mm deep on a ray, {:.3} mm3 in this piece",
-            tool.name, report.overlap_mm, report.volume_mm3
-        );
+        let near = code.code == finding::NEAR_MISS.code;
+        let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
+        let message = if near {
+            format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
+        } else {
+            format!(
+                "{part} of {} meets material{how}: {:.3} mm deep on a ray, {:.3} mm3 in this piece",
+                tool.name, report.overlap_mm, report.volume_mm3
+            )
+        };
         let mut f = self.at_piece(FindingLog::of(code, message), piece, piece.time[0]);
         f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
-        f.penetration_mm = Some(report.overlap_mm);
+        if near {
+            (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
+        } else {
+            f.penetration_mm = Some(report.overlap_mm);
+        }
         f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
         f
     }

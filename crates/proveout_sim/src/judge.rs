@@ -166,13 +166,14 @@ fn judge_gates(
         )),
         left_out: holders.collect(),
     };
+    let near_mm = tolerances.near_miss_mm;
     let mut near = Coverage {
-        checked: Some(format!("bodies keep {} mm apart", tolerances.near_miss_mm)),
-        left_out: vec!["distance of holder and shank to the stock".into()],
+        checked: Some(format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock")),
+        left_out: collision.left_out.clone(),
     };
     if facts.checked_pairs == 0 {
         collision.left_out.push("the machine has no bodies to check".into());
-        near = Coverage::default();
+        near.left_out.push("the machine has no bodies to check".into());
     }
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");

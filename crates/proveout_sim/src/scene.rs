@@ -379,6 +379,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             );
         }
     }
+    let t = &file.tolerances;
+    if ![t.gouge_mm, t.excess_mm, t.near_miss_mm, t.contact_mm].iter().all(|v| (0.0..1e3).contains(v)) {
+        let at = text.find("[tolerances]").unwrap_or(0);
+        return fault(at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm");
+    }
     for probe in &file.inspect {
         if probe_direction(probe.direction.get_ref()).is_none() {
             let at = probe.direction.span().start;
