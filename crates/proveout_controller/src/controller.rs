@@ -51,6 +51,8 @@ struct State {
     path_mode: PathMode,
     feed: Option<Feed>,
     spindle: Spindle,
+    /// When the spindle is at its speed, or at rest, s.
+    spindle_ready: f64,
 }
 
 /// The control: takes canonical commands and gives the motion of the machine in chunks.
@@ -109,6 +111,7 @@ where
                 path_mode: PathMode::Continuous { tolerance: None, orientation_tolerance: None },
                 feed: None,
                 spindle: Spindle { direction: SpindleDirection::Off, speed_rpm: None },
+                spindle_ready: 0.0,
             },
             settings,
             path: Path::default(),
@@ -174,7 +177,7 @@ where
             Op::Arc(arc) => self.arc(arc, location)?,
             Op::Dwell(dwell) => self.dwell(*dwell, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
-            Op::Spindle(spindle) => self.spindle(*spindle, location),
+            Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(_)) | Op::Plane(_) | Op::Frame(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
             Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
@@ -256,6 +259,9 @@ where
             return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
         }
         let (feed, feed_programmed) = self.feed(kind, &path, location)?;
+        if kind == MoveKind::Feed {
+            self.await_spindle(location);
+        }
         let index = self.next_block;
         self.next_block += 1;
         for letter in 0..AXIS_LETTERS.len() {
@@ -488,25 +494,20 @@ where
         Ok(())
     }
 
-    fn spindle(&mut self, spindle: Spindle, location: &Location) {
+    fn spindle(&mut self, spindle: Spindle) {
         let before = self.state.spindle;
         let speed_rpm = spindle.speed_rpm.or(before.speed_rpm);
         self.state.spindle = Spindle { speed_rpm, ..spindle };
         let turning = spindle.direction != SpindleDirection::Off;
         let speed = if turning { speed_rpm.unwrap_or(0.0) } else { 0.0 };
-        let starts = spindle.direction != before.direction;
-        let wait = self.device.machine.control.spindle_start_time;
-        let waits = starts && self.settings.spindle_waits && wait > 0.0;
-        let event = |time, block| Event::Spindle { time, block, direction: spindle.direction, speed_rpm: speed };
-        let block = if waits {
-            self.out.meter.summary.dwell_s += wait;
-            let block = self.action(location, BlockKind::Action, wait);
-            self.out.chunk.events.push(event(self.out.clock, block));
-            block
-        } else {
-            self.announce(event(0.0, self.next_block));
-            self.next_block
-        };
+        let duration = self.device.machine.control.spindle_start_time;
+        if spindle.direction != before.direction && self.settings.spindle_waits && duration > 0.0 {
+            // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed waits.
+            self.stop_run();
+            self.state.spindle_ready = self.state.spindle_ready.max(self.out.clock) + duration;
+        }
+        let block = self.next_block;
+        self.announce(Event::Spindle { time: 0.0, block, direction: spindle.direction, speed_rpm: speed });
         let tool = self.state.tool.and_then(|i| self.tools[i].max_speed_rpm);
         for limit in [self.device.machine.spindle.max_speed_rpm, tool].into_iter().flatten() {
             if speed > limit {
@@ -525,6 +526,22 @@ where
         if on != self.state.edge_on {
             self.state.edge_on = on;
             self.forget_linear();
+        }
+    }
+
+    /// Stands until the spindle has reached its speed (or rest).
+    fn await_spindle(&mut self, location: &Location) {
+        if self.state.spindle_ready <= 0.0 {
+            return;
+        }
+        self.stop_run();
+        let wait = self.state.spindle_ready - self.out.clock;
+        self.state.spindle_ready = 0.0;
+        if wait > 0.0 {
+            let time = self.out.clock;
+            self.out.meter.summary.dwell_s += wait;
+            let block = self.action(location, BlockKind::Action, wait);
+            self.out.chunk.events.push(Event::Dwell { time, block, duration: wait });
         }
     }
 
@@ -563,6 +580,7 @@ where
         }
         self.stop_run();
         self.visit_change_position(location);
+        self.await_spindle(location);
         let duration = self.device.machine.control.tool_change_time.max(0.0);
         self.out.meter.summary.tool_change_s += duration;
         let block = self.action(location, BlockKind::ToolChange, duration);

@@ -22,6 +22,8 @@ const SAME_BASE: f64 = 1e-9;
 /// the arc runs as a spiral.
 const RADIUS_MISMATCH_MM: f64 = 0.05;
 const RADIUS_MISMATCH: f64 = 0.01;
+/// Two tool axes nearer than this (radian) are one: 0.2 micrometres at 100 mm from the tip.
+const SAME_AXIS: f64 = 2e-6;
 /// Turn of the tool axis between two knots of a great circle, radian.
 const KNOT_TURN: f64 = 0.02;
 
@@ -373,6 +375,11 @@ impl Context<'_> {
         let angle = ends[0].angle_to(&ends[1]);
         if !(1e-9..=std::f64::consts::PI - 1e-3).contains(&angle) {
             return None;
+        }
+        let middle = axis_of(&((*from + *to) * 0.5));
+        let off = ends[0].interpolated(&ends[1], 0.5).axis - middle;
+        if off.norm() < SAME_AXIS {
+            return None; // short blocks: the axes in proportion are on the great circle
         }
         let knots = (angle / KNOT_TURN).ceil().max(2.0) as usize;
         let solve = |t: f64, near: &JointValues| -> Option<JointValues> {

@@ -97,3 +97,29 @@ fn dynamics_do_not_change_the_time() {
     assert_eq!(ideal.summary.max_contour_error_mm, 0.0);
     assert!(planned.summary.max_contour_error_mm > 0.0);
 }
+
+/// Total time over the bound, summed over random programs.
+fn over_bound(make: fn(u64) -> Program, machine: &Machine) -> f64 {
+    let (mut total, mut bound) = (0.0, 0.0);
+    for seed in 0..20 {
+        let s = run_with(&make(seed), machine, &[tool(1, 120.0)], &Settings::default()).summary;
+        total += s.total_s - s.tool_change_s;
+        bound += s.lower_bound_s.expect("a bound") - s.tool_change_s;
+    }
+    total / bound
+}
+
+#[test]
+fn time_is_near_the_bound() {
+    let machine = bc_machine();
+    let mut quick = bc_machine();
+    for joint in &mut quick.joints {
+        joint.max_jerk = joint.max_jerk.map(|j| j * 1000.0);
+    }
+    // With jerk limits as good as none the bound is the optimum under velocity and acceleration limits.
+    let free = [over_bound(polyline, &quick), over_bound(five_axis, &quick)];
+    // With the real ones the bound lies below the optimum by what jerk costs.
+    let real = [over_bound(polyline, &machine), over_bound(five_axis, &machine)];
+    println!("time over bound: jerk free {free:?}, jerk limited {real:?}");
+    assert!(free.iter().all(|r| *r < 1.15), "{free:?}");
+}
