@@ -1,5 +1,7 @@
 //! Random programs: what the samples themselves say about limits, path and time.
 
+#![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
+
 mod common;
 
 use common::{Program, Random, Run, bc_machine, limit_use, run_with, tool};
