@@ -1,6 +1,6 @@
 //! Cost of one piece of motion: a finishing pass of 0.02 mm pieces, all five joints moving, over a vise on the table of a
 //! shipped machine, with a tool of a shipped library.
-#![allow(missing_docs, reason = "the macros of the bench make items without documentation")]
+#![allow(missing_docs, clippy::print_stdout, reason = "the macros make items without documentation; a bench prints")]
 
 use std::hint::black_box;
 use std::path::Path;
@@ -8,31 +8,16 @@ use std::path::Path;
 use criterion::{Criterion, criterion_group, criterion_main};
 use proveout_collision::{Fixture, Interference};
 use proveout_geom::{Aabb, Point, box_mesh, cylinder_mesh};
-use proveout_machine::{Attachment, JointValues, Machine, MachineBody};
+use proveout_machine::{JointValues, Machine};
 use proveout_tool::{ToolId, ToolLibrary};
 
 const PIECES: usize = 20_000;
 
 fn setup() -> (Interference, Vec<JointValues>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let mut machine = Machine::read(&root.join("machines/spinner-u5-620")).unwrap_or_else(|e| panic!("{e}"));
+    let machine = Machine::read(&root.join("machines/spinner-u5-620")).unwrap_or_else(|e| panic!("{e}"));
     let tools = ToolLibrary::read(&root.join("tools/axis-cross.toml")).unwrap_or_else(|e| panic!("{e}"));
     let tool = tools.find(&ToolId::Name("SCHAFT_D12_N_AP30".into())).expect("tool");
-    let joint = |name: &str| machine.joint(name).map_or(Attachment::Base, Attachment::Joint);
-    if machine.bodies.is_empty() {
-        let body = |name: &str, attached_to, mesh| MachineBody {
-            name: name.into(),
-            role: name.into(),
-            attached_to,
-            mesh,
-            color: [0; 4],
-            check: true,
-        };
-        machine.bodies = vec![
-            body("spindle", joint("Z"), cylinder_mesh(60.0, 0.0, 300.0, 96)),
-            body("table", joint("C"), cylinder_mesh(250.0, -60.0, 0.0, 128)),
-        ];
-    }
     let b = |min: [f64; 3], max: [f64; 3]| box_mesh(&Aabb { min: Point::from(min), max: Point::from(max) });
     let fixture = |name: &str, mesh| Fixture { name: name.into(), mesh, on_table: true };
     let fixtures = [
@@ -74,6 +59,8 @@ fn pieces(c: &mut Criterion) {
     for (k, w) in way.windows(2).enumerate() {
         check.check_piece(&w[0], &w[1], [k as f64, k as f64 + 1.0], 5e-4);
     }
+    println!("{} pieces, {} queries, {} pairs", check.pieces(), check.queries(), check.pairs().len());
+    println!("{:?}", check.clearance());
     assert!(check.breaches().is_empty(), "{:?}", check.breaches());
     assert!(check.queries() < PIECES as u64 / 4, "{} queries", check.queries());
 }

@@ -19,7 +19,7 @@ const CONTACT_REFRESH_MM: f64 = 0.5;
 /// A pair is measured again when it may be nearer than this part of the smallest distance measured so far,
 const WATCH: f64 = 0.75;
 /// or of this distance, mm, as long as nothing is nearer: what is further away is nobody's concern.
-const FAR_MM: f64 = 100.0;
+const FAR_MM: f64 = 50.0;
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
 const FIRST_REACH_MM: f64 = 100.0;
 /// Longest range of a query beyond what is needed, mm.
