@@ -453,3 +453,23 @@ fn fixtures_on_the_base_stay_while_the_table_turns() {
     assert!((in_machine - Pose::identity().point(&in_machine)).norm() < 1e-12);
     assert!((80.0..112.0).contains(&in_machine.x), "{in_machine}");
 }
+
+#[test]
+fn the_shipped_machines_stand_free_at_home_with_every_shipped_tool() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    for name in ["spinner-u5-620", "ac-trunnion-620"] {
+        let machine = Machine::read(&root.join("machines").join(name)).unwrap_or_else(|e| panic!("{e}"));
+        assert!(!machine.bodies.is_empty(), "{name}");
+        let mut check = Interference::new(&machine, &[], 0.0).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let home = machine.home();
+        for library in ["axis-cross.toml", "cone-frustum.toml"] {
+            let library = proveout_tool::ToolLibrary::read(&root.join("tools").join(library)).expect("library");
+            for tool in &library.tools {
+                check.set_tool(Some(tool));
+                check.check_piece(&home, &home, [0.0, 1.0], 0.0);
+            }
+        }
+        let pairs: Vec<_> = check.breaches().iter().map(|b| format!("{} {}", b.bodies[0], b.bodies[1])).collect();
+        assert!(pairs.is_empty(), "{name}: {pairs:?}");
+    }
+}
