@@ -50,7 +50,8 @@ pub(crate) fn write_glb(
     } else {
         add_mesh(&mut root, name, picture, colors, plain)?
     };
-    let scene = root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
+    let scene =
+        root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
     root.scene = Some(scene);
 
     let mut json = root.to_vec().map_err(io::Error::other)?;
@@ -84,7 +85,8 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], pla
     let normals: Vec<u8> = picture.normals.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     let linear: [u8; 256] = std::array::from_fn(|c| (linear_from_srgb(c as u8) * 255.0).round() as u8);
     let light = |c: &Rgba| [linear[c[0] as usize], linear[c[1] as usize], linear[c[2] as usize], c[3]];
-    let colors: Vec<u8> = if colors.len() == picture.positions.len() { colors } else { &[] }.iter().flat_map(light).collect();
+    let colors: Vec<u8> =
+        if colors.len() == picture.positions.len() { colors } else { &[] }.iter().flat_map(light).collect();
     let indices: Vec<u8> = picture.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
 
     let mut parts = Parts { root, bin: Vec::new() };
@@ -141,13 +143,7 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], pla
         scale: Some(METRE_FROM_MM),
         ..Node::default()
     });
-    root.push(Buffer {
-        byte_length: USize64::from(bin.len()),
-        name: None,
-        uri: None,
-        extensions: None,
-        extras: None,
-    });
+    root.push(Buffer { byte_length: USize64::from(bin.len()), name: None, uri: None, extensions: None, extras: None });
     Ok(bin)
 }
 

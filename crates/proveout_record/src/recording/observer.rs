@@ -176,7 +176,8 @@ fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, Re
     let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(name).enabled(true);
     let (stream, remedy) = match mode {
         RerunMode::Spawn => {
-            let remedy = "install the viewer of the same minor version, `cargo install rerun-cli` or `pip install rerun-sdk`";
+            let remedy =
+                "install the viewer of the same minor version, `cargo install rerun-cli` or `pip install rerun-sdk`";
             (builder.spawn(), Some(remedy))
         }
         RerunMode::Connect => (builder.connect_grpc(), Some("start `rerun` first")),
@@ -239,7 +240,8 @@ impl Open {
             let picture = Picture::creased(part, CREASE).reduced(SURFACE_TRIANGLES).0;
             sink.mesh(path(["machine", "table", "work", "part"]), None, &picture, PART_COLOR, &[])?;
         }
-        let mut movers = vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
+        let mut movers =
+            vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
         for (j, unit) in units.iter().enumerate() {
             if machine.bodies.iter().any(|b| b.attached_to == Attachment::Joint(j)) {
                 movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
@@ -248,7 +250,8 @@ impl Open {
         let joints: Vec<[Signal; 5]> = units
             .iter()
             .map(|u| {
-                ["position", "velocity", "acceleration", "jerk", "following_error"].map(|s| Signal::new(["axes", &u.name, s]))
+                ["position", "velocity", "acceleration", "jerk", "following_error"]
+                    .map(|s| Signal::new(["axes", &u.name, s]))
             })
             .collect();
         for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
@@ -371,7 +374,13 @@ impl Open {
                 if let Some((_, joints)) = self.last_joints {
                     self.place(setup, time, &joints);
                 }
-                Some((Level::Info, found.map_or_else(|| "tool change: spindle empty".into(), |t| format!("tool change: T{} {}", t.number, t.name))))
+                Some((
+                    Level::Info,
+                    found.map_or_else(
+                        || "tool change: spindle empty".into(),
+                        |t| format!("tool change: T{} {}", t.number, t.name),
+                    ),
+                ))
             }
             Event::Message { text, .. } => Some((Level::Info, format!("message: {text}"))),
             Event::Note { text, .. } => Some((Level::Debug, text.clone())),
