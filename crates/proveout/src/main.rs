@@ -4,16 +4,14 @@
 mod args;
 mod commands;
 mod failure;
+mod host;
 mod progress;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
-use crate::{
-    args::{Cli, Command},
-    failure::Failure,
-};
+use crate::args::{Cli, Command};
 
 /// The command did its work and the verdict, if there is one, is pass.
 const PASS: u8 = 0;

@@ -229,3 +229,123 @@ fn depth_in(shape: &Shape, p: &Point) -> f64 {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::{Aabb, Vector, box_mesh, cylinder_mesh, revolved_mesh};
+    use proveout_tool::Cutter;
+
+    use super::*;
+
+    fn mesh(m: &proveout_geom::TriMesh) -> Shape {
+        Shape::Mesh(Box::new(MeshShape::new(m).expect("solid")))
+    }
+
+    fn convex(cutter: Cutter, length: f64) -> Shape {
+        Shape::Convex(cutter.bodies(length).expect("bodies").iter().map(Revolved::new).collect())
+    }
+
+    fn block() -> Shape {
+        mesh(&box_mesh(&Aabb { min: Point::new(-50.0, -50.0, -20.0), max: Point::new(50.0, 50.0, 0.0) }))
+    }
+
+    fn distance(g: Gap) -> f64 {
+        match g {
+            Gap::At(d, p, q) => {
+                assert!(((p - q).norm() - d).abs() < 1e-9);
+                d
+            }
+            Gap::Meeting(_) => 0.0,
+            Gap::Beyond => f64::INFINITY,
+        }
+    }
+
+    /// Lowest point of a body of revolution tilted by `tilt` about y: the support in the direction of -z, in closed form.
+    fn lowest(shape: &str, tilt: f64) -> f64 {
+        let (s, c) = tilt.sin_cos();
+        match shape {
+            "ball" => 5.0 * c - 5.0,                  // center at 5 along the axis, less the radius
+            "flat" => -5.0 * s.abs(),                 // rim of the bottom
+            "bull" => 2.0 * c - 2.0 - 3.0 * s.abs(),  // center circle of the corner, less its radius
+            _ => (-4.0 * s.abs() + 4.0 * c).min(0.0), // point or rim of a 90 degree cone
+        }
+    }
+
+    #[test]
+    fn tilted_cutters_over_a_plane_have_their_exact_distance() {
+        let table = block();
+        let cutters = [
+            ("ball", convex(Cutter::ball(10.0).expect("ball"), 30.0)),
+            ("flat", convex(Cutter::flat(10.0).expect("flat"), 30.0)),
+            ("bull", convex(Cutter::bull_nose(10.0, 2.0).expect("bull"), 30.0)),
+            ("cone", convex(Cutter::chamfer(8.0, 90.0, 0.0).expect("cone"), 30.0)),
+        ];
+        for (name, cutter) in &cutters {
+            for k in 0..80 {
+                let tilt = 0.015 * f64::from(k);
+                for height in [12.0, 8.0, 6.5] {
+                    let pose = Pose::from_translation(Vector::new(3.0, -2.0, height))
+                        * Pose::from_axis_angle(&Vector::y(), tilt);
+                    let exact = height + lowest(name, tilt);
+                    let found = distance(gap(cutter, &table, &pose, 100.0));
+                    // Relative 1e-7 is what GJK promises for curved bodies at this distance.
+                    assert!((found - exact).abs() < 2e-6, "{name} tilt {tilt} height {height}: {found} {exact}");
+                    assert_eq!(gap(cutter, &table, &pose, exact - 1e-3), Gap::Beyond);
+                    let other = distance(gap(&table, cutter, &pose.inverse(), 100.0));
+                    assert!((other - exact).abs() < 2e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn overlapping_skins_meet() {
+        let table = block();
+        let ball = convex(Cutter::ball(10.0).expect("ball"), 30.0);
+        let at = |z| Pose::from_translation(Vector::new(1.0, 2.0, z));
+        assert!(matches!(gap(&ball, &table, &at(-1.0), 5.0), Gap::Meeting(_)));
+        assert!(inside(&ball, &table, &at(1.0)).is_none());
+        assert!((penetration(&ball, &table, &at(-1.5)) - 1.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn meshes_have_the_distance_of_their_solids() {
+        let table = block();
+        let post = mesh(&cylinder_mesh(6.0, 0.0, 40.0, 64));
+        let ring = mesh(&revolved_mesh(&[[0.0, 0.0], [20.0, 0.0], [20.0, 4.0], [0.0, 4.0]], 48));
+        for k in 0..60 {
+            let tilt = 0.02 * f64::from(k);
+            let pose = Pose::from_translation(Vector::new(2.0, 1.0, 30.0)) * Pose::from_axis_angle(&Vector::y(), tilt);
+            // The tilt is about y and one vertex of the rim lies in the plane of the tilt.
+            for (shape, radius) in [(&post, 6.0), (&ring, 20.0)] {
+                let exact = 30.0 - radius * tilt.sin();
+                assert!((distance(gap(shape, &table, &pose, 100.0)) - exact).abs() < 1e-9);
+                assert_eq!(gap(shape, &table, &pose, exact - 1e-6), Gap::Beyond);
+            }
+        }
+        let inner = mesh(&cylinder_mesh(1.0, -11.0, -9.0, 12));
+        assert!(matches!(gap(&inner, &table, &Pose::identity(), 100.0), Gap::At(d, ..) if (d - 9.0).abs() < 1e-9));
+        assert!(inside(&inner, &table, &Pose::identity()).is_some());
+        assert!(inside(&table, &inner, &Pose::identity()).is_some());
+        assert!(inside(&post, &table, &Pose::from_translation(Vector::z())).is_none());
+    }
+
+    #[test]
+    fn supports_are_the_highest_of_many_points() {
+        use parry3d_f64::math::Vector as ParryVector;
+        use parry3d_f64::shape::SupportMap;
+        let barrel = Cutter::barrel(12.0, 3.0, 80.0, 25.0).expect("barrel").bodies(25.0).expect("bodies");
+        let body = Revolved::new(&barrel[0]);
+        // Chords of 8e-5 mm error: the finest that a picture of a radius of 80 mm has.
+        let curve = body.profile().polyline(1e-7);
+        for k in 0..500 {
+            let a = 0.37 * f64::from(k);
+            let w = (0.011 * f64::from(k) * 1.7).sin();
+            let d = ParryVector::new(a.cos() * (1.0 - w * w).sqrt(), a.sin() * (1.0 - w * w).sqrt(), w);
+            let exact = body.local_support_point(d).dot(d);
+            let sampled =
+                curve.iter().map(|p| p[0] * (1.0 - w * w).sqrt() + p[1] * w).fold(f64::NEG_INFINITY, f64::max);
+            assert!(exact >= sampled - 1e-12 && exact <= sampled + 1e-4, "{w}: {exact} {sampled}");
+        }
+    }
+}

@@ -1,1 +1,51 @@
-//! Interference of tool assembly, machine, fixtures, part and in-process stock.
+//! Interference of tool, holder, machine bodies and fixtures while the joints of a machine move. The stock judges itself
+//! what meets it (crate `proveout_stock`), and the design part is judged by the deviation of what was cut.
+//!
+//! Data in: a [`proveout_machine::Machine`] with its bodies (M with all joints at zero), [`Fixture`]s (table frame K),
+//! tools, and straight motions of the joints, mm and radian. Data out: [`Breach`]es with time, joints, pair and place
+//! (table frame K), the smallest distance with its pair, and the list of pairs that were not checked, each with the reason.
+//!
+//! * [`Interference`] – takes pieces of motion in order.
+//! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
+//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
+//!
+//! # Method
+//!
+//! Conservative advancement: between two positions of the joints the distance of two parts changes by at most
+//! `mu = sum |dq_linear| + sum R |dq_rotary|`, R being the farthest distance of the moving part from that axis. Where the
+//! distance d at time t is above `threshold + mu (1 - t)`, the rest of the step is clear; otherwise the motion is safe up to
+//! `t + (d - threshold) / mu`, where the distance is asked for again (Mirtich 1996; Zhang, Redon, Lee and Kim 2007).
+//!
+//! ```text
+//!  distance
+//!    |\        d(t) is above each of the dashed lines of slope -mu
+//!    | \ \ .   so no contact is stepped over, however thin the part
+//!    |  \  \   . . .
+//!    |---\--\----------  threshold
+//!    +----t1-t2-------> t
+//! ```
+//!
+//! 1. Every pair keeps the distance that was last proved, less the motion since then. A query is made only when that is
+//!    used up. All pairs together keep the smallest of these allowances, so that most pieces cost one scalar product.
+//! 2. Distances are bounded: a query stops when it has proved that the parts are further apart than is needed.
+//! 3. Tools are exact convex bodies of revolution (support functions of their generating curves, GJK distance to the
+//!    triangles of a mesh). GJK may be 1e-4 mm too large near contact: 2e-4 mm of slack are added to each threshold.
+//! 4. Skins alone do not show a part wholly inside another: at the start, after a tool change and after a contact, the
+//!    winding number of a point of each part about the other is tested. Skins that never met cannot change it.
+//! 5. A failed query and joints that are not numbers count as collisions.
+//!
+//! # Known limits
+//!
+//! Machine bodies of neighboring joints are not checked against each other, since they slide on each other. Penetration is
+//! a lower estimate from vertices and points on the generating curves. A pair that collides is looked at again each half
+//! millimeter of motion; a separation and new contact in between counts as one breach.
+
+mod distance;
+mod interference;
+mod parts;
+mod report;
+mod shape;
+
+pub use interference::Interference;
+pub use parts::Fixture;
+pub use report::{Breach, Clearance, CollisionError, Nearest, PairInfo, PartKind, Severity, Unchecked};

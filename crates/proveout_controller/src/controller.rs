@@ -177,7 +177,7 @@ where
             Op::Spindle(spindle) => self.spindle(*spindle, location),
             Op::Tool(ToolAction::Select(_)) | Op::Plane(_) | Op::Frame(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
-            Op::Offset(Offset::ToolEdge { edge }) => self.state.edge_on = *edge != 0,
+            Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
             Op::Tcp(tcp) => self.switch_tcp(*tcp, location)?,
             Op::PathMode(mode) => self.state.path_mode = *mode,
             Op::Coolant(coolant) => {
@@ -259,8 +259,9 @@ where
         let index = self.next_block;
         self.next_block += 1;
         for letter in 0..AXIS_LETTERS.len() {
-            if let Some(value) = motion.end_base.get(letter) {
-                self.state.position.base[letter] = Some(value);
+            let told = motion.end_base.get(letter);
+            if told.is_some() || motion.tool_axis_base.is_some() && (3..6).contains(&letter) {
+                self.state.position.base[letter] = told;
             }
         }
         if let Some((pose, reason)) = &path.unreachable {
@@ -329,7 +330,9 @@ where
             return Ok((fastest, 0.0));
         }
         let programmed = match self.state.feed {
-            None => return Err(fail("a motion in feed, but no feed is programmed".into(), "program F before this block")),
+            None => {
+                return Err(fail("a motion in feed, but no feed is programmed".into(), "program F before this block"));
+            }
             Some(Feed::PerTime(f)) => f,
             Some(Feed::PerRevolution(f)) => {
                 let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
@@ -463,7 +466,9 @@ where
         let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
         let duration = match dwell {
             Dwell::Seconds(s) => s,
-            Dwell::Revolutions(n) if rpm > 0.0 && self.state.spindle.direction != SpindleDirection::Off => n * 60.0 / rpm,
+            Dwell::Revolutions(n) if rpm > 0.0 && self.state.spindle.direction != SpindleDirection::Off => {
+                n * 60.0 / rpm
+            }
             Dwell::Revolutions(n) => {
                 let message = format!("a dwell of {n} revolutions, but the spindle does not turn");
                 let help = "start the spindle before or program the dwell in seconds";
@@ -511,6 +516,18 @@ where
         }
     }
 
+    /// What the base coordinates X, Y, Z mean has changed: what the program said about them is void.
+    fn forget_linear(&mut self) {
+        self.state.position.base[..3].fill(None);
+    }
+
+    fn set_edge(&mut self, on: bool) {
+        if on != self.state.edge_on {
+            self.state.edge_on = on;
+            self.forget_linear();
+        }
+    }
+
     fn switch_tcp(&mut self, tcp: Tcp, location: &Location) -> Result<(), Box<ControlError>> {
         if tcp.on && self.device.rig.is_none() {
             let message = format!(
@@ -522,8 +539,7 @@ where
         }
         if tcp.on != self.state.tcp.on {
             self.stop_run();
-            // What base coordinates mean changes: what the program knew about them is void.
-            self.state.position.base = [None; AXIS_LETTERS.len()];
+            self.forget_linear();
         }
         self.state.tcp = tcp;
         Ok(())
@@ -546,26 +562,26 @@ where
             return Err(Box::new(ControlError::at(location, "control-tool", message, help)));
         }
         self.stop_run();
-        self.to_change_position(location);
+        self.visit_change_position(location);
         let duration = self.device.machine.control.tool_change_time.max(0.0);
         self.out.meter.summary.tool_change_s += duration;
         let block = self.action(location, BlockKind::ToolChange, duration);
         self.state.tool = tool.flatten();
         self.mapping.tool_length = self.tool_length();
-        if self.settings.length_active_after_change {
-            self.state.edge_on = true;
-        }
+        self.state.edge_on |= self.settings.length_active_after_change;
+        self.forget_linear();
         self.out.chunk.events.push(Event::ToolChange { time: self.out.clock, block, tool: self.state.tool });
         Ok(())
     }
 
     /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
     /// the others together.
-    fn to_change_position(&mut self, location: &Location) {
+    fn visit_change_position(&mut self, location: &Location) {
         let machine = self.device.machine;
         let position = machine.control.tool_change_position;
         let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());
-        let along = |i: usize| machine.joints.get(i).is_some_and(|j| !j.is_rotary() && j.direction.dot(&spindle).abs() > 0.9);
+        let along =
+            |i: usize| machine.joints.get(i).is_some_and(|j| !j.is_rotary() && j.direction.dot(&spindle).abs() > 0.9);
         for lift in [true, false] {
             let from = self.state.position.q;
             let mut to = from;
@@ -590,7 +606,6 @@ where
             let index = self.next_block;
             self.next_block += 1;
             self.state.position.q = to;
-            self.state.position.base = [None; AXIS_LETTERS.len()];
             let block = PathBlock {
                 index,
                 shape: path.shape,
@@ -672,7 +687,9 @@ fn check_limits(machine: &Machine) -> Result<(), Box<ControlError>> {
                     code: "control-limits",
                     message: format!("joint {} has {name} = {:?}", joint.name, value.unwrap_or(f64::NAN)),
                     location: None,
-                    help: Some("give a number above zero, or leave the key out where the limit is not known".to_owned()),
+                    help: Some(
+                        "give a number above zero, or leave the key out where the limit is not known".to_owned(),
+                    ),
                 }));
             }
         }

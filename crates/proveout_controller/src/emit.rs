@@ -82,7 +82,8 @@ impl Emitter {
         let start = self.clock;
         let bounds: Vec<Cell> = path.cells[..stretch.cells].iter().map(|c| c.limits.bound).collect();
         self.meter.bound_s += if bounds.is_empty() { stretch.law.duration } else { bound_time(&bounds, open) };
-        self.meter.summary.planned_contour_error_mm = self.meter.summary.planned_contour_error_mm.max(path.max_rounding);
+        self.meter.summary.planned_contour_error_mm =
+            self.meter.summary.planned_contour_error_mm.max(path.max_rounding);
         if scope.settings.dynamics == Dynamics::Planned {
             self.meter.summary.max_contour_error_mm = self.meter.summary.max_contour_error_mm.max(path.max_rounding);
         }

@@ -42,6 +42,8 @@
 //! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
 //! has only its first and last sample. M0 and M1 take no time. Servo dynamics belong behind `Sample::actual`.
 
+#![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
+
 mod controller;
 mod emit;
 mod error;

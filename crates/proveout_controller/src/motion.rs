@@ -30,7 +30,8 @@ const KNOT_TURN: f64 = 0.02;
 pub(crate) struct Position {
     /// Joints.
     pub(crate) q: JointValues,
-    /// Base coordinates as last told by the program, by axis letter; none after a change of the transformation.
+    /// Base coordinates as last told by the program, by axis letter; none where their meaning has changed since (tool
+    /// length, tool center point control): the program must set them anew, and an axis without a new value stays.
     pub(crate) base: [Option<f64>; AXIS_LETTERS.len()],
 }
 
@@ -80,10 +81,7 @@ impl Context<'_> {
                 ));
             }
             let programmed = motion.programmed >> letter_index & 1 == 1;
-            let moved = match position.base[letter_index] {
-                Some(last) => (value - last).abs() > SAME_BASE,
-                None => false,
-            };
+            let moved = position.base[letter_index].is_none_or(|last| (value - last).abs() > SAME_BASE);
             if !programmed && (motion.machine_coordinates || !moved) {
                 continue;
             }
@@ -93,7 +91,10 @@ impl Context<'_> {
                     let names: Vec<&str> = self.machine.joints.iter().map(|j| j.name.as_str()).collect();
                     return Err(self.fail(
                         "control-axis",
-                        format!("axis {letter} is programmed, but machine {} has no joint of this name", self.machine.name),
+                        format!(
+                            "axis {letter} is programmed, but machine {} has no joint of this name",
+                            self.machine.name
+                        ),
                         &format!("the machine's joints are {}", names.join(", ")),
                     ));
                 }
@@ -103,28 +104,56 @@ impl Context<'_> {
         Ok(targets)
     }
 
-    /// End of a motion in joints (no tool center point control, or machine coordinates).
-    fn end_in_joints(&self, motion: &Motion, position: &Position) -> Result<JointValues, Box<ControlError>> {
-        if motion.tool_axis_base.is_some() {
-            return Err(self.fail(
-                "control-tool-axis",
-                "a tool axis is programmed as a vector, but tool center point control is off".to_owned(),
-                "switch it on before this block (TRAORI, G43.4, M128) or program the rotary axes",
-            ));
-        }
+    /// End of a motion in joints (no tool center point control, or machine coordinates). A tool axis turns the rotary
+    /// joints while the linear joints stay or go where the block says (swiveling).
+    #[expect(clippy::type_complexity, reason = "the same pair as with tool center point control")]
+    fn end_in_joints(
+        &self,
+        motion: &Motion,
+        position: &Position,
+    ) -> Result<(JointValues, Option<(ToolPose, String)>), Box<ControlError>> {
         let offset = self.length_offset();
         let mut q = position.q;
         for (letter, joint, value) in self.targets(motion, position)? {
             q[joint] = value + if letter < 3 { offset[letter] } else { 0.0 };
         }
-        Ok(q)
+        let mut unreachable = None;
+        if let Some(axis) = motion.tool_axis_base {
+            let tip = self.machine.forward(&q, self.active_length).tip;
+            unreachable = self.turn_to(axis, tip, self.active_length, position, &mut q)?;
+        }
+        Ok((q, unreachable))
+    }
+
+    /// Turns the rotary joints of `q` to a tool axis, next to where they stand; what cannot be reached is handed back and
+    /// leaves them.
+    fn turn_to(
+        &self,
+        axis: [f64; 3],
+        tip: Point,
+        length: f64,
+        position: &Position,
+        q: &mut JointValues,
+    ) -> Result<Option<(ToolPose, String)>, Box<ControlError>> {
+        let pose = ToolPose { tip, axis: Vector::from(axis) };
+        match self.machine.inverse_nearest(&pose, length, &position.q) {
+            Ok(solution) => self.take_rotary(q, &solution.q),
+            Err(KinematicsError::OverTravel { solution, .. }) => self.take_rotary(q, &solution.q),
+            Err(e @ KinematicsError::NotFinite { .. }) => {
+                return Err(self.fail("control-not-a-number", e.to_string(), "check the tool axis of this block"));
+            }
+            Err(e) => return Ok(Some((pose, e.to_string()))),
+        }
+        Ok(None)
     }
 
     /// Path of a rapid or straight motion.
     pub(crate) fn straight(&self, motion: &Motion, position: &Position) -> Result<BlockPath, Box<ControlError>> {
         let Some((length, rig)) = self.mapping.tcp_length.zip(self.rig) else {
-            let end = self.end_in_joints(motion, position)?;
-            return Ok(self.line(position.q, end, end));
+            let (end, unreachable) = self.end_in_joints(motion, position)?;
+            let mut path = self.line(position.q, end, end);
+            path.unreachable = unreachable;
+            return Ok(path);
         };
         let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
         let great_circle = self.orientation == OrientationInterpolation::GreatCircle;
@@ -161,16 +190,7 @@ impl Context<'_> {
         }
         let mut unreachable = None;
         if let Some(axis) = motion.tool_axis_base {
-            let axis = Vector::from(axis);
-            let pose = ToolPose { tip: Point::from(tip), axis };
-            match self.machine.inverse_nearest(&pose, length, &position.q) {
-                Ok(solution) => self.take_rotary(&mut to, &solution.q),
-                Err(KinematicsError::OverTravel { solution, .. }) => self.take_rotary(&mut to, &solution.q),
-                Err(e @ KinematicsError::NotFinite { .. }) => {
-                    return Err(self.fail("control-not-a-number", e.to_string(), "check the tool axis of this block"));
-                }
-                Err(e) => unreachable = Some((pose, e.to_string())),
-            }
+            unreachable = self.turn_to(axis, Point::from(tip), length, position, &mut to)?;
         }
         for (k, &slot) in rig.slots.iter().enumerate() {
             to[slot] = tip[k];
@@ -220,7 +240,8 @@ impl Context<'_> {
         let motion = &arc.motion;
         let center = Vector::from(arc.center_base);
         let normal = Vector::from(arc.normal_base);
-        if !center.iter().chain(normal.iter()).chain([&arc.sweep]).all(|v| v.is_finite()) || !(arc.sweep > 0.0) {
+        let finite = center.iter().chain(normal.iter()).chain([&arc.sweep]).all(|v| v.is_finite());
+        if !finite || arc.sweep <= 0.0 || normal.norm() == 0.0 {
             let message = format!("center {center:?}, normal {normal:?} and sweep {} do not make an arc", arc.sweep);
             return Err(self.fail("control-not-a-number", message, "check the expressions of this block"));
         }
@@ -233,15 +254,16 @@ impl Context<'_> {
                 (from, to, rig.slots, Vector::zeros(), end, unreachable)
             }
             None => {
-                let end = self.end_in_joints(motion, position)?;
+                let (end, unreachable) = self.end_in_joints(motion, position)?;
                 let mut slots = [0; 3];
                 for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
                     slots[k] = self.machine.joint_for_letter(letter).ok_or_else(|| {
-                        let message = format!("machine {} has no joint {letter}, which an arc needs", self.machine.name);
+                        let message =
+                            format!("machine {} has no joint {letter}, which an arc needs", self.machine.name);
                         self.fail("control-axis", message, "name the linear joints of the machine X, Y and Z")
                     })?;
                 }
-                (position.q, end, slots, self.length_offset(), end, None)
+                (position.q, end, slots, self.length_offset(), end, unreachable)
             }
         };
         let at = |q: &JointValues| Vector::new(q[slots[0]], q[slots[1]], q[slots[2]]);
@@ -344,9 +366,12 @@ impl Context<'_> {
         path_length: f64,
     ) -> Option<BlockPath> {
         let axis_of = |task: &JointValues| self.machine.forward(&self.joints(rig, task, length), length).axis;
-        let ends = [ToolPose { tip: Point::origin(), axis: axis_of(from) }, ToolPose { tip: Point::origin(), axis: axis_of(to) }];
+        let ends = [
+            ToolPose { tip: Point::origin(), axis: axis_of(from) },
+            ToolPose { tip: Point::origin(), axis: axis_of(to) },
+        ];
         let angle = ends[0].angle_to(&ends[1]);
-        if angle < 1e-9 || angle > std::f64::consts::PI - 1e-3 {
+        if !(1e-9..=std::f64::consts::PI - 1e-3).contains(&angle) {
             return None;
         }
         let knots = (angle / KNOT_TURN).ceil().max(2.0) as usize;

@@ -204,7 +204,7 @@ impl Path {
         }
     }
 
-    fn push_blend(&mut self, frame: &Frame<'_>, number: u64, next: &PathBlock, quintic: Quintic) {
+    fn push_blend(&mut self, frame: &Frame<'_>, number: u64, next: &PathBlock, quintic: Box<Quintic>) {
         let before = self.block(number);
         let rapid = before.is_rapid() && next.is_rapid();
         let feed = before.feed.min(next.feed);
@@ -222,7 +222,7 @@ impl Path {
         for (end, limits) in cells {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: false });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)) });
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic) });
         self.s_done = s1;
     }
 
@@ -277,7 +277,7 @@ enum Corner {
     Blend {
         half_width: f64,
         rounding: f64,
-        quintic: Quintic,
+        quintic: Box<Quintic>,
     },
     Stop,
 }
@@ -303,18 +303,18 @@ fn corner(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, tolerance: Tolerance)
         d = d.min(tolerance.tip / tip).min(tolerance.angle / angle);
     }
     if lines {
-        if !(d > NARROWEST * room) {
+        if d.is_nan() || d <= NARROWEST * room {
             return Corner::Stop;
         }
-        let quintic = blend(a, b, d);
+        let quintic = Box::new(blend(a, b, d));
         let (tip, _) = size(machine, &(slope * (3.0 / 16.0 * d)));
         return Corner::Blend { half_width: d, rounding: tip, quintic };
     }
     for _ in 0..12 {
-        if !(d > NARROWEST * room) {
+        if d.is_nan() || d <= NARROWEST * room {
             return Corner::Stop;
         }
-        let quintic = blend(a, b, d);
+        let quintic = Box::new(blend(a, b, d));
         let (tip, angle) = blend_deviation(frame, a, b, &quintic, d);
         let excess = (tip / tolerance.tip).max(angle / tolerance.angle);
         if excess <= 1.0 {
@@ -421,11 +421,8 @@ fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<(f
             let n = (arc.omega.abs() * (u1 - u0) / CELL_ARC).max(turn(&arc.slope) / CELL_TURN).ceil().max(1.0) as usize;
             cut(n)
                 .map(|(a, b)| {
-                    let bounds = if tcp {
-                        point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS)
-                    } else {
-                        arc.bounds(a, b)
-                    };
+                    let bounds =
+                        if tcp { point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS) } else { arc.bounds(a, b) };
                     limits(a, b, &bounds)
                 })
                 .collect()
@@ -447,13 +444,7 @@ fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<(f
 }
 
 /// Bounds of the joints' derivatives from points of a cell, with a surcharge for what lies between them.
-fn point_bounds(
-    frame: &Frame<'_>,
-    task: impl Fn(f64) -> JointJet,
-    a: f64,
-    b: f64,
-    points: usize,
-) -> DerivativeBounds {
+fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f64, points: usize) -> DerivativeBounds {
     let mut bounds = DerivativeBounds {
         first: JointValues::ZERO,
         first_low: JointValues([f64::INFINITY; proveout_machine::MAX_JOINTS]),

@@ -67,9 +67,8 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
     }
 
     fn parts_by_size(&self, a: &Stance, b: &Stance) -> usize {
-        let mut parts = ((b.pose.tip - a.pose.tip).norm() / self.settings.piece_length).max(
-            a.pose.angle_to(&b.pose) / self.settings.piece_angle,
-        );
+        let mut parts = ((b.pose.tip - a.pose.tip).norm() / self.settings.piece_length)
+            .max(a.pose.angle_to(&b.pose) / self.settings.piece_angle);
         for (i, joint) in self.machine.joints.iter().enumerate() {
             if joint.kind == JointKind::Rotary {
                 parts = parts.max((b.q[i] - a.q[i]).abs() / self.settings.piece_angle);

@@ -232,7 +232,7 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], v_start: f64) -> Ve
                 speed,
                 shared: first || border == last || (on_f && on_w && f_low && w_low),
                 leg_out: takes_f.then_some(i),
-                leg_in: takes_w.then_some(if border == last { backward.len() - 1 } else { k - 1 }),
+                leg_in: takes_w.then(|| if border == last { backward.len() - 1 } else { k.saturating_sub(1) }),
             });
         }
         if border == last {

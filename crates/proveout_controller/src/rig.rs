@@ -12,9 +12,9 @@
 //! ```
 //!
 //! Both chains are products of turns about fixed lines and of shifts along fixed directions (machine at zero), so that
-//! the equation is linear in the linear joints: sum of D_i q_i = r, where D_i is the direction of joint i turned by the
-//! rotary joints between it and the base. With jets for everything, the coefficients of q follow order by order:
-//! D(0) q(k) = r(k) - sum over m of D(m) q(k - m).
+//! the equation is linear in the linear joints: `sum of D_i q_i = r`, where `D_i` is the direction of joint i turned by
+//! the rotary joints between it and the base. With jets for everything, the coefficients of q follow order by order:
+//! `D(0) q(k) = r(k) - sum over m of D(m) q(k - m)`.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, Vector};

@@ -162,7 +162,8 @@ pub(crate) fn peak_speed(v0: f64, v1: f64, distance: f64, ceiling: f64, up: Rate
         if high - low <= 1e-14 * high {
             break;
         }
-        let mut mid = if f_high.is_finite() { (low * f_high - high * f_low) / (f_high - f_low) } else { 0.5 * (low + high) };
+        let mut mid =
+            if f_high.is_finite() { (low * f_high - high * f_low) / (f_high - f_low) } else { 0.5 * (low + high) };
         if !(mid > low && mid < high) {
             mid = 0.5 * (low + high);
             if !(mid > low && mid < high) {

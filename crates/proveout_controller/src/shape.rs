@@ -12,10 +12,7 @@ use crate::{
 #[derive(Clone, Debug)]
 pub(crate) enum Shape {
     /// All task coordinates in proportion to u.
-    Line {
-        from: JointValues,
-        slope: JointValues,
-    },
+    Line { from: JointValues, slope: JointValues },
     /// The three coordinates `slots` on a circle or helix, the others in proportion to u.
     Arc(Box<Arc>),
     /// Pieces that join with equal value, first and second derivative; begins of the pieces grow.
@@ -110,7 +107,8 @@ impl Arc {
         let mut out = JointJet([self.from + self.slope * u, self.slope, JointValues::ZERO, JointValues::ZERO]);
         let (s, c) = Jet([self.omega * u, self.omega, 0.0, 0.0]).sin_cos();
         let r = Jet([self.radius + self.radius_slope * u, self.radius_slope, 0.0, 0.0]);
-        let mut p = VectorJet::constant(self.u).times(&c.times(&r)).plus(&VectorJet::constant(self.v).times(&s.times(&r)));
+        let mut p =
+            VectorJet::constant(self.u).times(&c.times(&r)).plus(&VectorJet::constant(self.v).times(&s.times(&r)));
         p.0[0] += self.center + self.rise * u;
         p.0[1] += self.rise;
         for (k, &slot) in self.slots.iter().enumerate() {
@@ -122,7 +120,8 @@ impl Arc {
     /// Bounds over u0..=u1 of the coordinates themselves (no tool center point control).
     pub(crate) fn bounds(&self, u0: f64, u1: f64) -> DerivativeBounds {
         let abs = self.slope.map(f64::abs);
-        let mut b = DerivativeBounds { first: abs, first_low: abs, second: JointValues::ZERO, third: JointValues::ZERO };
+        let mut b =
+            DerivativeBounds { first: abs, first_low: abs, second: JointValues::ZERO, third: JointValues::ZERO };
         let r = (self.radius + self.radius_slope * u0).max(self.radius + self.radius_slope * u1);
         let dr = self.radius_slope.abs();
         let w = self.omega.abs();

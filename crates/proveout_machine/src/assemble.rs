@@ -5,21 +5,21 @@ use std::path::{Path, PathBuf};
 use proveout_geom::{Point, Pose, Vector, rad};
 
 use crate::{
-    Attachment, Carries, Control, Joint, JointKind, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData,
-    TableData, Trust,
+    Attachment, Carries, Control, Joint, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData, TableData, Trust,
     bodies::read_bodies,
     chain::Chain,
-    description::{CarriesFile, JointFile, KindFile, MachineFile, Notes, RapidFile},
+    description::{JointFile, MachineFile, Notes, RapidFile},
     error::ContentError,
-    inverse::Solver,
+    joint_reader::read_joint,
     locate::{Source, Step, Step::Item, Step::Key},
-    structure::{check_kinematics, chain_to},
+    solver::Solver,
+    structure::{chain_to, check_kinematics},
 };
 
 /// A direction may miss the length one by this much, and is then normalized: six digits in a file.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-type Checked<T> = Result<T, ContentError>;
+pub(crate) type Checked<T> = Result<T, Box<ContentError>>;
 
 impl Machine {
     /// Reads a machine from its folder or from its `machine.toml`.
@@ -41,7 +41,7 @@ impl Machine {
     pub fn from_text(file: &Path, text: &str) -> Result<Self, MachineError> {
         let source = Source::new(file, text);
         let content: MachineFile = toml::from_str(text).map_err(|e| source.toml_error(&e))?;
-        Ok(assemble(&source, &content)?)
+        assemble(&source, &content)
     }
 }
 
@@ -85,9 +85,8 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
     check_kinematics(source, &joints, &chain, &solver)?;
     let control = read_control(source, content, &joints)?;
     let trust = read_trust(source, content)?;
-    let (bodies, unused_nodes) = read_bodies(source, content, |path, name| {
-        attachment(source, &content.joint, path, name)
-    })?;
+    let (bodies, unused_nodes) =
+        read_bodies(source, content, |path, name| attachment(source, &content.joint, path, name))?;
     Ok(Machine {
         name: content.name.clone(),
         description: content.description.clone(),
@@ -105,7 +104,12 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
     })
 }
 
-fn attachment(source: &Source<'_>, joints: &[JointFile], path: &[Step<'_>], name: &str) -> Checked<Attachment> {
+pub(crate) fn attachment(
+    source: &Source<'_>,
+    joints: &[JointFile],
+    path: &[Step<'_>],
+    name: &str,
+) -> Checked<Attachment> {
     if name == "base" {
         return Ok(Attachment::Base);
     }
@@ -116,173 +120,7 @@ fn attachment(source: &Source<'_>, joints: &[JointFile], path: &[Step<'_>], name
     })
 }
 
-fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, all: &[JointFile]) -> Checked<Joint> {
-    let at = |key| [Key("joint"), Item(index), Key(key)];
-    if file.name == "base" || file.name.is_empty() {
-        let message = format!("a joint cannot have the name {:?}", file.name);
-        return Err(source.error("machine-joint-name", &at("name"), message, "name it by its letter, as programs do"));
-    }
-    let rotary = matches!(file.kind, KindFile::Rotary);
-    check_units(source, index, file, rotary)?;
-    let sense = match file.sense {
-        Some(sense) if sense.abs() == 1.0 => sense,
-        Some(sense) => {
-            let message = format!("{sense} is no sense of motion");
-            return Err(source.error("machine-sense", &at("sense"), message, "write 1 or -1"));
-        }
-        None if !rotary => 1.0,
-        None => {
-            let remedy = "write 1 when a growing value turns the carried body right-handed about the direction, else -1 \
-                          (table axes after ISO 841)";
-            return Err(source.error("machine-sense", &at("sense"), "a rotary joint must state its sense", remedy));
-        }
-    };
-    let point = match file.point_mm {
-        Some(p) => Point::from(finite_vector(source, &at("point_mm"), p)?),
-        None if !rotary => Point::origin(),
-        None => {
-            let remedy = "add point_mm, any point on the axis in machine coordinates with all joints at zero";
-            return Err(source.error("machine-missing-key", &at("point_mm"), "the rotary axis has no place", remedy));
-        }
-    };
-    let parent = match attachment(source, all, &at("parent"), &file.parent)? {
-        Attachment::Base => None,
-        Attachment::Joint(j) => Some(j),
-    };
-    let angle = |v: Option<f64>| v.map(rad);
-    let travel = if rotary { file.travel_deg.map(|t| t.map(rad)) } else { file.travel_mm };
-    let travel_key = if rotary { "travel_deg" } else { "travel_mm" };
-    if let Some([low, high]) = travel
-        && !(low < high && low.is_finite() && high.is_finite())
-    {
-        let message = format!("travel from {low} to {high} is upside down (mm or radian)");
-        return Err(source.error("machine-limits-upside-down", &at(travel_key), message, "write the lower end first"));
-    }
-    if file.endless && (!rotary || travel.is_some()) {
-        let message = "endless stands beside end stops or on a linear joint";
-        let remedy = "an endless rotary joint has no travel; leave out one of the two";
-        return Err(source.error("machine-endless", &at("endless"), message, remedy));
-    }
-    let home_key = if rotary { "home_deg" } else { "home_mm" };
-    let home = (if rotary { angle(file.home_deg) } else { file.home_mm }).unwrap_or(0.0);
-    let tool_change_key = if rotary { "tool_change_deg" } else { "tool_change_mm" };
-    let tool_change = if rotary { angle(file.tool_change_deg) } else { file.tool_change_mm };
-    let joint = Joint {
-        name: file.name.clone(),
-        kind: if rotary { JointKind::Rotary } else { JointKind::Linear },
-        carries: match file.carries {
-            CarriesFile::Tool => Carries::Tool,
-            CarriesFile::Workpiece => Carries::Workpiece,
-        },
-        parent,
-        direction: unit(source, &at("direction"), file.direction)?,
-        point,
-        sense,
-        travel,
-        endless: file.endless,
-        held: file.held,
-        max_velocity: velocity(
-            source,
-            index,
-            [
-                ("max_velocity_mm_min", file.max_velocity_mm_min),
-                ("max_velocity_deg_s", file.max_velocity_deg_s),
-                ("max_velocity_rev_min", file.max_velocity_rev_min),
-            ],
-        )?,
-        max_acceleration: if rotary {
-            angle(positive(source, &at("max_acceleration_deg_s2"), file.max_acceleration_deg_s2)?)
-        } else {
-            positive(source, &at("max_acceleration_mm_s2"), file.max_acceleration_mm_s2)?
-        },
-        max_jerk: if rotary {
-            angle(positive(source, &at("max_jerk_deg_s3"), file.max_jerk_deg_s3)?)
-        } else {
-            positive(source, &at("max_jerk_mm_s3"), file.max_jerk_mm_s3)?
-        },
-        rapid_velocity: velocity(
-            source,
-            index,
-            [
-                ("rapid_velocity_mm_min", file.rapid_velocity_mm_min),
-                ("rapid_velocity_deg_s", file.rapid_velocity_deg_s),
-                ("rapid_velocity_rev_min", file.rapid_velocity_rev_min),
-            ],
-        )?,
-        home,
-        tool_change,
-        moving_inertia: if rotary {
-            positive(source, &at("moving_inertia_kg_m2"), file.moving_inertia_kg_m2)?.map(|j| j * 1e6)
-        } else {
-            positive(source, &at("moving_mass_kg"), file.moving_mass_kg)?
-        },
-    };
-    for (key, value) in [(home_key, Some(home)), (tool_change_key, tool_change)] {
-        let Some(value) = value else { continue };
-        if !value.is_finite() || joint.travel_violation(value).is_some() {
-            let message = format!("the position {value} (mm or radian) lies outside the travel");
-            return Err(source.error("machine-home-outside", &at(key), message, "give a position within the travel"));
-        }
-    }
-    if let (Some(rapid), Some(most)) = (joint.rapid_velocity, joint.max_velocity)
-        && rapid > most * (1.0 + 1e-12)
-    {
-        let message = format!("the rapid velocity {rapid} is above the highest velocity {most} (mm/s or rad/s)");
-        let remedy = "lower the rapid velocity or raise the highest one";
-        let key = if rotary { "rapid_velocity_deg_s" } else { "rapid_velocity_mm_min" };
-        return Err(source.error("machine-limits-upside-down", &at(key), message, remedy));
-    }
-    Ok(joint)
-}
-
-/// Refuses keys with the unit of the other kind of joint.
-fn check_units(source: &Source<'_>, index: usize, file: &JointFile, rotary: bool) -> Checked<()> {
-    let of_linear = [
-        ("travel_mm", file.travel_mm.is_some(), "travel_deg"),
-        ("max_velocity_mm_min", file.max_velocity_mm_min.is_some(), "max_velocity_deg_s"),
-        ("max_acceleration_mm_s2", file.max_acceleration_mm_s2.is_some(), "max_acceleration_deg_s2"),
-        ("max_jerk_mm_s3", file.max_jerk_mm_s3.is_some(), "max_jerk_deg_s3"),
-        ("rapid_velocity_mm_min", file.rapid_velocity_mm_min.is_some(), "rapid_velocity_deg_s"),
-        ("home_mm", file.home_mm.is_some(), "home_deg"),
-        ("tool_change_mm", file.tool_change_mm.is_some(), "tool_change_deg"),
-        ("moving_mass_kg", file.moving_mass_kg.is_some(), "moving_inertia_kg_m2"),
-    ];
-    let of_rotary = [
-        ("point_mm", file.point_mm.is_some(), "nothing: a slide has no place"),
-        ("travel_deg", file.travel_deg.is_some(), "travel_mm"),
-        ("max_velocity_deg_s", file.max_velocity_deg_s.is_some(), "max_velocity_mm_min"),
-        ("max_velocity_rev_min", file.max_velocity_rev_min.is_some(), "max_velocity_mm_min"),
-        ("max_acceleration_deg_s2", file.max_acceleration_deg_s2.is_some(), "max_acceleration_mm_s2"),
-        ("max_jerk_deg_s3", file.max_jerk_deg_s3.is_some(), "max_jerk_mm_s3"),
-        ("rapid_velocity_deg_s", file.rapid_velocity_deg_s.is_some(), "rapid_velocity_mm_min"),
-        ("rapid_velocity_rev_min", file.rapid_velocity_rev_min.is_some(), "rapid_velocity_mm_min"),
-        ("home_deg", file.home_deg.is_some(), "home_mm"),
-        ("tool_change_deg", file.tool_change_deg.is_some(), "tool_change_mm"),
-        ("moving_inertia_kg_m2", file.moving_inertia_kg_m2.is_some(), "moving_mass_kg"),
-    ];
-    let wrong = if rotary { &of_linear[..] } else { &of_rotary[..] };
-    let Some((key, _, instead)) = wrong.iter().find(|(_, given, _)| *given) else { return Ok(()) };
-    let kind = if rotary { "rotary" } else { "linear" };
-    let path = [Key("joint"), Item(index), Key(key)];
-    Err(source.error("machine-wrong-unit", &path, format!("a {kind} joint has no {key}"), format!("write {instead}")))
-}
-
-/// The one velocity of several keys (mm/min, deg/s, rev/min) in mm/s or rad/s.
-fn velocity(source: &Source<'_>, index: usize, keys: [(&'static str, Option<f64>); 3]) -> Checked<Option<f64>> {
-    let mut found: Option<f64> = None;
-    for ((key, value), factor) in keys.into_iter().zip([1.0 / 60.0, rad(1.0), rad(6.0)]) {
-        let path = [Key("joint"), Item(index), Key(key)];
-        let Some(value) = positive(source, &path, value)? else { continue };
-        if found.is_some() {
-            let remedy = "keep one of the two keys";
-            return Err(source.error("machine-duplicate-limit", &path, "the velocity is given twice", remedy));
-        }
-        found = Some(value * factor);
-    }
-    Ok(found)
-}
-
-fn positive(source: &Source<'_>, path: &[Step<'_>], value: Option<f64>) -> Checked<Option<f64>> {
+pub(crate) fn positive(source: &Source<'_>, path: &[Step<'_>], value: Option<f64>) -> Checked<Option<f64>> {
     match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => {
             let remedy = "write a finite number above zero, or leave the key out where the value is not known";
@@ -306,7 +144,7 @@ pub(crate) fn finite_vector(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3])
     Err(source.error("machine-not-finite", path, format!("{v:?} is no place"), "write three finite numbers"))
 }
 
-fn unit(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
+pub(crate) fn unit(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
     let v = finite_vector(source, path, v)?;
     let length = v.norm();
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
@@ -338,7 +176,7 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
     for (place, joint) in tool_change_position.iter_mut().zip(joints) {
         *place = joint.tool_change;
     }
-    let required = |key: &'static str, value: f64| {
+    let required = |key: &'static str, value: f64| -> Checked<f64> {
         let v = positive(source, &at(key), Some(value))?;
         Ok(v.unwrap_or(value))
     };
@@ -346,11 +184,7 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
         cycle_time: required("cycle_time_ms", file.cycle_time_ms)? * 1e-3,
         block_time: not_negative(source, &at("block_time_ms"), file.block_time_ms)? * 1e-3,
         tool_change_time: not_negative(source, &at("tool_change_time_s"), file.tool_change_time_s)?,
-        spindle_start_time: not_negative(
-            source,
-            &[Key("spindle"), Key("start_time_s")],
-            content.spindle.start_time_s,
-        )?,
+        spindle_start_time: not_negative(source, &[Key("spindle"), Key("start_time_s")], content.spindle.start_time_s)?,
         rapid_mode: match file.rapid_mode {
             RapidFile::Straight => RapidMode::Straight,
             RapidFile::Independent => RapidMode::IndependentJoints,
@@ -388,7 +222,12 @@ fn read_trust(source: &Source<'_>, content: &MachineFile) -> Checked<Vec<Trust>>
                     let mut at = path.clone();
                     at.extend([Key(word), Key(key)]);
                     let message = format!("the note is about {key}, which this table does not have");
-                    return Err(source.error("machine-unknown-key", &at, message, "name a key of the same table, or *"));
+                    return Err(source.error(
+                        "machine-unknown-key",
+                        &at,
+                        message,
+                        "name a key of the same table, or *",
+                    ));
                 }
                 all.push(Trust { key: format!("{name}.{key}"), chosen: is_chosen, note: note.clone() });
             }

@@ -6,9 +6,8 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh}
 
 use crate::{
     Attachment, MachineBody,
-    assemble::finite_vector,
+    assemble::{Checked, finite_vector},
     description::{AlongFile, BodyFile, BoxFile, CylinderFile, MachineFile, PrismFile},
-    error::ContentError,
     locate::{Source, Step, Step::Item, Step::Key},
     model::Model,
 };
@@ -19,8 +18,6 @@ const FACET_TOLERANCE_MM: f64 = 0.05;
 
 /// Color of a body that states none: the gray of castings.
 const DEFAULT_COLOR: [u8; 4] = [150, 155, 160, 255];
-
-type Checked<T> = Result<T, ContentError>;
 
 /// All bodies, and the model nodes with meshes that none of them uses.
 pub(crate) fn read_bodies(
@@ -156,10 +153,12 @@ fn part_prism(source: &Source<'_>, path: &[Step<'_>], part: &PrismFile) -> Check
         let ([ax, ay], [bx, by]) = (edge(k), edge(k + 1));
         ax * by - ay * bx > 0.0
     };
-    let winding: f64 = (0..n).map(|k| {
-        let ([ax, ay], [bx, by]) = (edge(k), edge(k + 1));
-        (ax * by - ay * bx).atan2(ax * bx + ay * by)
-    }).sum();
+    let winding: f64 = (0..n)
+        .map(|k| {
+            let ([ax, ay], [bx, by]) = (edge(k), edge(k + 1));
+            (ax * by - ay * bx).atan2(ax * bx + ay * by)
+        })
+        .sum();
     if !(0..n).all(turns_left) || (winding - 2.0 * PI).abs() > 1e-6 {
         return wrong("the outline is not convex and counter-clockwise", "split it, or turn the order of its corners");
     }

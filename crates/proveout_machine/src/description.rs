@@ -204,7 +204,7 @@ pub(crate) struct ControlFile {
 pub(crate) struct BodyFile {
     /// Name, unique in the machine.
     pub(crate) name: String,
-    /// What it is: bed, column, table, spindle_nose.
+    /// What it is: bed, column, table, spindle nose.
     pub(crate) role: String,
     /// Joint that carries it, or base.
     pub(crate) attached_to: String,
@@ -282,4 +282,23 @@ pub(crate) struct PrismFile {
 /// JSON Schema of `machine.toml`.
 pub fn machine_schema() -> schemars::Schema {
     schemars::schema_for!(MachineFile)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_schema_names_every_table_and_closes_it() {
+        let schema = machine_schema().to_value();
+        for key in ["name", "joint", "spindle", "table", "control", "body", "model"] {
+            assert!(schema["properties"][key].is_object(), "{key}");
+        }
+        let joint = &schema["$defs"]["JointFile"];
+        assert_eq!(joint["additionalProperties"], false);
+        assert!(joint["properties"]["max_jerk_deg_s3"]["description"].as_str().is_some_and(|d| d.contains("jerk")));
+        let required: Vec<&str> =
+            joint["required"].as_array().expect("list").iter().filter_map(|v| v.as_str()).collect();
+        assert_eq!(required, ["name", "kind", "carries", "parent", "direction"]);
+    }
 }

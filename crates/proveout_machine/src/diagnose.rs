@@ -51,7 +51,8 @@ impl Machine {
     pub fn diagnose(&self) -> Vec<Diagnosis> {
         let mut all = Vec::new();
         for missing in self.missing_limits() {
-            let table = missing.joint.map_or_else(|| "spindle".to_owned(), |j| format!("joint.{}", self.joints[j].name));
+            let table =
+                missing.joint.map_or_else(|| "spindle".to_owned(), |j| format!("joint.{}", self.joints[j].name));
             all.push(Diagnosis {
                 code: "machine-missing-limit",
                 key: format!("{table}.{}", missing.key),

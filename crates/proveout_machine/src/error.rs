@@ -38,8 +38,8 @@ pub struct ContentError {
     pub remedy: String,
 }
 
-impl From<ContentError> for MachineError {
-    fn from(e: ContentError) -> Self {
-        Self::Content(Box::new(e))
+impl From<Box<ContentError>> for MachineError {
+    fn from(e: Box<ContentError>) -> Self {
+        Self::Content(e)
     }
 }

@@ -1,15 +1,9 @@
 use std::{f64::consts::TAU, ops::Deref};
 
-use nalgebra::Matrix3;
-use proveout_geom::{Point, ToolPose, Vector};
+use proveout_geom::{Point, ToolPose};
 use thiserror::Error;
 
-use crate::{
-    Joint, JointValues, MAX_JOINTS, Machine,
-    axis_pair::{AxisAngles, AxisPair, solve_single},
-    chain::Chain,
-    joint::TRAVEL_TOLERANCE,
-};
+use crate::{Joint, JointValues, Machine, joint::TRAVEL_TOLERANCE};
 
 /// Largest angle (radian) between the wanted and the reached tool axis for a pose to count as reached: 1e-6 rad is
 /// 0.2 arc second and admits axes that were written with six digits on the edge of what a machine reaches.
@@ -94,7 +88,7 @@ pub enum KinematicsError {
         /// The limit, mm or radian.
         limit: f64,
         /// The joint values with the violation in them, so that a report can go on.
-        solution: Solution,
+        solution: Box<Solution>,
     },
     /// A number of the pose is not finite, or the axis has no length.
     #[error("the pose is not a number: tip {tip:?}, axis {axis:?}")]
@@ -108,192 +102,6 @@ pub enum KinematicsError {
 
 fn shown(value: f64, rotary: bool) -> String {
     if rotary { format!("{:.6} degrees", value.to_degrees()) } else { format!("{value:.6} mm") }
-}
-
-/// What the inverse kinematics can compute ahead for a chain.
-#[derive(Clone, Debug)]
-pub(crate) struct Solver {
-    /// Joints that turn the tool, from the table to the tool; at most two.
-    rotary: Vec<usize>,
-    /// Linear joints that place the tip; at most three.
-    linear: Vec<usize>,
-    held: Vec<usize>,
-    held_rotary: bool,
-    home: JointValues,
-    /// Constants of the rotary pair, when no held joint changes them.
-    pair: Option<AxisPair>,
-    block: Option<LinearBlock>,
-}
-
-/// Three linear joints with no rotary joint between them: their directions are constant.
-#[derive(Clone, Debug)]
-struct LinearBlock {
-    /// First and last link, in the chain.
-    first: usize,
-    last: usize,
-    joints_from_offset: Matrix3<f64>,
-}
-
-/// Determinant of three unit directions below which they count as lying in a plane; they are then solved in the sense
-/// of least squares.
-const FLAT_DETERMINANT: f64 = 1e-9;
-
-impl Solver {
-    pub(crate) fn new(chain: &Chain, joints: &[Joint]) -> Self {
-        let pick = |rotary: bool| {
-            let links = chain.links.iter().filter(move |l| l.rotary == rotary && !joints[l.joint].held);
-            links.map(|l| l.joint).collect::<Vec<_>>()
-        };
-        let (rotary, linear) = (pick(true), pick(false));
-        let held: Vec<usize> = chain.links.iter().map(|l| l.joint).filter(|&j| joints[j].held).collect();
-        let mut home = JointValues::ZERO;
-        for (i, joint) in joints.iter().enumerate() {
-            home[i] = joint.home;
-        }
-        let mut solver = Self {
-            held_rotary: held.iter().any(|&j| joints[j].is_rotary()),
-            block: LinearBlock::new(chain, &linear),
-            pair: None,
-            rotary,
-            linear,
-            held,
-            home,
-        };
-        if !solver.held_rotary && solver.rotary.len() == 2 {
-            let (first, second, tool, _) = solver.frame(chain, &home, &Vector::z());
-            solver.pair = AxisPair::new(first, second, tool);
-        }
-        solver
-    }
-
-    /// Rotary axes that inverse kinematics moves, table side first.
-    pub(crate) fn rotary(&self) -> &[usize] {
-        &self.rotary
-    }
-
-    pub(crate) fn linear(&self) -> &[usize] {
-        &self.linear
-    }
-
-    /// True when the two rotary joints can be solved at the home values of the held ones.
-    pub(crate) fn has_pair(&self, chain: &Chain) -> bool {
-        let (first, second, tool, _) = self.frame(chain, &self.home, &Vector::z());
-        self.pair.is_some() || AxisPair::new(first, second, tool).is_some()
-    }
-
-    /// First and second rotary axis and tool axis, each with the held joints between it and the first rotary joint
-    /// applied, and the wanted axis seen from before the first rotary joint.
-    fn frame(&self, chain: &Chain, held: &JointValues, u: &Vector) -> (Vector, Vector, Vector, Vector) {
-        let first = self.rotary.first().copied();
-        let mut wanted = *u;
-        let mut start = 0;
-        for (i, link) in chain.links.iter().enumerate() {
-            if Some(link.joint) == first {
-                start = i;
-                break;
-            }
-            if link.rotary {
-                wanted = link.pose(-held[link.joint]).vector(&wanted);
-            }
-        }
-        let mut axes = [Vector::zeros(); 2];
-        let mut tool: Vector = chain.spindle_at_zero.rotation.column(2).into();
-        for link in chain.links[start..].iter().rev().filter(|l| l.rotary) {
-            if let Some(k) = self.rotary.iter().position(|&j| j == link.joint) {
-                if let Some(axis) = axes.get_mut(k) {
-                    *axis = link.direction;
-                }
-            } else {
-                let turn = link.pose(held[link.joint]);
-                tool = turn.vector(&tool);
-                axes[1] = turn.vector(&axes[1]);
-            }
-        }
-        (axes[0], axes[1], tool, wanted)
-    }
-
-    fn axis_angles(&self, chain: &Chain, held: &JointValues, u: &Vector) -> AxisAngles {
-        if let Some(pair) = &self.pair {
-            return pair.solve(u);
-        }
-        let (first, second, tool, wanted) = self.frame(chain, held, u);
-        let none = || {
-            let error = tool.cross(&wanted).norm().atan2(tool.dot(&wanted));
-            AxisAngles { count: 1, error, ..AxisAngles::default() }
-        };
-        match self.rotary.len() {
-            0 => none(),
-            1 => solve_single(&first, &tool, &wanted),
-            _ => AxisPair::new(first, second, tool).map_or_else(none, |pair| pair.solve(&wanted)),
-        }
-    }
-
-    /// Sets the linear joints of `q` so that the tip comes to `tip`; returns the distance that is left, mm.
-    fn place_tip(&self, chain: &Chain, q: &mut JointValues, tip: &Point, tool_length: f64) -> f64 {
-        if let Some(block) = &self.block {
-            let offset = block.offset(chain, q, tip, tool_length, &self.linear);
-            let values = block.joints_from_offset * offset;
-            for (&j, value) in self.linear.iter().zip(values.iter()) {
-                q[j] = *value;
-            }
-            return 0.0;
-        }
-        let (at_zero, columns) = chain.linear_columns(q, tool_length, &self.linear);
-        let column = |k: usize| self.linear.get(k).map_or_else(Vector::zeros, |&j| columns[j]);
-        let matrix = Matrix3::from_columns(&[column(0), column(1), column(2)]);
-        if matrix.determinant().abs() > FLAT_DETERMINANT
-            && let Some(inverse) = matrix.try_inverse()
-        {
-            let values = inverse * (tip - at_zero);
-            for (&j, value) in self.linear.iter().zip(values.iter()) {
-                q[j] = *value;
-            }
-            return 0.0;
-        }
-        // Fewer than three directions: the smallest motion from the given values that comes nearest.
-        let given = Vector::from_fn(|k, _| self.linear.get(k).map_or(0.0, |&j| q[j]));
-        let missing = tip - at_zero - matrix * given;
-        let Ok(pseudo) = matrix.pseudo_inverse(FLAT_DETERMINANT) else { return missing.norm() };
-        let step: Vector = pseudo * missing;
-        for (k, &j) in self.linear.iter().enumerate() {
-            q[j] += step[k];
-        }
-        (missing - matrix * step).norm()
-    }
-}
-
-impl LinearBlock {
-    fn new(chain: &Chain, linear: &[usize]) -> Option<Self> {
-        let is_free = |link: &crate::chain::Link| linear.contains(&link.joint);
-        let first = chain.links.iter().position(is_free)?;
-        let last = chain.links.iter().rposition(is_free)?;
-        if linear.len() != 3 || chain.links[first..=last].iter().any(|l| l.rotary) {
-            return None;
-        }
-        let mut directions = chain.links[first..=last].iter().filter(|l| is_free(l)).map(|l| l.direction);
-        let mut next = || directions.next().unwrap_or_default();
-        let matrix = Matrix3::from_columns(&[next(), next(), next()]);
-        let flat = matrix.determinant().abs() <= FLAT_DETERMINANT;
-        let joints_from_offset = matrix.try_inverse().filter(|_| !flat)?;
-        Some(Self { first, last, joints_from_offset })
-    }
-
-    /// What the three joints together must add, in the frame that they slide in: the wanted tip is carried through the
-    /// links on the table side, the tip at zero through those on the tool side.
-    fn offset(&self, chain: &Chain, q: &JointValues, tip: &Point, tool_length: f64, linear: &[usize]) -> Vector {
-        let mut wanted = *tip;
-        for link in &chain.links[..self.first] {
-            wanted = link.moved(&wanted, -q[link.joint]);
-        }
-        let s0 = &chain.spindle_at_zero;
-        let mut reached = Point::from(s0.translation - s0.rotation.column(2) * tool_length);
-        for link in chain.links[self.last + 1..].iter().rev() {
-            reached = link.moved(&reached, q[link.joint]);
-        }
-        let between = chain.links[self.first..=self.last].iter().filter(|l| !linear.contains(&l.joint));
-        let held = between.fold(Vector::zeros(), |sum, l| sum + l.direction * q[l.joint]);
-        wanted - reached - held
-    }
 }
 
 impl Machine {
@@ -315,7 +123,7 @@ impl Machine {
     /// As [`Machine::inverse`], yet with the nearest tool axis where the wanted one cannot be reached, as on machines with
     /// fewer than two rotary joints; each branch carries its errors.
     pub fn inverse_closest(&self, pose_in_table: &ToolPose, tool_length: f64) -> Branches {
-        self.branches(pose_in_table, tool_length, &self.solver.home)
+        self.branches(pose_in_table, tool_length, self.solver.home())
     }
 
     fn branches(&self, pose: &ToolPose, tool_length: f64, given: &JointValues) -> Branches {
@@ -324,18 +132,17 @@ impl Machine {
         let Some(axis) = axis else { return Branches { axis_error: f64::INFINITY, ..Branches::default() } };
         let found = self.solver.axis_angles(&self.chain, given, &axis);
         let mut result = Branches { count: found.count, axis_error: found.error, ..Branches::default() };
-        let free_joint = self.solver.rotary.first().copied().filter(|_| found.free_first);
+        let free_joint = self.solver.rotary().first().copied().filter(|_| found.free_first);
         for (index, branch) in result.items.iter_mut().enumerate().take(found.count) {
             let mut q = JointValues::ZERO;
-            for &j in &self.solver.held {
+            for &j in self.solver.held() {
                 q[j] = given[j];
             }
-            for (&j, angle) in self.solver.rotary.iter().zip(found.angles[index]) {
+            for (&j, angle) in self.solver.rotary().iter().zip(found.angles[index]) {
                 q[j] = angle;
             }
             let tip_error = self.solver.place_tip(&self.chain, &mut q, &pose.tip, tool_length);
-            *branch =
-                Branch { q, index, singular: found.singular, free_joint, axis_error: found.error, tip_error };
+            *branch = Branch { q, index, singular: found.singular, free_joint, axis_error: found.error, tip_error };
         }
         result
     }
@@ -368,7 +175,7 @@ impl Machine {
             let mut q = branch.q;
             let mut inside = true;
             let mut distance = 0.0;
-            for &j in &self.solver.rotary {
+            for &j in self.solver.rotary() {
                 let free = branch.free_joint == Some(j);
                 let angle = if free { previous[j] } else { q[j] };
                 let placed = unwrapped(&self.joints[j], angle, previous[j]);
@@ -376,7 +183,8 @@ impl Machine {
                 distance += (placed - previous[j]).abs();
                 q[j] = placed;
             }
-            let better = best.is_none_or(|(was_inside, was, _)| (inside && !was_inside) || (inside == was_inside && distance < was));
+            let better = best
+                .is_none_or(|(was_inside, was, _)| (inside && !was_inside) || (inside == was_inside && distance < was));
             if better {
                 best = Some((inside, distance, Solution { q, branch: branch.index, singular: branch.singular }));
             }
@@ -396,7 +204,7 @@ impl Machine {
                 rotary: self.joints[joint].is_rotary(),
                 value: solution.q[joint],
                 limit,
-                solution,
+                solution: Box::new(solution),
             }),
         }
     }
@@ -438,6 +246,3 @@ fn unwrapped(joint: &Joint, angle: f64, previous: f64) -> f64 {
     let most = ((high + TRAVEL_TOLERANCE - angle) / TAU).floor();
     if least <= most { angle + TAU * turns.clamp(least, most) } else { angle + TAU * turns }
 }
-
-// The arrays of this module are indexed by joint numbers below MAX_JOINTS, which the reader checks.
-const _: () = assert!(MAX_JOINTS >= 5);

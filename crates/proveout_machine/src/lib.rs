@@ -35,9 +35,11 @@ mod error;
 mod inverse;
 mod jacobian;
 mod joint;
+mod joint_reader;
 mod locate;
 mod machine;
 mod model;
+mod solver;
 mod structure;
 mod table;
 #[cfg(test)]

@@ -42,7 +42,11 @@ impl<'a> Source<'a> {
                     let Some((name, v)) = table.get_key_value(*key) else { return span };
                     let inner = v.get_ref();
                     // A table's own span can be all its lines: its name is the place to look at.
-                    span = if inner.is_table() || inner.is_array() && v.span().is_empty() { name.span() } else { v.span() };
+                    span = if inner.is_table() || inner.is_array() && v.span().is_empty() {
+                        name.span()
+                    } else {
+                        v.span()
+                    };
                     value = Some(inner);
                 }
                 (Some(Step::Item(index)), Some(v)) => {
@@ -114,9 +118,9 @@ impl<'a> Source<'a> {
         path: &[Step<'_>],
         message: impl Into<String>,
         remedy: impl Into<String>,
-    ) -> ContentError {
+    ) -> Box<ContentError> {
         let (line, column) = self.place(self.span(path).start);
-        ContentError {
+        Box::new(ContentError {
             code,
             file: self.file.into(),
             line,
@@ -124,16 +128,16 @@ impl<'a> Source<'a> {
             key: self.key_text(path),
             message: message.into(),
             remedy: remedy.into(),
-        }
+        })
     }
 
     /// What the TOML reader found, with a remedy.
-    pub(crate) fn toml_error(&self, error: &toml::de::Error) -> ContentError {
+    pub(crate) fn toml_error(&self, error: &toml::de::Error) -> Box<ContentError> {
         let span = error.span().unwrap_or(0..0);
         let (line, column) = self.place(span.start);
         let message = error.message().lines().next().unwrap_or_default().to_owned();
         let (code, key, remedy) = explain(&message, self.text.get(span).unwrap_or_default());
-        ContentError { code, file: self.file.into(), line, column, key, message, remedy }
+        Box::new(ContentError { code, file: self.file.into(), line, column, key, message, remedy })
     }
 }
 
@@ -143,8 +147,11 @@ fn explain(message: &str, at: &str) -> (&'static str, String, String) {
     if message.starts_with("unknown field") {
         let key = quoted.next().unwrap_or(at).to_owned();
         let known: Vec<&str> = quoted.collect();
-        let with_unit: Vec<&str> =
-            known.iter().copied().filter(|k| k.strip_prefix(key.as_str()).is_some_and(|r| r.starts_with('_'))).collect();
+        let with_unit: Vec<&str> = known
+            .iter()
+            .copied()
+            .filter(|k| k.strip_prefix(key.as_str()).is_some_and(|r| r.starts_with('_')))
+            .collect();
         if !with_unit.is_empty() {
             let remedy = format!("a key carries its unit: write {}", with_unit.join(" or "));
             return ("machine-unit-missing", key, remedy);

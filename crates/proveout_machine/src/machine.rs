@@ -1,6 +1,6 @@
 use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
 
-use crate::{Joint, JointValues, MAX_JOINTS, chain::Chain, inverse::Solver};
+use crate::{Joint, JointValues, MAX_JOINTS, chain::Chain, solver::Solver};
 
 /// What a body or a chain hangs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -218,5 +218,61 @@ impl Machine {
         self.chain = Chain::new(&self.joints, &self.tool_chain, &self.work_chain, self.spindle.gauge_pose);
         self.solver = Solver::new(&self.chain, &self.joints);
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::rad;
+
+    use super::*;
+    use crate::testing::u5;
+
+    #[test]
+    fn joints_are_found_by_letter_and_name() {
+        let machine = u5();
+        assert_eq!(machine.joint("B"), machine.joint_for_letter('b'));
+        assert_eq!((machine.joint("Q"), machine.joint_for_letter('Q')), (None, None));
+        assert_eq!(machine.home()[machine.joint("Z").expect("Z")], 610.0);
+    }
+
+    #[test]
+    fn bodies_move_with_their_joints() {
+        let machine = u5();
+        let mut q = machine.home();
+        q[machine.joint("B").expect("B")] = rad(90.0);
+        let poses = machine.joint_poses(&q);
+        for (i, body) in machine.bodies.iter().enumerate() {
+            let by_joint = match body.attached_to {
+                Attachment::Base => Pose::identity(),
+                Attachment::Joint(j) => poses[j],
+            };
+            assert_eq!(machine.body_pose(i, &q), by_joint, "{}", body.name);
+        }
+        // The table top turns about the line at z = 120 and then stands upright at x = 120, facing -x.
+        let table = machine.bodies.iter().position(|b| b.name == "table").expect("table");
+        let top = machine.body_pose(table, &q).point(&machine.table.point);
+        assert_eq!(top, Point::new(120.0, 0.0, 120.0));
+        assert_eq!(machine.body_pose(table, &q).vector(&machine.table.normal), -Vector::x());
+        assert_eq!(machine.body_pose(999, &q), Pose::identity());
+    }
+
+    #[test]
+    fn changed_geometry_counts_after_recompiling() {
+        let mut machine = u5();
+        let c = machine.joint("C").expect("C");
+        machine.joints[c].point = Point::new(7.0, 0.0, 0.0);
+        let machine = machine.recompiled();
+        let mut q = JointValues::ZERO;
+        q[c] = rad(180.0);
+        assert!((machine.forward(&q, 0.0).tip - Point::new(14.0, 0.0, 0.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn every_chosen_number_says_why() {
+        let machine = u5();
+        let jerk = machine.trust.iter().find(|t| t.key == "joint.X.max_jerk_mm_s3").expect("note");
+        assert!(jerk.chosen && !jerk.note.is_empty());
+        assert!(machine.trust.iter().any(|t| !t.chosen && t.key == "joint.Z.home_mm"));
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::{
     Attachment, Carries, Joint,
+    assemble::Checked,
     axis_pair::PARALLEL_SINE,
     chain::Chain,
-    error::ContentError,
-    inverse::Solver,
     locate::{Source, Step::Item, Step::Key},
+    solver::Solver,
 };
 
 /// The joints from the base to the one that carries the spindle or the table.
@@ -15,7 +15,7 @@ pub(crate) fn chain_to(
     joints: &[Joint],
     end: Attachment,
     carries: Carries,
-) -> Result<Vec<usize>, ContentError> {
+) -> Checked<Vec<usize>> {
     let mut chain = Vec::new();
     let mut next = match end {
         Attachment::Base => None,
@@ -44,12 +44,7 @@ pub(crate) fn chain_to(
 }
 
 /// Every joint is in a chain, and those that are not held can be solved.
-pub(crate) fn check_kinematics(
-    source: &Source<'_>,
-    joints: &[Joint],
-    chain: &Chain,
-    solver: &Solver,
-) -> Result<(), ContentError> {
+pub(crate) fn check_kinematics(source: &Source<'_>, joints: &[Joint], chain: &Chain, solver: &Solver) -> Checked<()> {
     for j in 0..joints.len() {
         if !chain.links.iter().any(|l| l.joint == j) {
             let mut seen = vec![j];
@@ -57,7 +52,12 @@ pub(crate) fn check_kinematics(
                 if seen.contains(&parent) {
                     let message = format!("joint {} stands on itself: its parents form a loop", joints[j].name);
                     let path = [Key("joint"), Item(j), Key("parent")];
-                    return Err(source.error("machine-loop", &path, message, "let one joint of the loop stand on base"));
+                    return Err(source.error(
+                        "machine-loop",
+                        &path,
+                        message,
+                        "let one joint of the loop stand on base",
+                    ));
                 }
                 seen.push(parent);
             }

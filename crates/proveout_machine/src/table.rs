@@ -119,7 +119,7 @@ pub fn kinematics_csv(
                 let pose = row.pose()?;
                 let (solution, note) = match machine.inverse_nearest(&pose, tool_length, &previous) {
                     Ok(s) => (Some((s.q, s.branch)), if s.singular { "singular".to_owned() } else { String::new() }),
-                    Err(e @ KinematicsError::OverTravel { solution, .. }) => {
+                    Err(ref e @ KinematicsError::OverTravel { ref solution, .. }) => {
                         (Some((solution.q, solution.branch)), e.to_string())
                     }
                     Err(e) => {
@@ -264,8 +264,12 @@ mod tests {
         let lines: Vec<&str> = forward.lines().collect();
         assert_eq!(lines[0], "label,C_deg,B_deg,Z_mm,Y_mm,X_mm,x_mm,y_mm,z_mm,i,j,k");
         assert!(lines[1].ends_with(",0,-1,0"), "B90 C-90 points along -y exactly: {}", lines[1]);
-        let poses: String =
-            forward.lines().map(|l| l.split(',').rev().take(6).collect::<Vec<_>>().into_iter().rev().collect::<Vec<_>>().join(",") + "\n").collect();
+        let poses: String = forward
+            .lines()
+            .map(|l| {
+                l.split(',').rev().take(6).collect::<Vec<_>>().into_iter().rev().collect::<Vec<_>>().join(",") + "\n"
+            })
+            .collect();
         let inverse = convert(&poses, Direction::Inverse { nearest: false }).expect("inverse");
         let rows: Vec<&str> = inverse.lines().collect();
         assert_eq!(rows[0], "x_mm,y_mm,z_mm,i,j,k,X_mm,Y_mm,Z_mm,B_deg,C_deg,branch,residual_mm,note");

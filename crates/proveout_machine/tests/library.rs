@@ -102,9 +102,10 @@ fn the_poses_of_the_scenes_lie_within_travel() {
                                 let p = if about.y == 1.0 { Point::new(x, y, z) } else { Point::new(y, -x, z) };
                                 let plane_pose = ToolPose { tip: p, axis: Vector::z() };
                                 let pose = plane_pose.transformed(&work_from_plane).transformed(&table_from_work);
-                                let solution = machine
-                                    .inverse_nearest(&pose, tool_length, &previous)
-                                    .unwrap_or_else(|e| panic!("{name} h{height} L{tool_length} t{tilt} C{c} {p}: {e}"));
+                                let solution =
+                                    machine.inverse_nearest(&pose, tool_length, &previous).unwrap_or_else(|e| {
+                                        panic!("{name} h{height} L{tool_length} t{tilt} C{c} {p}: {e}")
+                                    });
                                 let again = machine.forward(&solution.q, tool_length);
                                 assert!((again.tip - pose.tip).norm() < 1e-9 && again.angle_to(&pose) < 1e-10);
                                 previous = solution.q;

@@ -11,6 +11,7 @@
 //! * [`Command`], [`Op`] – what the control is told to do.
 //! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`]; [`check`] collects them.
 //! * [`JsonWriter`] – commands as JSON lines.
+//! * [`post`] – commands back to text.
 //!
 //! **Algorithm and sources.** Hand-written scanner and Pratt parser for each line; an index of the structure of a file (loops,
 //! branches, labels, subprograms) made once; execution line by line. Language of the Siemens reader: Siemens, *SINUMERIK 840D
@@ -20,6 +21,11 @@
 //! **Limits.** Cutter radius compensation, splines, threads and polar coordinates are refused by name. Rounding of corners is
 //! handed on as a tolerance. What a machine builder puts behind an M word is named in a note and not executed.
 
+/// The example of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 mod arc;
 mod codes;
 mod command;
@@ -27,6 +33,7 @@ mod diagnostic;
 mod dialect;
 mod frame;
 mod json;
+pub mod post;
 
 mod program;
 mod scan;

@@ -8,13 +8,16 @@ use crate::{
     vec3::{V, add, along, dot, norm, scale, sub},
 };
 
-/// Bound of the part of the error that turning adds, mm: one local maximum of an end that is not looked for between two
-/// evaluations.
+/// Bound of the part of the error that turning adds, mm.
 pub(crate) const TURN_ERROR: f64 = 2.5e-4;
 /// Bound of the part of the error that ends the search for a maximum, mm.
 pub(crate) const SEARCH_ERROR: f64 = 1.5e-4;
 /// Largest turn of a piece, radian: keeps the approximation of the great circle below 1e-5 mm on a 100 mm tool.
 const PIECE_TURN: f64 = 0.02;
+/// Largest turn of a piece for a ball, radian: keeps the chord of the axis a direction.
+const BALL_TURN: f64 = 0.5;
+/// Pieces of one motion at most: memory of a senseless motion stays bounded.
+const MOST_PIECES: f64 = 1e5;
 /// Turns below this (radian) do not move any point of a 1 m tool by 1e-9 mm.
 const NO_TURN: f64 = 1e-12;
 
@@ -64,6 +67,12 @@ impl Piece {
         scale(along(self.axis, self.turn, tau), 1.0 + x * (0.5 + 0.375 * x))
     }
 
+    /// Point of the axis at height `z` above the tip.
+    #[inline]
+    pub(crate) fn on_axis(&self, z: f64, tau: f64) -> V {
+        along(self.tip_at(tau), self.axis_at(tau), z)
+    }
+
     /// The body's function at the point `x` of space and its derivatives.
     ///
     /// With y = x - tip, z = y . w, p = y - z w, r = |p|: grad F = F_r p / r + F_z w, and for a fixed point
@@ -92,26 +101,34 @@ impl Piece {
     }
 }
 
-/// Splits a motion so that in every piece the bend of a path adds at most [`TURN_ERROR`]. A motion that only translates
-/// stays whole.
-pub(crate) fn pieces(motion: &SweepMotion, reach: f64) -> Vec<Piece> {
+/// Splits a motion into pieces of small turn. A motion that only translates stays whole; one that turns also stays short
+/// against the body, so that a piece meets few tiles.
+pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<Piece> {
+    let angle = motion.from.angle_to(&motion.to);
+    if !(angle > NO_TURN) {
+        return split(motion, 1.0);
+    }
+    let travel = (motion.to.tip - motion.from.tip).norm();
+    split(motion, (angle / PIECE_TURN).max(travel / radius.max(2.0)))
+}
+
+/// Splits a motion for a ball whose center lies at height `z` on the axis: only the path of the center counts, which leaves
+/// its chord by angle^2 z / 8.
+pub(crate) fn ball_pieces(motion: &SweepMotion, z: f64) -> Vec<Piece> {
+    let angle = motion.from.angle_to(&motion.to);
+    split(motion, (angle * (z.abs() / (8.0 * TURN_ERROR)).sqrt()).max(angle / BALL_TURN))
+}
+
+fn split(motion: &SweepMotion, least: f64) -> Vec<Piece> {
     let finite = |p: &ToolPose| p.tip.iter().chain(p.axis.iter()).all(|v| v.is_finite());
     if !(finite(&motion.from) && finite(&motion.to)) {
         return Vec::new();
     }
-    let angle = motion.from.angle_to(&motion.to);
-    let travel = (motion.to.tip - motion.from.tip).norm();
-    let count = if angle <= NO_TURN {
-        1.0
-    } else {
-        let bend = angle * angle * reach + 2.0 * angle * travel;
-        (bend / (8.0 * TURN_ERROR)).sqrt().max(angle / PIECE_TURN).ceil().clamp(1.0, 1e6)
-    };
-    let n = count as usize;
+    let n = least.ceil().clamp(1.0, MOST_PIECES) as usize;
     let mut poses = (0..=n).map(|k| match k {
         0 => motion.from,
         k if k == n => motion.to,
-        k => motion.from.interpolated(&motion.to, k as f64 / count),
+        k => motion.from.interpolated(&motion.to, k as f64 / n as f64),
     });
     let Some(mut from) = poses.next() else { return Vec::new() };
     poses
@@ -147,7 +164,7 @@ pub(crate) fn swept_box(pieces: &[Piece], body: &Meridian) -> Aabb {
     let mut all = Aabb::empty();
     let mut margin = 0.0_f64;
     for p in pieces {
-        margin = margin.max(p.bend(body.reach()) / 8.0);
+        margin = margin.max(p.bend(body.reach) / 8.0);
         for tau in [0.0, 1.0] {
             let (tip, axis) = (p.tip_at(tau), p.axis_at(tau));
             for z in body.z {

@@ -25,11 +25,9 @@ use crate::{
 
 /// Interval that the ball with its center at height `center_z` on the tool axis takes up on its way.
 ///
-/// A turning axis moves the center on an arc that leaves its chord by at most the bend / 8 of the piece, which the
-/// splitting of the motion bounds.
+/// A turning axis moves the center on an arc; the splitting of the motion bounds its distance from the chord.
 pub(crate) fn sweep_ball(piece: &Piece, center_z: f64, radius: f64, ray: &Ray) -> Option<Taken> {
-    let start = along(piece.tip_at(0.0), piece.axis_at(0.0), center_z);
-    let end = along(piece.tip_at(1.0), piece.axis_at(1.0), center_z);
+    let (start, end) = (piece.on_axis(center_z, 0.0), piece.on_axis(center_z, 1.0));
     let (de, du, dv) = (end[0] - start[0], end[1] - start[1], end[2] - start[2]);
     let (u, v) = (start[1] - ray.u, start[2] - ray.v);
     let dp2 = du * du + dv * dv;

@@ -16,8 +16,7 @@
 //!
 //! Each cut at a smooth maximum halves the angle between the two tangents, so the distance falls by four a step. Within
 //! [`SEARCH_ERROR`] the step ends by Newton's method along the ray at fixed t, which lands on the skin of a true position of
-//! the body: the end is then exact or short by no more than that bound in the direction of the normal. Grazing rays need
-//! no special case. (Cutting planes: Kelley 1960, "The Cutting-Plane Method for Solving Convex Programs".)
+//! the body: the end is then exact or short by no more than that bound. Grazing rays need no special case. (Cutting planes: Kelley 1960, "The Cutting-Plane Method for Solving Convex Programs".)
 
 use crate::{
     meridian::Meridian,
@@ -116,7 +115,9 @@ fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, si
         if sample.f <= REACHED {
             return Some(End { s, normal: sample.normal });
         }
+        // At the end of the material the swept body may go on, and the depth there be anything.
         if sample.f <= SEARCH_ERROR
+            && (if sign > 0.0 { s < ray.hi } else { s > ray.lo })
             && let Some(end) = polish(piece, body, ray, t, s, sign, sample)
         {
             return Some(end);
@@ -127,15 +128,17 @@ fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, si
     last
 }
 
-/// Newton's method along the ray at fixed time; none when it leads out of the body's shadow.
+/// Newton's method along the ray at fixed time; none when it moves the end by more than [`SEARCH_ERROR`]. The depth in the
+/// swept body changes along the ray by no more than the way, so no deeper point is lost.
 fn polish(piece: &Piece, body: &Meridian, ray: &Ray, t: f64, s: f64, sign: f64, first: Sample) -> Option<End> {
+    let start = s;
     let (mut s, mut sample) = (s, first);
     for _ in 0..8 {
-        if sample.fs * sign < 1e-4 {
+        if sample.fs * sign <= 0.0 {
             return None;
         }
         s -= sample.f / sample.fs;
-        if !(ray.lo <= s && s <= ray.hi) {
+        if (s - start).abs() > SEARCH_ERROR || !(ray.lo <= s && s <= ray.hi) {
             return None;
         }
         sample = piece.sample(body, ray.at(s), t);

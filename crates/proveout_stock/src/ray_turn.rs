@@ -1,40 +1,36 @@
 //! Sweep of any convex body whose tip moves while its axis turns.
 //!
-//! At one time tau the ray meets the convex body in an interval [a(tau), b(tau)], found by Newton's method on the convex
-//! function s -> F(tau, s) from outside (it cannot overshoot), or not at all, and then two samples left and right of the
-//! minimum prove the gap. What is wanted is the union over tau.
+//! At one time tau the ray meets the convex body in an interval, found by Newton's method on the convex function
+//! s -> F(tau, s) from outside (it cannot overshoot), or not at all, and then two samples left and right of the minimum prove
+//! the gap. What is wanted is the union over tau.
 //!
-//! In the frame of the body a point of the ray moves on q(tau, s) = R(tau)^T (p + s e - tip(tau)). Turning bends this path:
-//!
-//! ```text
-//!     |q_tautau| <= A = w^2 L + 2 w |d|        |q_taus| = w |e_perp| <= w
-//! ```
-//!
-//! with the angle w and travel d of the piece and the reach L of the body. The second derivative of an end follows by
-//! differentiating F(tau, b(tau)) = 0 twice; the Hessian of the convex F makes b concave, and only the bend works against it:
+//! A supporting half space of the body at one time bounds F at other times too. In the frame of the body a point of the
+//! ray moves on q(tau, s) = R(tau)^T (p + s e - tip(tau)), whose second derivatives are
 //!
 //! ```text
-//!     b'' <= (A + 2 w |b'|) / mu,        mu = |n . e|,  b' = -F_tau / F_s    (b' = 0: normal . velocity = 0, the envelope)
-//!
-//!     b ^        __                  slopes up and down: one maximum, bracketed by the two tangents; the search
-//!       |    .-''  ''-.              goes on at their intersection until they bound the gain
-//!       |  .'          '.
-//!       +--[-------------]---> tau   both slopes the same way: a hidden maximum needs a slope below c h, and then
-//!          0             h           rises at most c h^2 / 2 above the ends (c: the bound of b'');
-//!                                     down, then up: at most c h^2 / 8
+//!     |q_tautau| <= A = w^2 L + 2 w |d|        |q_taus| <= w        q_ss = 0
 //! ```
 //!
-//! A time range is split in halves until one of these proofs holds to [`TURN_ERROR`] in the direction of the normal:
+//! with the angle w and travel d of the piece and the reach L of the body. F is convex with a unit gradient, so from a sample
+//! at (tau0, s0), with dtau and ds counted from there,
 //!
-//! 1. both ends of the range meet the ray and their intervals overlap: the union is connected; improve a and b as above;
-//! 2. both meet it in disjoint intervals (a thin neck may stand between): split;
-//! 3. one meets it: done when neither end grows towards the other side; else split;
-//! 4. none meets it: done when the gaps, which shrink at most at their slope plus the bend, stay open; else split;
-//! 5. no point of the body moves further than [`TURN_ERROR`] in the range: nothing deeper than that can be missed, and what
-//!    lies between two intervals is within it of the body. This ends every splitting.
+//! ```text
+//!     F(tau, s) >= F0 + F_tau dtau + F_s ds - w |dtau| |ds| - A dtau^2 / 2                                       (1)
 //!
-//! In the bound of b'' mu is taken at the ends of the range; that it does not fall much inside of it is the one step that
-//! is an estimate and no proof. The oracle test covers it.
+//!     s ^                                  The ends of the range give intervals (bars) and half planes (lines).
+//!       |         .x.                      Above the hull H of the bars only the triangle below x is not proven
+//!     H |- - - -.- - -.- - - -             free. It is no deeper in the body than (1) says at the crossing; too
+//!       |  |  .         '.   |             deep: sample at the time of the crossing, extend H, go on in both parts.
+//!       |  |.             '. |
+//!       +--[----------------]---> tau
+//! ```
+//!
+//! The crossing of the two tangents is where normal . velocity changes its sign, the envelope. Since (1) holds for every
+//! convex body and needs nothing about what happens between the samples, the result is proven: what is missed lies less than
+//! [`SEARCH_ERROR`] + [`TURN_ERROR`] deep in the swept body. Intervals at the ends of a range that do not overlap may have
+//! material between them (a thin neck), so such a range is split first. When no point of the body moves further than
+//! [`TURN_ERROR`] in a range, nothing deeper can be missed and what lies between two intervals is within it of the body;
+//! that ends every splitting.
 
 use crate::{
     meridian::Meridian,
@@ -49,12 +45,8 @@ use crate::{
 struct Edge {
     s: f64,
     normal: V,
-    /// ds/dtau.
-    slope: f64,
-    /// |normal . e|.
-    mu: f64,
-    /// At the end of the range of the material: there is nothing more to gain.
-    full: bool,
+    /// dF/dtau.
+    ft: f64,
 }
 
 /// The ray at one time.
@@ -64,17 +56,26 @@ enum State {
         lo: Edge,
         hi: Edge,
     },
-    /// F is at least `gap + slope dtau` along the ray, but for the bend.
+    /// F is at least `gap + ft dtau` all along the ray, but for the terms of second order.
     Misses {
         gap: f64,
-        slope: f64,
+        ft: f64,
     },
+}
+
+/// Half plane above an end of the hull: value at the hull's end, its growth with time and outward along the ray, and the
+/// length ds of (1).
+struct Bound {
+    value: f64,
+    ft: f64,
+    outward: f64,
+    ds: f64,
 }
 
 /// Steps of one search; reached only by rays within rounding of grazing.
 const STEPS: usize = 60;
-/// Halvings of a time range: 2^-24 of a piece.
-const DEPTH: u32 = 24;
+/// Splittings of a time range.
+const DEPTH: u32 = 40;
 
 pub(crate) struct TurnSweep<'a> {
     piece: &'a Piece,
@@ -90,7 +91,7 @@ pub(crate) struct TurnSweep<'a> {
 
 /// Adds to `taken` the intervals that the body takes up on the ray on its way, in no order; they may overlap.
 pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &mut Vec<Taken>) {
-    let reach = body.reach();
+    let reach = body.reach;
     let angle = piece.angle2.sqrt();
     let sweep = TurnSweep {
         piece,
@@ -108,7 +109,7 @@ pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &m
     if first.f > REACHED {
         let nearest = if first.fs > 0.0 { ray.lo } else { ray.hi };
         let most = (s - ray.lo).max(ray.hi - s);
-        if first.f + first.fs * (nearest - s) - 0.5 * first.ft.abs() - sweep.margin(0.5, most) > REACHED {
+        if first.f + first.fs * (nearest - s) - 0.5 * first.ft.abs() - sweep.second_order(0.5, most) > REACHED {
             return;
         }
     }
@@ -117,19 +118,13 @@ pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &m
 }
 
 impl TurnSweep<'_> {
-    /// What the bend can take from a half space over the time `h` and the length `ds` of the ray.
-    fn margin(&self, h: f64, ds: f64) -> f64 {
-        self.angle * h * ds + 0.5 * self.bend * h * h
+    /// The last two terms of (1).
+    fn second_order(&self, dtau: f64, ds: f64) -> f64 {
+        self.angle * dtau * ds + 0.5 * self.bend * dtau * dtau
     }
 
     fn sample(&self, tau: f64, s: f64) -> Sample {
         self.piece.sample(self.body, self.ray.at(s), tau)
-    }
-
-    fn edge(s: f64, sample: &Sample, full: bool) -> Edge {
-        let mu = sample.fs.abs();
-        let slope = if mu > 1e-12 { -sample.ft / sample.fs } else { 0.0 };
-        Edge { s, normal: sample.normal, slope, mu, full }
     }
 
     /// Newton's method from outside (`sign` 1: downward from above) to the edge; the last sample outside when the body
@@ -137,32 +132,32 @@ impl TurnSweep<'_> {
     fn newton(&self, tau: f64, start: f64, sign: f64) -> Result<Edge, (f64, Sample)> {
         let end = if sign > 0.0 { self.ray.lo } else { self.ray.hi };
         let mut s = start;
-        let mut outside = (s, self.sample(tau, s));
-        for step in 0..STEPS {
+        let mut outside = None;
+        for _ in 0..STEPS {
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
-                return Ok(Self::edge(s, &sample, step == 0));
+                return Ok(Edge { s, normal: sample.normal, ft: sample.ft });
             }
             if sample.fs * sign <= 0.0 {
-                return Err(if step == 0 { (s, sample) } else { outside });
+                return Err(outside.unwrap_or((s, sample)));
             }
-            outside = (s, sample);
+            outside = Some((s, sample));
             s -= sample.f / sample.fs;
             if (s - end) * sign < 0.0 {
-                return Err(outside);
+                break;
             }
         }
-        Err(outside)
+        Err(outside.unwrap_or_else(|| (s, self.sample(tau, s))))
     }
 
     /// The interval at one time, or the proof that there is none.
     fn state(&self, tau: f64) -> State {
         match self.newton(tau, self.ray.hi, 1.0) {
-            Ok(hi) => match self.newton(tau, self.ray.lo, -1.0) {
-                Ok(lo) => State::Meets { lo, hi },
-                // Rounding at a grazing ray: the edge that was found is all there is.
-                Err(_) => State::Meets { lo: Edge { full: false, ..hi }, hi },
-            },
+            Ok(hi) => {
+                // Rounding at a grazing ray may hide the other edge; the one that was found is then all there is.
+                let lo = self.newton(tau, self.ray.lo, -1.0).unwrap_or(hi);
+                State::Meets { lo, hi }
+            }
             Err(above) => self.gap(tau, above),
         }
     }
@@ -171,28 +166,26 @@ impl TurnSweep<'_> {
     fn gap(&self, tau: f64, above: (f64, Sample)) -> State {
         let (mut sr, mut right) = above;
         if right.fs <= 0.0 {
-            return State::Misses { gap: right.f, slope: right.ft };
+            return State::Misses { gap: right.f, ft: right.ft };
         }
         let (mut sl, mut left) = (self.ray.lo, self.sample(tau, self.ray.lo));
         if left.fs >= 0.0 {
-            return State::Misses { gap: left.f.max(0.0), slope: left.ft };
+            return State::Misses { gap: left.f.max(0.0), ft: left.ft };
         }
         for _ in 0..STEPS {
-            // Both tangents bound F from below; at their intersection the bound is least.
+            // Both tangents bound F from below; where they cross the bound is least.
             let k = right.fs / (right.fs - left.fs);
             let s = (left.fs * sl - right.fs * sr + right.f - left.f) / (left.fs - right.fs);
             let bound = left.f + left.fs * (s - sl);
             if bound > REACHED || s <= sl || s >= sr {
-                return State::Misses { gap: bound.max(0.0), slope: k * left.ft + (1.0 - k) * right.ft };
+                return State::Misses { gap: bound.max(0.0), ft: k * left.ft + (1.0 - k) * right.ft };
             }
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
-                let edges = (self.newton(tau, sl, -1.0), self.newton(tau, sr, 1.0));
-                if let (Ok(lo), Ok(hi)) = edges {
-                    return State::Meets { lo: Edge { full: false, ..lo }, hi: Edge { full: false, ..hi } };
-                }
-                let edge = Edge { full: false, ..Self::edge(s, &sample, false) };
-                return State::Meets { lo: edge, hi: edge };
+                let point = Edge { s, normal: sample.normal, ft: sample.ft };
+                let lo = self.newton(tau, sl, -1.0).unwrap_or(point);
+                let hi = self.newton(tau, sr, 1.0).unwrap_or(point);
+                return State::Meets { lo, hi };
             }
             if sample.fs > 0.0 {
                 (sr, right) = (s, sample);
@@ -200,123 +193,117 @@ impl TurnSweep<'_> {
                 (sl, left) = (s, sample);
             }
         }
-        State::Misses { gap: 0.0, slope: 0.0 }
+        State::Misses { gap: 0.0, ft: 0.0 }
     }
 
-    fn push(taken: &mut Vec<Taken>, lo: &Edge, hi: &Edge) {
-        if hi.s - lo.s > SLIVER {
+    fn push(taken: &mut Vec<Taken>, hull: Option<(Edge, Edge)>) {
+        if let Some((lo, hi)) = hull
+            && hi.s - lo.s > SLIVER
+        {
             let end = |e: &Edge| End { s: e.s, normal: e.normal };
-            taken.push(Taken { lo: end(lo), hi: end(hi) });
+            taken.push(Taken { lo: end(&lo), hi: end(&hi) });
         }
     }
 
+    /// Finds the intervals of a time range from the states at its ends.
     fn cover(&self, t: [f64; 2], states: [State; 2], depth: u32, taken: &mut Vec<Taken>) {
-        let h = t[1] - t[0];
-        let still = depth == 0 || self.way * h <= TURN_ERROR;
-        let split = match states {
+        let still = depth == 0 || self.way * (t[1] - t[0]) <= TURN_ERROR;
+        let mut hull = match states {
             [State::Meets { lo: lo0, hi: hi0 }, State::Meets { lo: lo1, hi: hi1 }] => {
                 if lo0.s.max(lo1.s) > hi0.s.min(hi1.s) + SLIVER && !still {
-                    true
-                } else {
-                    let hi = self.best(t, [hi0, hi1], 1.0, still);
-                    let lo = self.best(t, [lo0, lo1], -1.0, still);
-                    if let (Some(hi), Some(lo)) = (hi, lo) {
-                        Self::push(taken, &lo, &hi);
-                        return;
-                    }
-                    true
+                    let middle = 0.5 * (t[0] + t[1]);
+                    let state = self.state(middle);
+                    self.cover([t[0], middle], [states[0], state], depth - 1, taken);
+                    self.cover([middle, t[1]], [state, states[1]], depth - 1, taken);
+                    return;
                 }
+                Some((if lo0.s < lo1.s { lo0 } else { lo1 }, if hi0.s > hi1.s { hi0 } else { hi1 }))
             }
-            [State::Meets { lo, hi }, State::Misses { .. }] => {
-                Self::push(taken, &lo, &hi);
-                !still && (self.grows(&hi, 1.0, 1.0, h) || self.grows(&lo, -1.0, 1.0, h))
-            }
-            [State::Misses { .. }, State::Meets { lo, hi }] => {
-                Self::push(taken, &lo, &hi);
-                !still && (self.grows(&hi, 1.0, -1.0, h) || self.grows(&lo, -1.0, -1.0, h))
-            }
-            [State::Misses { gap: g0, slope: s0 }, State::Misses { gap: g1, slope: s1 }] => {
-                // Times up to which the first gap, and from which the second gap, is proven open.
-                let margin = self.margin(h, self.chord);
-                let open = |gap: f64, rate: f64| {
-                    if rate <= 0.0 && gap > margin { h } else { ((gap - margin) / rate.max(1e-300)).clamp(0.0, h) }
-                };
-                !still && open(g0, -s0) + open(g1, s1) < h
+            [State::Meets { lo, hi }, _] | [_, State::Meets { lo, hi }] => Some((lo, hi)),
+            _ => None,
+        };
+        self.extend(t, states, &mut hull, depth, taken);
+        Self::push(taken, hull);
+    }
+
+    /// Extends the hull until nothing outside of it is missed in the time range.
+    fn extend(
+        &self,
+        t: [f64; 2],
+        states: [State; 2],
+        hull: &mut Option<(Edge, Edge)>,
+        depth: u32,
+        taken: &mut Vec<Taken>,
+    ) {
+        let h = t[1] - t[0];
+        if depth == 0 || self.way * h <= TURN_ERROR {
+            return;
+        }
+        let open = match hull {
+            None => self.open_at(h, states.map(|s| self.bound(&s, 0.0, 0.0))),
+            Some((lo, hi)) => {
+                let up = (hi.s < self.ray.hi).then(|| self.open_at(h, states.map(|s| self.bound(&s, hi.s, 1.0))));
+                let down = (lo.s > self.ray.lo).then(|| self.open_at(h, states.map(|s| self.bound(&s, lo.s, -1.0))));
+                up.flatten().or(down.flatten())
             }
         };
-        if split {
-            let middle = 0.5 * (t[0] + t[1]);
-            let state = self.state(middle);
-            self.cover([t[0], middle], [states[0], state], depth - 1, taken);
-            self.cover([middle, t[1]], [state, states[1]], depth - 1, taken);
-        }
-    }
-
-    /// Bound of b'' at an edge.
-    fn curvature(&self, e: &Edge) -> f64 {
-        (self.bend + 2.0 * self.angle * e.slope.abs()) / e.mu.max(1e-9)
-    }
-
-    /// Whether the end may move outward (`sign` 1: up) when time runs on (`way` 1) or back (`way` -1) over `h`.
-    fn grows(&self, e: &Edge, sign: f64, way: f64, h: f64) -> bool {
-        let rate = e.slope * sign * way;
-        !e.full && (rate * h + 0.5 * self.curvature(e) * h * h) * e.mu > TURN_ERROR
-    }
-
-    /// The outermost position of an end over a time range at whose ends it is known; none when the range must be split.
-    fn best(&self, t: [f64; 2], edges: [Edge; 2], sign: f64, still: bool) -> Option<Edge> {
-        let [mut first, mut last] = edges;
-        let outer = |a: Edge, b: Edge| if (b.s - a.s) * sign > 0.0 { b } else { a };
-        if first.full || last.full || still {
-            return Some(if last.full { last } else if first.full { first } else { outer(first, last) });
-        }
-        let [mut t0, mut t1] = t;
-        for _ in 0..STEPS {
-            let h = t1 - t0;
-            let (up0, up1) = (first.slope * sign, last.slope * sign);
-            let best = outer(first, last);
-            if up0 > 0.0 && up1 < 0.0 {
-                // One maximum between: the tangents meet above it.
-                let x = ((last.s - first.s) * sign - up1 * h) / (up0 - up1);
-                let gain = ((first.s - best.s) * sign + up0 * x) * first.mu.max(last.mu);
-                if gain <= SEARCH_ERROR || h * self.way <= 0.1 * SEARCH_ERROR {
-                    return Some(best);
+        let Some(at) = open else { return };
+        let tau = t[0] + at.clamp(0.1 * h, 0.9 * h);
+        let state = self.state(tau);
+        if let State::Meets { lo, hi } = state {
+            match hull {
+                None => *hull = Some((lo, hi)),
+                Some((low, high)) if lo.s <= high.s + SLIVER && hi.s >= low.s - SLIVER => {
+                    if lo.s < low.s {
+                        *low = lo;
+                    }
+                    if hi.s > high.s {
+                        *high = hi;
+                    }
                 }
-                let tau = t0 + x.clamp(0.05 * h, 0.95 * h);
-                let above = best.s + sign * (gain / best.mu.max(1e-3) + SLIVER);
-                let Some(edge) = self.edge_from(tau, above, sign) else { return None };
-                if edge.full {
-                    return Some(edge);
+                Some(_) => {
+                    self.cover([t[0], tau], [states[0], state], depth - 1, taken);
+                    self.cover([tau, t[1]], [state, states[1]], depth - 1, taken);
+                    return;
                 }
-                if edge.slope * sign > 0.0 {
-                    (t0, first) = (tau, edge);
-                } else {
-                    (t1, last) = (tau, edge);
-                }
-                continue;
             }
-            // The end whose slope would have to turn for a maximum to hide.
-            let hidden = if up0 <= 0.0 && up1 >= 0.0 {
-                let c = self.curvature(&first).max(self.curvature(&last));
-                c * h * h / 8.0 * first.mu.max(last.mu)
-            } else {
-                let flat = if up1 >= 0.0 { last } else { first };
-                let c = self.curvature(&flat);
-                (0.5 * c * h - flat.slope.abs()).max(0.0) * h * flat.mu
-            };
-            return (hidden <= 1.01 * TURN_ERROR).then_some(best);
         }
-        Some(outer(first, last))
+        self.extend([t[0], tau], [states[0], state], hull, depth - 1, taken);
+        self.extend([tau, t[1]], [state, states[1]], hull, depth - 1, taken);
     }
 
-    /// The edge at a time, searched from a height that should lie outside.
-    fn edge_from(&self, tau: f64, above: f64, sign: f64) -> Option<Edge> {
-        let limit = if sign > 0.0 { self.ray.hi } else { self.ray.lo };
-        let start = if (above - limit) * sign >= 0.0 { limit } else { above };
-        match self.newton(tau, start, sign) {
-            Ok(edge) if edge.full && start != limit => self.newton(tau, limit, sign).ok(),
-            Ok(edge) => Some(edge),
-            Err(_) => None,
+    /// What a state says about F at the height `s` and further outward (`sign` 1: up; 0: everywhere).
+    fn bound(&self, state: &State, s: f64, sign: f64) -> Bound {
+        match state {
+            State::Misses { gap, ft } => Bound { value: *gap, ft: *ft, outward: f64::INFINITY, ds: self.chord },
+            State::Meets { lo, hi } => {
+                let edge = if sign > 0.0 { hi } else { lo };
+                let ds = ((s - edge.s) * sign).max(0.0);
+                let outward = edge.normal[0] * sign;
+                Bound { value: outward * ds, ft: edge.ft, outward, ds }
+            }
         }
+    }
+
+    /// None when two bounds at the ends of a time range of length `h` prove that nothing is missed; else the time from its
+    /// start at which to look.
+    fn open_at(&self, h: f64, [a, b]: [Bound; 2]) -> Option<f64> {
+        // Further outward (1) must not fall: F_s >= w dtau.
+        if a.outward < self.angle * h || b.outward < self.angle * h {
+            return Some(0.5 * h);
+        }
+        // Lines a(x) = value + ft x and b(x) = value - ft (h - x), x from 0 to h.
+        let b0 = b.value - b.ft * h;
+        let x = if a.ft < b.ft { ((b0 - a.value) / (a.ft - b.ft)).clamp(0.0, h) } else { 0.5 * h };
+        let (a_x, b_x) = (a.value + a.ft * x, b0 + b.ft * x);
+        let left = a.value.min(a_x) - self.second_order(x, a.ds);
+        let right = b.value.min(b_x) - self.second_order(h - x, b.ds);
+        if left.min(right) >= -(SEARCH_ERROR + TURN_ERROR) {
+            return None;
+        }
+        // Where one bound alone covers all of the range.
+        let alone = |p: &Bound, other_end: f64| p.value.min(other_end) - self.second_order(h, p.ds);
+        let best = alone(&a, a.value + a.ft * h).max(alone(&b, b0));
+        (best < -(SEARCH_ERROR + TURN_ERROR)).then_some(x)
     }
 }

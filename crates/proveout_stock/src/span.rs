@@ -4,9 +4,9 @@ use proveout_geom::Vector;
 
 /// Id of an end that no motion has made.
 pub(crate) const INITIAL: u32 = u32::MAX;
-/// Intervals of material or overlap shorter than this (mm) are none: they come from rounding, and are a ten-thousandth of
-/// the promised bound.
-pub(crate) const SLIVER: f64 = 1e-7;
+/// Intervals of material or overlap shorter than this (mm) are none: they come from rounding and from the
+/// 1e-7 mm by which bodies are taken smaller, and are far below the promised bound.
+pub(crate) const SLIVER: f64 = 2e-7;
 
 /// Interval of material on a ray, with the mark of what made each end: 32 bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +41,7 @@ impl Mark {
         if n[2] < 0.0 {
             (x, y) = ((1.0 - y.abs()) * 1_f64.copysign(x), (1.0 - x.abs()) * 1_f64.copysign(y));
         }
-        let pack = |v: f64| (v * FULL).round() as i16 as u16;
+        let pack = |v: f64| (v * FULL + 0.5_f64.copysign(v)) as i16 as u16;
         Self { id, normal: u32::from(pack(x)) | u32::from(pack(y)) << 16 }
     }
 

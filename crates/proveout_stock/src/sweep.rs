@@ -7,15 +7,15 @@ use rayon::prelude::*;
 use crate::{
     dexel::TriDexel,
     grid::{Grid, TILE},
-    meridian::Meridian,
-    motion::{self, Piece, SEARCH_ERROR},
+    meridian::{Meridian, TOUCH},
+    motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
     ray::{Ray, Taken},
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
     ray_turn::sweep_turning,
     span::{Mark, SLIVER, Span},
     tile::{Cut, Overlap, Tile, subtract},
-    vec3::{V, norm, sub},
+    vec3::{V, along, dot, norm, scale, sub},
 };
 
 /// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
@@ -71,9 +71,9 @@ struct Ready {
     removes: bool,
     /// Box of the motion, mm.
     region: Aabb,
-    /// Pieces in the coordinates of each set, in [`Batch::pieces`].
-    first_piece: usize,
-    pieces: usize,
+    /// Pieces for the ball and for the rest of the body, in [`Batch::pieces`].
+    ball: std::ops::Range<usize>,
+    rest: std::ops::Range<usize>,
 }
 
 /// Overlap of one item in one tile.
@@ -132,34 +132,43 @@ impl TriDexel {
     }
 
     fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
-        let split: Vec<Vec<Piece>> = items
+        let split: Vec<[Vec<Piece>; 2]> = items
             .par_iter()
             .zip(index)
             .with_min_len(64)
-            .map(|(item, &body)| motion::pieces(&item.motion, bodies[body].reach()))
+            .map(|(item, &body)| {
+                let body = &bodies[body];
+                [
+                    body.ball.map_or_else(Vec::new, |[z, _]| motion::ball_pieces(&item.motion, z)),
+                    if body.has_rest { motion::pieces(&item.motion, body.radius) } else { Vec::new() },
+                ]
+            })
             .collect();
         let mut ready = Vec::with_capacity(items.len());
         let mut pieces: [Vec<Piece>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for ((item, &body), split) in items.iter().zip(index).zip(&split) {
-            let first_piece = pieces[0].len();
-            for p in split {
-                for (a, list) in pieces.iter_mut().enumerate() {
-                    list.push(motion::permuted(p, a));
+            let mut ranges = split.iter().map(|split| {
+                let first = pieces[0].len();
+                for p in split {
+                    for (a, list) in pieces.iter_mut().enumerate() {
+                        list.push(motion::permuted(p, a));
+                    }
                 }
-            }
-            let region = motion::swept_box(split, &bodies[body]).expanded(1e-6);
+                first..pieces[0].len()
+            });
+            let (ball, rest) = (ranges.next().unwrap_or(0..0), ranges.next().unwrap_or(0..0));
+            let path = if rest.is_empty() { &split[0] } else { &split[1] };
             ready.push(Ready {
                 body,
                 id: item.id,
                 removes: item.action == Action::Remove,
-                region,
-                first_piece,
-                pieces: split.len(),
+                region: motion::swept_box(path, &bodies[body]),
+                ball,
+                rest,
             });
-            for p in split {
-                let turned = if p.turns() { p.bend(bodies[body].reach()) / 8.0 } else { 0.0 };
-                self.sweep_bound = self.sweep_bound.max(SEARCH_ERROR + turned + 2.0 * crate::meridian::TOUCH);
-            }
+            let turns = path.iter().any(Piece::turns);
+            let bound = SEARCH_ERROR + 2.0 * TOUCH + if turns { TURN_ERROR } else { 0.0 };
+            self.sweep_bound = self.sweep_bound.max(bound);
         }
         let batch = Batch { ready, pieces, bodies };
         let mut first = 0;
@@ -304,12 +313,17 @@ struct Batch<'a> {
 /// Buffers of one thread.
 #[derive(Default)]
 struct Scratch {
-    /// Pieces of the motion that may touch the tile with their ball and with the rest of their body.
-    near: Vec<(usize, [bool; 2])>,
+    /// Pieces of the motion that may touch the tile; true: with the ball, false: with the rest of the body.
+    near: Vec<(usize, bool)>,
+    spaces: Vec<(usize, bool, HalfSpace)>,
+    rays: Vec<(usize, Ray)>,
     taken: Vec<Taken>,
     cuts: Vec<Cut>,
     left: Vec<Span>,
 }
+
+/// Rays on one side of a patch.
+const PATCH: usize = 4;
 
 /// Box in ray coordinates: middle and half lengths.
 struct Block {
@@ -318,10 +332,70 @@ struct Block {
 }
 
 impl Block {
-    /// Whether the half space f + n . (x - middle) <= 0, which holds the body at mid-time, misses the box at all times when
-    /// the value changes by at most `change` over the motion.
-    fn is_clear(&self, f: f64, n: V, change: f64) -> bool {
-        f - n[0].abs() * self.half[0] - n[1].abs() * self.half[1] - n[2].abs() * self.half[2] - change > 0.0
+    fn new(s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> Self {
+        let middle = [0.5 * (s[0] + s[1]), 0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])];
+        Self { middle, half }
+    }
+}
+
+/// The half space value + normal . (x - at) <= 0, which holds a body during all of a piece of motion.
+#[derive(Clone, Copy)]
+struct HalfSpace {
+    at: V,
+    normal: V,
+    value: f64,
+    /// What a unit of distance from `at` takes from the value: the half space turns.
+    turning: f64,
+}
+
+impl HalfSpace {
+    /// The one that is tangent at mid-time near the point of a box that is nearest to the body, as far as its axis tells.
+    fn new(piece: &Piece, body: &Meridian, ball: bool, block: &Block) -> Self {
+        let low = block.middle[0] - block.half[0];
+        let mut at = block.middle;
+        if let (true, Some([z, radius])) = (ball, body.ball) {
+            let (from, to) = (piece.on_axis(z, 0.0), piece.on_axis(z, 1.0));
+            let center = along(scale(from, 0.5), to, 0.5);
+            at[0] = center[0].clamp(low, low + 2.0 * block.half[0]);
+            let away = sub(at, center);
+            let distance = norm(away);
+            let normal = if distance > 0.0 { scale(away, 1.0 / distance) } else { [1.0, 0.0, 0.0] };
+            let change = 0.5 * dot(normal, sub(to, from)).abs();
+            return Self { at, normal, value: distance - radius - change, turning: 0.0 };
+        }
+        let middle = piece.on_axis(0.5 * (body.z[0] + body.z[1]), 0.5);
+        at[0] = middle[0].clamp(low, low + 2.0 * block.half[0]);
+        let sample = piece.sample(body, at, 0.5);
+        let mut value = sample.f - 0.5 * sample.ft.abs();
+        let mut turning = 0.0;
+        if piece.turns() {
+            value -= piece.bend(body.reach) / 8.0;
+            turning = 0.5 * piece.angle2.sqrt();
+        }
+        Self { at, normal: sample.normal, value, turning }
+    }
+
+    /// Whether nothing of the box is in it.
+    fn clears(&self, block: &Block) -> bool {
+        let n = self.normal;
+        let middle = self.value + n[0] * (block.middle[0] - self.at[0]);
+        let spread = n[0].abs() * block.half[0] + n[1].abs() * block.half[1] + n[2].abs() * block.half[2];
+        middle - spread - self.turning * 2.0 * norm(block.half) > 0.0
+    }
+
+    /// Whether nothing of the material of a ray is in it.
+    #[inline]
+    fn clears_ray(&self, ray: &Ray) -> bool {
+        let n = self.normal;
+        let nearest = if n[0] > 0.0 { ray.lo } else { ray.hi };
+        let (du, dv, ds) = (ray.u - self.at[1], ray.v - self.at[2], nearest - self.at[0]);
+        let mut value = self.value + n[0] * ds + n[1] * du + n[2] * dv;
+        if self.turning > 0.0 {
+            let far = (ray.hi - self.at[0]).abs().max((ray.lo - self.at[0]).abs());
+            value -= self.turning * (far + du.abs() + dv.abs());
+        }
+        value > 0.0
     }
 }
 
@@ -345,58 +419,22 @@ impl Batch<'_> {
         }
         let u = [grid.center(u_axis, i_from), grid.center(u_axis, i_to - 1)];
         let v = [grid.center(v_axis, j_from), grid.center(v_axis, j_to - 1)];
-        let block = Block {
-            middle: [0.5 * (s[0] + s[1]), 0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])],
-            half: [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])],
-        };
+        let block = Block::new(s, u, v);
         let body = &self.bodies[ready.body];
         scratch.near.clear();
-        for k in ready.first_piece..ready.first_piece + ready.pieces {
-            let near = near(&self.pieces[a][k], body, &block);
-            if near != [false; 2] {
-                scratch.near.push((k, near));
-            }
-        }
+        let pieces = &self.pieces[a];
+        let every = ready.ball.clone().map(|k| (k, true)).chain(ready.rest.clone().map(|k| (k, false)));
+        scratch.near.extend(every.filter(|&(k, ball)| !HalfSpace::new(&pieces[k], body, ball, &block).clears(&block)));
         if scratch.near.is_empty() {
             return;
         }
-        let mut sum = Partial {
-            item,
-            rays: 0,
-            length: 0.0,
-            longest: 0.0,
-            at: [0.0; 3],
-            range: [f64::INFINITY, f64::NEG_INFINITY],
-            u: [f64::INFINITY, f64::NEG_INFINITY],
-            v: [f64::INFINITY, f64::NEG_INFINITY],
-        };
-        for j in j_from..j_to {
-            let v = grid.center(v_axis, j);
-            for i in i_from..i_to {
-                let r = (j - j0) * TILE + (i - i0);
-                let spans = work.tile.ray(r);
-                let (Some(bottom), Some(top)) = (spans.first(), spans.last()) else { continue };
-                let ray =
-                    Ray { u: grid.center(u_axis, i), v, lo: bottom.lo.max(min[a]), hi: top.hi.min(max[a]) };
-                if ray.hi - ray.lo <= SLIVER {
-                    continue;
-                }
-                scratch.taken.clear();
-                for &(k, near) in &scratch.near {
-                    take(&self.pieces[a][k], body, near, &ray, &mut scratch.taken);
-                }
-                if scratch.taken.is_empty() {
-                    continue;
-                }
-                cuts_of(&mut scratch.taken, ready.id, a, &mut scratch.cuts);
-                let overlap = subtract(spans, &scratch.cuts, &mut scratch.left);
-                if overlap.longest <= 0.0 {
-                    continue;
-                }
-                sum.add(&ray, &overlap);
-                if ready.removes {
-                    work.tile.replace(r, &scratch.left);
-                }
+        let mut sum = Partial::new(item);
+        // Patches of rays share one half space for each piece, which clears most of them at the cost of a product.
+        for patch_j in (j_from - j_from % PATCH..j_to).step_by(PATCH) {
+            let j = [patch_j.max(j_from), (patch_j + PATCH).min(j_to)];
+            for patch_i in (i_from - i_from % PATCH..i_to).step_by(PATCH) {
+                let i = [patch_i.max(i_from), (patch_i + PATCH).min(i_to)];
+                self.item_on_patch(grid, work, ready, a, i, j, scratch, &mut sum);
             }
         }
         if sum.rays > 0 {
@@ -407,9 +445,88 @@ impl Batch<'_> {
             work.found.push(sum);
         }
     }
+
+    /// Carries out an item on the rays `i` x `j` of a tile.
+    #[allow(clippy::too_many_arguments, reason = "the place of the patch and the state of the thread")]
+    fn item_on_patch(
+        &self,
+        grid: &Grid,
+        work: &mut Work,
+        ready: &Ready,
+        a: usize,
+        i: [usize; 2],
+        j: [usize; 2],
+        scratch: &mut Scratch,
+        sum: &mut Partial,
+    ) {
+        let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
+        let (min, max) = (ready.region.min[a], ready.region.max[a]);
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut columns = range;
+        scratch.rays.clear();
+        for row in j[0]..j[1] {
+            for column in i[0]..i[1] {
+                let r = row % TILE * TILE + column % TILE;
+                let spans = work.tile.ray(r);
+                // Material in the region; slots that stand empty do not count.
+                let Some(bottom) = spans.iter().find(|x| x.hi - min > SLIVER) else { continue };
+                let Some(top) = spans.iter().rev().find(|x| max - x.lo > SLIVER) else { continue };
+                let (lo, hi) = (bottom.lo.max(min), top.hi.min(max));
+                if hi - lo > SLIVER {
+                    let ray = Ray { u: grid.center(u_axis, column), v: grid.center(v_axis, row), lo, hi };
+                    scratch.rays.push((r, ray));
+                    range = [range[0].min(lo), range[1].max(hi)];
+                    // Rays without material may leave any outline: the first and last ray need not span the columns.
+                    columns = [columns[0].min(ray.u), columns[1].max(ray.u)];
+                }
+            }
+        }
+        if scratch.rays.is_empty() {
+            return;
+        }
+        let side = |axis: usize, k: [usize; 2]| [grid.center(axis, k[0]), grid.center(axis, k[1] - 1)];
+        let block = Block::new(range, side(u_axis, i), side(v_axis, j));
+        let body = &self.bodies[ready.body];
+        let pieces = &self.pieces[a];
+        scratch.spaces.clear();
+        for &(k, ball) in &scratch.near {
+            let space = HalfSpace::new(&pieces[k], body, ball, &block);
+            if !space.clears(&block) {
+                scratch.spaces.push((k, ball, space));
+            }
+        }
+        if scratch.spaces.is_empty() {
+            return;
+        }
+        for (r, ray) in &scratch.rays {
+            scratch.taken.clear();
+            for (k, ball, space) in &scratch.spaces {
+                if !space.clears_ray(ray) {
+                    take(&pieces[*k], body, *ball, ray, &mut scratch.taken);
+                }
+            }
+            if scratch.taken.is_empty() {
+                continue;
+            }
+            cuts_of(&mut scratch.taken, ready.id, a, &mut scratch.cuts);
+            let overlap = subtract(work.tile.ray(*r), &scratch.cuts, &mut scratch.left);
+            if overlap.longest <= 0.0 {
+                continue;
+            }
+            sum.add(ray, &overlap);
+            if ready.removes {
+                work.tile.replace(*r, &scratch.left);
+            }
+        }
+    }
 }
 
 impl Partial {
+    fn new(item: u32) -> Self {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { item, rays: 0, length: 0.0, longest: 0.0, at: [0.0; 3], range: none, u: none, v: none }
+    }
+
     fn add(&mut self, ray: &Ray, overlap: &Overlap) {
         self.rays += 1;
         self.length += overlap.length;
@@ -423,51 +540,16 @@ impl Partial {
     }
 }
 
-/// Whether the ball and the rest of a body may touch a box on a piece of motion.
-fn near(piece: &Piece, body: &Meridian, block: &Block) -> [bool; 2] {
-    let diagonal = norm(block.half);
-    let bent = if piece.turns() {
-        0.5 * piece.angle2.sqrt() * diagonal + piece.bend(body.reach()) / 8.0
-    } else {
-        0.0
-    };
-    let ball = body.ball.is_some_and(|[z, radius]| {
-        let place = |tau: f64| {
-            let (tip, w) = (piece.tip_at(tau), piece.axis_at(tau));
-            [tip[0] + z * w[0], tip[1] + z * w[1], tip[2] + z * w[2]]
-        };
-        let (from, to) = (place(0.0), place(1.0));
-        let c = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]), 0.5 * (from[2] + to[2])];
-        let away = sub(block.middle, c);
-        let distance = norm(away);
-        if distance <= radius {
-            return true;
-        }
-        let n = away.map(|x| x / distance);
-        let way = sub(to, from);
-        let change = 0.5 * (n[0] * way[0] + n[1] * way[1] + n[2] * way[2]).abs();
-        !block.is_clear(distance - radius, n, change)
-    });
-    let rest = body.has_rest && {
-        let sample = piece.sample(body, block.middle, 0.5);
-        !block.is_clear(sample.f, sample.normal, 0.5 * sample.ft.abs() + bent)
-    };
-    [ball, rest]
-}
-
-/// Intervals that a body takes up on a ray on one piece of motion.
-fn take(piece: &Piece, body: &Meridian, near: [bool; 2], ray: &Ray, taken: &mut Vec<Taken>) {
-    if near[0]
-        && let Some([z, radius]) = body.ball
-    {
-        taken.extend(sweep_ball(piece, z, radius, ray));
-    }
-    if near[1] {
+/// Intervals that the ball or the rest of a body takes up on a ray on one piece of motion.
+fn take(piece: &Piece, body: &Meridian, ball: bool, ray: &Ray, taken: &mut Vec<Taken>) {
+    if !ball {
         if piece.turns() {
             sweep_turning(piece, body, ray, taken);
         } else {
             taken.extend(sweep_translation(piece, body, ray));
         }
+    } else if let Some([z, radius]) = body.ball {
+        taken.extend(sweep_ball(piece, z, radius, ray));
     }
 }
 
@@ -503,16 +585,4 @@ fn cuts_of(taken: &mut [Taken], id: u32, a: usize, cuts: &mut Vec<Cut>) {
     if let Some(o) = open {
         cuts.push(Cut { lo: o.lo.s, hi: o.hi.s, lo_mark: mark(o.lo.normal), hi_mark: mark(o.hi.normal) });
     }
-}
-
-/// The interval that a body takes up on a line parallel to an axis, for tests that compare the kernels.
-#[cfg(test)]
-pub(crate) fn take_on_line(body: &Meridian, motion: &SweepMotion, a: usize, ray: &Ray) -> Vec<[f64; 2]> {
-    let mut taken = Vec::new();
-    for p in motion::pieces(motion, body.reach()) {
-        take(&motion::permuted(&p, a), body, [true, body.has_rest], ray, &mut taken);
-    }
-    let mut cuts = Vec::new();
-    cuts_of(&mut taken, 0, a, &mut cuts);
-    cuts.iter().map(|c| [c.lo, c.hi]).collect()
 }

@@ -43,10 +43,6 @@ impl Tile {
         &self.spans[self.start[r] as usize..self.start[r + 1] as usize]
     }
 
-    pub(crate) fn spans(&self) -> &[Span] {
-        &self.spans
-    }
-
     /// Replaces the spans of one ray.
     pub(crate) fn replace(&mut self, r: usize, new: &[Span]) {
         let (from, to) = (self.start[r] as usize, self.start[r + 1] as usize);

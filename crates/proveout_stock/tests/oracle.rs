@@ -80,7 +80,7 @@ fn check(body: &Profile, motion: &SweepMotion, random: &mut Random) -> Worst {
                             let d = oracle(body, motion, &point(end), stamps).abs();
                             worst.end = worst.end.max(d);
                             if d > BOUND {
-                                eprintln!("end off by {d:e} at {} axis {axis}: {body:?} {motion:?}", point(end));
+                                eprintln!("end off by {:e} at {} axis {axis}: {body:?} {motion:?}", oracle(body, motion, &point(end), 400), point(end));
                             }
                         }
                     }

@@ -105,7 +105,7 @@ impl DesignSurface for ConeFrustum {
             }
         }
         let (distance, foot, face) = best?;
-        if !(distance <= range) {
+        if distance.is_nan() || distance > range {
             return None;
         }
         // Outside of an edge the normal is the direction to the point.

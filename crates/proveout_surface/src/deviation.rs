@@ -18,6 +18,12 @@ pub struct SurfaceSample {
     pub made_by: Option<u32>,
 }
 
+impl From<proveout_stock::SurfacePoint> for SurfaceSample {
+    fn from(p: proveout_stock::SurfacePoint) -> Self {
+        Self { point: p.point, normal: p.normal, axis: p.axis, made_by: p.made_by }
+    }
+}
+
 /// Which points count, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviationSettings {
@@ -42,8 +48,8 @@ pub struct DeviationSettings {
 /// ```
 ///
 /// Mean, root mean square and areas weigh each point with the area it stands for. Rays along axis i with spacing h meet
-/// a surface of unit normal n at |n_i| / h² points an area. The weight h² |n_i| therefore makes the sum over the three
-/// families n_x² + n_y² + n_z² = 1 for each unit of area, with no weight above one cell, while h² / |n_i| would let
+/// a surface of unit normal n at `|n_i| / h²` points an area. The weight `h² |n_i|` therefore makes the sum over the three
+/// families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell, while `h² / |n_i|` would let
 /// points on grazing rays decide.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deviation {

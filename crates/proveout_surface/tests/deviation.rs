@@ -271,3 +271,27 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_slot_cut_into_stock_is_measured_exactly() {
+    use proveout_geom::ToolPose;
+    use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
+    let bounds = Aabb { min: Point::origin(), max: Point::new(40.0, 30.0, 20.0) };
+    let mut stock = TriDexel::from_box(&bounds, 0.5, 1 << 30).expect("stock");
+    let cutter = proveout_tool::Cutter::flat(10.0).expect("flat").bodies(30.0).expect("bodies").remove(0);
+    let at = |x: f64| ToolPose { tip: Point::new(x, 15.0, 12.0), axis: Vector::z() };
+    let motion = SweepMotion { from: at(-10.0), to: at(50.0) };
+    stock.sweep(&[SweepItem { id: 3, body: &cutter, action: Action::Remove, motion }]);
+    let samples: Vec<SurfaceSample> = stock.surface_points().map(SurfaceSample::from).collect();
+    let floor = Plane { point: Point::new(0.0, 0.0, 12.0), normal: Vector::z() };
+    // The walls of the slot stand on its floor: they are kept out by the region.
+    let region = Aabb { min: Point::new(0.0, 10.5, 11.0), max: Point::new(40.0, 19.5, 13.0) };
+    let settings = DeviationSettings { cell: 0.5, only_cut: true, region: Some(region), range: 1.0, ..settings() };
+    let d = measure(&samples, &floor, &settings);
+    // The stock promises its sweep within this bound.
+    let bound = stock.sweep_bound_mm();
+    assert!(d.samples > 1000 && bound <= 1e-3);
+    assert!(d.gouge_max <= bound && d.excess_max <= bound, "{} {}", d.gouge_max, d.excess_max);
+    assert!((d.area / (40.0 * 9.0) - 1.0).abs() < 0.03, "{}", d.area);
+    assert_eq!(d.worst.and_then(|w| w.made_by), Some(3));
+}

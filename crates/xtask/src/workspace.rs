@@ -25,8 +25,6 @@ pub(crate) struct Dependency {
     pub(crate) name: String,
     /// Section.
     pub(crate) kind: Kind,
-    /// True for `optional = true`.
-    pub(crate) optional: bool,
 }
 
 /// One member of the workspace.
@@ -75,8 +73,7 @@ impl Workspace {
             let mut dependencies = Vec::new();
             for dependency in list(&package, "dependencies")? {
                 let kind = if dependency["kind"].as_str() == Some("dev") { Kind::Dev } else { Kind::Normal };
-                let optional = dependency["optional"].as_bool().unwrap_or(false);
-                dependencies.push(Dependency { name: text(&dependency, "name")?, kind, optional });
+                dependencies.push(Dependency { name: text(&dependency, "name")?, kind });
             }
             dependencies.sort();
             let manifest = PathBuf::from(text(&package, "manifest_path")?);

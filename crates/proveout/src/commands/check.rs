@@ -82,7 +82,8 @@ fn check_scene(path: &Path) -> Result<Vec<String>, SimError> {
 
 fn check_machine(path: &Path) -> Result<Vec<String>, SimError> {
     let machine = Machine::read(path)?;
-    Ok(machine.diagnose().iter().map(ToString::to_string).collect())
+    let all = machine.diagnose();
+    Ok(all.iter().map(|d| format!("{}: {}; {} [{}]", d.key, d.message, d.remedy, d.code)).collect())
 }
 
 fn check_program(path: &Path) -> Result<Vec<String>, SimError> {

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use proveout_record::{RunInfo, observers, write_run_json};
+use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
     Choice, Observer, Prepared, RunFolder, SimError,
     run::{RunResult, run as prove},
@@ -11,6 +11,7 @@ use proveout_sim::{
 use crate::{
     args::{DynamicsArg, RerunArg, RunArgs},
     failure::Failure,
+    host::run_info,
     progress::Progress,
 };
 
@@ -44,16 +45,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
     });
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
     let mode = match args.rerun {
-        RerunArg::Off => proveout_record::RerunMode::Off,
-        RerunArg::File => proveout_record::RerunMode::File,
-        RerunArg::Spawn => proveout_record::RerunMode::Spawn,
-        RerunArg::Connect => proveout_record::RerunMode::Connect,
+        RerunArg::Off => RerunMode::Off,
+        RerunArg::File => RerunMode::File,
+        RerunArg::Spawn => RerunMode::Spawn,
+        RerunArg::Connect => RerunMode::Connect,
     };
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
-    watchers.extend(observers(mode));
+    watchers.extend(observers(&mode).map_err(|e| Failure::new(e))?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
-    write_run_json(folder.path(), &RunInfo::new(&result, threads))
+    write_run_json(folder.path(), &run_info(&result, threads))
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
     print_summary(&result, &place);

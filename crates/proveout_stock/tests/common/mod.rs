@@ -1,3 +1,4 @@
+#![allow(unreachable_pub, reason = "shared by several test files")]
 //! Cutters, random numbers and the oracle that several tests use.
 #![allow(dead_code, reason = "each test file uses a part")]
 
@@ -87,6 +88,7 @@ pub fn taper_ball(r: f64, angle: f64, l: f64) -> Profile {
 
 /// Barrel: flank arc of large radius whose center lies beyond the axis.
 pub fn barrel(r: f64, flank: f64, l: f64) -> Profile {
+    let flank = flank.max(0.3 * l * l / r); // the ends stay off the axis
     let center = [r - flank, 0.5 * l];
     let end = center[0] + (flank * flank - 0.25 * l * l).sqrt();
     Profile::new(vec![

@@ -79,7 +79,7 @@ mod tests {
     use crate::workspace::{Dependency, Member};
 
     fn workspace() -> Workspace {
-        let dependency = |name: &str| Dependency { name: name.into(), kind: Kind::Normal, optional: false };
+        let dependency = |name: &str| Dependency { name: name.into(), kind: Kind::Normal };
         let member = |name: &str, uses: &[&str]| Member {
             name: name.into(),
             folder: format!("/w/crates/{name}").into(),

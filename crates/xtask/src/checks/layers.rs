@@ -146,7 +146,7 @@ mod tests {
     fn with(name: &str, dependency: &str, kind: Kind) -> Vec<String> {
         let mut workspace = whole();
         let member = workspace.members.iter_mut().find(|m| m.name == name).expect("a member");
-        member.dependencies.push(Dependency { name: dependency.into(), kind, optional: false });
+        member.dependencies.push(Dependency { name: dependency.into(), kind });
         faults(&workspace)
     }
 

@@ -65,7 +65,7 @@ impl Interpreter {
         .help("write a whole number"))
     }
 
-    /// Coordinate with AC(), IC(), DC(), ACP(), ACN().
+    /// Coordinate with `AC()`, `IC()`, `DC()`, `ACP()`, `ACN()`.
     fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
         if let Value::Number(value) = value {
             return Ok(Coordinate { value: *value, reference: Reference::Modal });

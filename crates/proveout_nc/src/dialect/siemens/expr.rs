@@ -18,13 +18,13 @@ pub(crate) enum Expr {
     /// Variable, constant, axis or label; upper case.
     Name(String),
     /// `R5`, `R[expr]`.
-    Param(Box<Expr>),
+    Param(Box<Self>),
     /// `NAME[i, j]`.
-    Element(String, Vec<Expr>),
+    Element(String, Vec<Self>),
     /// `NAME(a, , b)`.
-    Call(String, Vec<Option<Expr>>),
-    Unary(Unary, Box<Expr>),
-    Binary(Binary, Box<Expr>, Box<Expr>),
+    Call(String, Vec<Option<Self>>),
+    Unary(Unary, Box<Self>),
+    Binary(Binary, Box<Self>, Box<Self>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

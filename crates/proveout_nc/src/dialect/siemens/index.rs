@@ -236,11 +236,13 @@ impl Index {
             }
             _ => return,
         };
-        // IF with a jump and REPEAT with a label are complete in themselves. A line with a fault of its own counts as
-        // opening; the fault is reported when the line is read.
+        // IF with a jump and REPEAT with a label are complete in themselves. A line with a fault of its own is reported
+        // when it is read; whether it opens something is told from its jump word.
         let complete = matches!(kind, Open::If | Open::Repeat)
-            && parser::parse_line(line, block).is_ok()
-            && !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat));
+            && match parser::parse_line(line, block) {
+                Ok(()) => !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat)),
+                Err(_) => line.to_ascii_uppercase().contains("GOTO"),
+            };
         if !complete {
             open.push((kind, at, head.word_span));
         }

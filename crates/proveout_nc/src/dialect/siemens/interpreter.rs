@@ -571,7 +571,10 @@ impl Interpreter {
                 Fault::new(codes::NESTING_LIMIT, span, message).help("check for a subprogram that calls itself")
             );
         }
-        let (parameters, save, first_line) = procedure_head(&loaded, section)?;
+        let (parameters, save, first_line) = procedure_head(&loaded, section).map_err(|fault| {
+            let message = format!("the head of the subprogram `{}` is broken: {}", call.name, fault.message);
+            Fault { code: codes::SUBPROGRAM, message, help: fault.help, span }
+        })?;
         let given = call.arguments.as_deref().unwrap_or_default();
         if given.len() > parameters.len() {
             let message = format!("`{}` takes {} arguments and is given {}", call.name, parameters.len(), given.len());

@@ -364,7 +364,7 @@ impl Interpreter {
         }
     }
 
-    /// I J K: from the start, or absolute with AC().
+    /// I J K: from the start, or absolute with `AC()`.
     fn arc_center(&self, p: &Pending, start: [f64; 3], span: Span) -> Result<[f64; 3], Fault> {
         let mut center = start;
         for (axis, coordinate) in p.center.iter().enumerate() {
@@ -411,7 +411,7 @@ impl Interpreter {
         // Circumcenter of the triangle start, middle, end (standard vector form).
         let (aa, bb) = (frame::dot(a, a), frame::dot(b, b));
         let weighted: [f64; 3] = std::array::from_fn(|i| bb * a[i] - aa * b[i]);
-        let offset = frame::cross(across, weighted).map(|v| -v / (2.0 * frame::dot(across, across)));
+        let offset = frame::cross(across, weighted).map(|v| v / (2.0 * frame::dot(across, across)));
         let center = frame::add_scaled(start, offset, 1.0);
         let (from, to) = (frame::sub(start, center), frame::sub(end_point, center));
         let angle = frame::dot(normal, frame::cross(from, to)).atan2(frame::dot(from, to));

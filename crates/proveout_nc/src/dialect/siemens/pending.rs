@@ -8,15 +8,15 @@ use crate::diagnostic::Span;
 pub(crate) enum Reference {
     /// As G90 and G91 say.
     Modal,
-    /// AC().
+    /// `AC()`.
     Absolute,
-    /// IC().
+    /// `IC()`.
     Incremental,
-    /// DC(): rotary axis, absolute, the short way.
+    /// `DC()`: rotary axis, absolute, the short way.
     Shortest,
-    /// ACP(): rotary axis, absolute, in positive direction.
+    /// `ACP()`: rotary axis, absolute, in positive direction.
     Positive,
-    /// ACN(): rotary axis, absolute, in negative direction.
+    /// `ACN()`: rotary axis, absolute, in negative direction.
     Negative,
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use proveout_geom::Vector;
 use proveout_machine::{JointValues, Machine};
 
-/// SplitMix64 (Steele, Lea and Flood 2014).
+/// `SplitMix64` (Steele, Lea and Flood 2014).
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

@@ -1,9 +1,7 @@
 //! Laws that hold on every machine: inverse undoes forward, forward undoes inverse, derivatives are differences. One
 //! thousand random machines with skew axes on both sides, a hundred poses each.
 
-mod common;
-
-use common::{Random, random_joints, random_machine};
+use crate::common::{Random, random_joints, random_machine};
 use proveout_geom::{Pose, wrap_near};
 use proveout_machine::{JointValues, Machine};
 
@@ -74,7 +72,6 @@ fn inverse_undoes_forward_and_forward_undoes_inverse() {
             assert!(distance.0 < TIP_MM && distance.1 < AXIS_RAD, "nearest is {distance:?} away");
         }
     }
-    eprintln!("{regular} regular poses, worst tip, axis, slide, turn: {worst:?}");
     assert!(regular > 9 * MACHINES * POSES / 10, "{regular} regular poses");
     assert!(worst[0] < TIP_MM && worst[1] < AXIS_RAD && worst[2] < TIP_MM && worst[3] < AXIS_RAD, "{worst:?}");
 }
@@ -123,7 +120,6 @@ fn poses_near_the_singular_cone_are_kept() {
             found += 1;
         }
     }
-    eprintln!("{found} poses near a singularity, worst tip and axis: {worst:?}");
     assert!(found > 10 * MACHINES, "{found}");
     assert!(worst[0] < 1e-6 && worst[1] < 1e-6, "{worst:?}");
 }

@@ -1,0 +1,68 @@
+//! What the host says of a finished run; nothing of it goes into the verdict.
+
+use std::{collections::BTreeMap, fs};
+
+use proveout_record::{RunInfo, StageTimes};
+use proveout_sim::run::RunResult;
+
+/// Clock ticks a second of `/proc/self/stat`: 100 on every Linux that Rust supports.
+const TICKS_PER_S: f64 = 100.0;
+
+/// Wall time, processor time, memory and versions of a run.
+pub(crate) fn run_info(result: &RunResult, threads: usize) -> RunInfo {
+    let s = &result.stages;
+    let simulated = result.verdict.time.total_s;
+    let wall = result.wall.max(1e-9);
+    let versions = [
+        ("proveout", env!("CARGO_PKG_VERSION")),
+        ("verdict_schema", &proveout_sim::verdict::SCHEMA_VERSION.to_string()),
+    ];
+    let mut host = BTreeMap::from([
+        ("os".to_owned(), std::env::consts::OS.to_owned()),
+        ("arch".to_owned(), std::env::consts::ARCH.to_owned()),
+    ]);
+    if let Ok(cores) = std::thread::available_parallelism() {
+        host.insert("cores".into(), cores.to_string());
+    }
+    if let Some(cpu) = first_value("/proc/cpuinfo", "model name") {
+        host.insert("cpu".into(), cpu);
+    }
+    RunInfo {
+        wall_s: result.wall,
+        cpu_s: cpu_time(),
+        threads,
+        peak_rss_mib: first_value("/proc/self/status", "VmHWM")
+            .and_then(|v| v.trim_end_matches("kB").trim().parse::<f64>().ok())
+            .map(|kib| kib / 1024.0),
+        simulated_s: simulated,
+        realtime_factor: simulated / wall,
+        moves_per_s: result.pieces as f64 / wall,
+        stages: StageTimes {
+            read_s: s.read,
+            plan_s: s.plan,
+            servo_s: s.servo,
+            removal_s: s.removal,
+            collision_s: s.collision,
+            surface_s: s.surface,
+            record_s: s.record,
+        },
+        versions: versions.map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
+        host,
+    }
+}
+
+/// Value of the first `key: value` line of a file.
+fn first_value(file: &str, key: &str) -> Option<String> {
+    let text = fs::read_to_string(file).ok()?;
+    let line = text.lines().find(|l| l.starts_with(key))?;
+    line.split_once(':').map(|(_, v)| v.trim().to_owned())
+}
+
+/// Time of all processor cores, s; none where the host does not tell.
+fn cpu_time() -> Option<f64> {
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    let after_name = stat.rsplit_once(')')?.1;
+    let mut fields = after_name.split_whitespace().skip(11);
+    let ticks: f64 = fields.next()?.parse::<f64>().ok()? + fields.next()?.parse::<f64>().ok()?;
+    Some(ticks / TICKS_PER_S)
+}

@@ -1,0 +1,268 @@
+//! Every mistake in a machine file gets one error with its line, key, value and remedy.
+
+use std::path::Path;
+
+use proveout_machine::{ContentError, Machine, MachineError};
+
+const GOOD: &str = r#"name = "test"
+
+[[joint]]
+name = "X"
+kind = "linear"
+carries = "tool"
+parent = "base"
+direction = [1, 0, 0]
+travel_mm = [-100, 100]
+
+[[joint]]
+name = "Y"
+kind = "linear"
+carries = "tool"
+parent = "X"
+direction = [0, 1, 0]
+
+[[joint]]
+name = "Z"
+kind = "linear"
+carries = "tool"
+parent = "Y"
+direction = [0, 0, 1]
+
+[[joint]]
+name = "B"
+kind = "rotary"
+carries = "workpiece"
+parent = "base"
+direction = [0, 1, 0]
+point_mm = [0, 0, 50]
+sense = -1
+travel_deg = [-10, 105]
+max_velocity_deg_s = 100
+
+[[joint]]
+name = "C"
+kind = "rotary"
+carries = "workpiece"
+parent = "B"
+direction = [0, 0, 1]
+point_mm = [0, 0, 0]
+sense = -1
+endless = true
+
+[spindle]
+on = "Z"
+origin_mm = [0, 0, 0]
+direction = [0, 0, 1]
+start_time_s = 1
+
+[table]
+on = "C"
+point_mm = [0, 0, 0]
+normal = [0, 0, 1]
+
+[control]
+cycle_time_ms = 2
+block_time_ms = 1
+tool_change_time_s = 5
+rapid_mode = "straight"
+default_tolerance_mm = 0.01
+
+[[body]]
+name = "plate"
+role = "table"
+attached_to = "C"
+check = true
+[[body.box]]
+min_mm = [-1, -1, -1]
+max_mm = [1, 1, 0]
+"#;
+
+fn refusal(text: &str) -> ContentError {
+    match Machine::from_text(Path::new("folder/machine.toml"), text) {
+        Err(MachineError::Content(e)) => *e,
+        Err(e) => panic!("{e}"),
+        Ok(_) => panic!("accepted:\n{text}"),
+    }
+}
+
+/// Replaces one piece of the good file and checks code, the text at the line named, and a part of the message.
+#[track_caller]
+fn expect(old: &str, new: &str, code: &str, at_line: &str, part: &str) {
+    assert!(GOOD.contains(old), "{old}");
+    let text = GOOD.replacen(old, new, 1);
+    let e = refusal(&text);
+    let shown = e.to_string();
+    assert_eq!(e.code, code, "{shown}");
+    let line = text.lines().nth(e.line - 1).unwrap_or_default();
+    assert!(line.contains(at_line), "{shown}\npoints at {line:?}");
+    assert!(e.column >= 1 && e.column <= line.chars().count() + 1, "{shown}");
+    assert!(shown.contains(part), "{shown}");
+    assert!(shown.starts_with("folder/machine.toml:"), "{shown}");
+    assert!(!e.remedy.is_empty());
+}
+
+#[test]
+fn the_good_file_is_good() {
+    let machine = Machine::from_text(Path::new("machine.toml"), GOOD).expect("good");
+    assert_eq!(machine.tool_chain, [0, 1, 2]);
+    assert_eq!(machine.work_chain, [3, 4]);
+    let missing: Vec<String> = machine
+        .missing_limits()
+        .iter()
+        .map(|m| format!("{} {}", m.joint.map_or("spindle", |j| &machine.joints[j].name), m.key))
+        .collect();
+    assert_eq!(missing[0], "X max_velocity_mm_min");
+    assert!(
+        missing.contains(&"Y travel_mm".to_owned()) && !missing.contains(&"C travel_deg".to_owned()),
+        "{missing:?}"
+    );
+    assert_eq!(missing.last().map(String::as_str), Some("spindle max_speed_rpm"));
+    let codes: Vec<&str> = machine.diagnose().iter().map(|d| d.code).collect();
+    assert!(codes.contains(&"machine-missing-limit") && codes.contains(&"machine-no-source"));
+}
+
+#[test]
+fn unknown_words_are_named_with_the_nearest() {
+    expect("travel_mm =", "travell_mm =", "machine-unknown-key", "travell_mm", "did you mean travel_mm?");
+    expect("travel_mm =", "travel =", "machine-unit-missing", "travel =", "write travel_mm or travel_deg");
+    expect("[control]", "[controll]", "machine-unknown-key", "[controll]", "did you mean control?");
+    expect("kind = \"rotary\"", "kind = \"rotatory\"", "machine-unknown-word", "rotatory", "rotary");
+    expect("rapid_mode = \"straight\"\n", "", "machine-missing-key", "[control]", "rapid_mode");
+    expect("name = \"test\"\n", "name = \"test\n", "machine-syntax", "name = \"test", "correct the TOML");
+    expect("cycle_time_ms = 2", "cycle_time_ms = \"2\"", "machine-syntax", "cycle_time_ms", "invalid type");
+}
+
+#[test]
+fn wrong_units_are_named() {
+    expect("travel_deg =", "travel_mm =", "machine-wrong-unit", "travel_mm = [-10", "write travel_deg");
+    expect("travel_mm =", "travel_deg =", "machine-wrong-unit", "travel_deg = [-100", "write travel_mm");
+    let both = "max_velocity_deg_s = 100\nmax_velocity_rev_min = 20";
+    expect("max_velocity_deg_s = 100", both, "machine-duplicate-limit", "max_velocity_rev_min", "twice");
+}
+
+#[test]
+fn trees_that_are_none_are_refused() {
+    expect("name = \"Y\"", "name = \"X\"", "machine-duplicate-joint", "name = \"X\"", "joint.X.name");
+    expect("parent = \"X\"", "parent = \"Q\"", "machine-unknown-joint", "parent = \"Q\"", "X, Y, Z, B, C");
+    expect("parent = \"base\"", "parent = \"Z\"", "machine-loop", "parent", "loop");
+    expect("parent = \"X\"", "parent = \"base\"", "machine-loose-joint", "parent = \"base\"", "joint X is in no chain");
+    expect("on = \"Z\"", "on = \"Y\"", "machine-loose-joint", "parent = \"Y\"", "joint Z");
+    let second = "parent = \"X\"\nparent = \"base\"";
+    expect("parent = \"X\"", second, "machine-syntax", "parent = \"base\"", "duplicate key");
+    expect(
+        "carries = \"tool\"\nparent = \"Y\"",
+        "carries = \"workpiece\"\nparent = \"Y\"",
+        "machine-wrong-side",
+        "carries",
+        "Z",
+    );
+    expect("on = \"C\"", "on = \"Z\"", "machine-wrong-side", "carries", "joint Z");
+    expect("attached_to = \"C\"", "attached_to = \"Q\"", "machine-unknown-joint", "attached_to", "no joint \"Q\"");
+}
+
+#[test]
+fn loops_beside_the_chains_are_refused() {
+    let extra = "[[joint]]\nname = \"U\"\nkind = \"linear\"\ncarries = \"tool\"\nparent = \"V\"\ndirection = [1, 0, 0]\n\
+                 [[joint]]\nname = \"V\"\nkind = \"linear\"\ncarries = \"tool\"\nparent = \"U\"\ndirection = [1, 0, 0]\n\n[spindle]";
+    expect("[spindle]", extra, "machine-loop", "parent", "loop");
+}
+
+#[test]
+fn directions_must_be_unit_vectors() {
+    expect("[1, 0, 0]", "[0, 0, 0]", "machine-not-unit", "direction = [0, 0, 0]", "length 0");
+    expect("[1, 0, 0]", "[1, 1, 0]", "machine-not-unit", "direction = [1, 1, 0]", "[0.707106781, 0.707106781, 0");
+    expect("[1, 0, 0]", "[nan, 0, 0]", "machine-not-finite", "nan", "finite");
+    let close = GOOD.replacen("[1, 0, 0]", "[0.7071068, 0.7071068, 0]", 1);
+    let machine = Machine::from_text(Path::new("m.toml"), &close).expect("seven digits are enough");
+    assert!((machine.joints[0].direction.norm() - 1.0).abs() < 1e-15);
+}
+
+#[test]
+fn rotary_axes_must_be_complete_and_apart() {
+    expect("sense = -1\n", "", "machine-sense", "[[joint]]", "joint.B.sense");
+    expect("sense = -1\n", "sense = 2\n", "machine-sense", "sense = 2", "write 1 or -1");
+    expect("point_mm = [0, 0, 50]\n", "", "machine-missing-key", "[[joint]]", "joint.B.point_mm");
+    expect(
+        "direction = [0, 1, 0]\npoint_mm",
+        "direction = [0, 0, 1]\npoint_mm",
+        "machine-parallel-rotary-axes",
+        "direction = [0, 0, 1]",
+        "parallel",
+    );
+}
+
+#[test]
+fn a_second_axis_along_the_tool_is_refused() {
+    // The table turns about y, and a head about the tool itself: that cannot tilt the tool.
+    let head = "[[joint]]\nname = \"W\"\nkind = \"rotary\"\ncarries = \"tool\"\nparent = \"Z\"\ndirection = [0, 0, 1]\n\
+                point_mm = [0, 0, 0]\nsense = 1\n\n[spindle]";
+    let text = GOOD.replacen("[spindle]", head, 1).replacen("on = \"Z\"", "on = \"W\"", 1);
+    let text = text.replacen("name = \"C\"\n", "name = \"C\"\nheld = true\n", 1);
+    let e = refusal(&text);
+    assert_eq!(e.code, "machine-tool-on-axis", "{e}");
+    let six = GOOD.replacen("[spindle]", head, 1).replacen("on = \"Z\"", "on = \"W\"", 1);
+    assert_eq!(refusal(&six).code, "machine-redundant");
+}
+
+#[test]
+fn limits_must_stand_upright() {
+    expect("[-100, 100]", "[100, -100]", "machine-limits-upside-down", "travel_mm = [100", "lower end first");
+    expect("[-10, 105]", "[105, 105]", "machine-limits-upside-down", "travel_deg", "upside down");
+    expect("= 100\n", "= -100\n", "machine-not-positive", "max_velocity_deg_s", "above zero");
+    expect("= 100\n", "= 100\nrapid_velocity_deg_s = 200\n", "machine-limits-upside-down", "rapid", "rapid velocity");
+    expect("[-10, 105]", "[-10, 105]\nhome_deg = 200", "machine-home-outside", "home_deg", "outside the travel");
+    expect(
+        "travel_deg = [-10, 105]",
+        "travel_deg = [-10, 105]\nendless = true",
+        "machine-endless",
+        "endless",
+        "end stops",
+    );
+    expect("cycle_time_ms = 2", "cycle_time_ms = 0", "machine-not-positive", "cycle_time_ms", "0");
+    expect("start_time_s = 1", "start_time_s = inf", "machine-not-positive", "start_time_s", "inf");
+}
+
+#[test]
+fn bodies_must_have_a_shape() {
+    expect("max_mm = [1, 1, 0]", "max_mm = [1, 1, -2]", "machine-empty-body", "[[body.box]]", "empty");
+    expect("check = true\n", "check = true\nnode = \"Table\"\n", "machine-model", "node", "no model file");
+    expect("check = true\n", "check = true\ncolor = [1, 2]\n", "machine-color", "color", "red, green, blue");
+    let missing = "name = \"test\"\nmodel = \"none.glb\"\n";
+    expect("name = \"test\"\n", missing, "machine-model", "none.glb", "cannot open folder/none.glb");
+    let prism = "[[body.prism]]\nalong = \"z\"\nrange_mm = [0, 1]\noutline_mm = [[0, 0], [0, 1], [1, 0]]\n";
+    let text = format!("{GOOD}{prism}");
+    assert!(refusal(&text).to_string().contains("counter-clockwise"));
+    let second = "[[body]]\nname = \"plate\"\nrole = \"x\"\nattached_to = \"base\"\ncheck = true\n";
+    assert_eq!(refusal(&format!("{GOOD}{second}")).code, "machine-duplicate-body");
+}
+
+#[test]
+fn notes_must_be_about_numbers_of_their_table() {
+    let note = "start_time_s = 1\n\n[spindle.chosen]\nmax_sped_rpm = \"why\"";
+    expect("start_time_s = 1", note, "machine-unknown-key", "max_sped_rpm", "does not have");
+}
+
+#[test]
+fn missing_files_are_named() {
+    let e = Machine::read(Path::new("/nowhere/machine.toml")).expect_err("missing");
+    assert!(e.to_string().contains("/nowhere/machine.toml"), "{e}");
+}
+
+/// No input may bring the reader down: every single line left out or doubled, and the file cut at every byte.
+#[test]
+fn damaged_files_never_panic() {
+    let lines: Vec<&str> = GOOD.lines().collect();
+    for k in 0..lines.len() {
+        for copies in [0, 2] {
+            let text: String = lines
+                .iter()
+                .enumerate()
+                .flat_map(|(i, l)| std::iter::repeat_n(format!("{l}\n"), if i == k { copies } else { 1 }))
+                .collect();
+            let _ = Machine::from_text(Path::new("m.toml"), &text);
+        }
+    }
+    for cut in 0..GOOD.len() {
+        let _ = Machine::from_text(Path::new("m.toml"), &GOOD[..cut]);
+    }
+}

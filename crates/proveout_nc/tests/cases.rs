@@ -1,0 +1,136 @@
+//! Case folders: programs with the commands they must give, and programs with the error they must raise.
+//!
+//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test cases` writes the expected lines anew; read the difference.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use proveout_nc::{CODES, JsonWriter, Program, Settings, WorkOffset, check};
+
+fn folder(name: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
+    let mut files: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "mpf"))
+        .collect();
+    files.sort();
+    files
+}
+
+fn settings() -> Settings {
+    let mut settings = Settings::default();
+    settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
+    settings.variables.insert("R1".to_owned(), 1.0);
+    settings
+}
+
+/// The JSON lines of a program without the file name; an error ends them.
+fn lines(path: &Path) -> String {
+    let mut writer = JsonWriter::new();
+    let mut text = String::new();
+    for command in Program::open(path, &settings()).unwrap() {
+        match command {
+            Ok(command) => {
+                for mut value in writer.values(&command) {
+                    value.as_object_mut().unwrap().shift_remove("file");
+                    text.push_str(&value.to_string());
+                    text.push('\n');
+                }
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+    text
+}
+
+#[test]
+fn programs_give_the_expected_commands() {
+    let bless = std::env::var_os("PROVEOUT_BLESS").is_some();
+    for path in folder("cases/siemens") {
+        let got = lines(&path);
+        let expected = path.with_extension("jsonl");
+        if bless {
+            fs::write(&expected, &got).unwrap();
+        }
+        let want = fs::read_to_string(&expected).unwrap();
+        for (at, (got, want)) in got.lines().zip(want.lines()).enumerate() {
+            assert_eq!(got, want, "{} line {}", expected.display(), at + 1);
+        }
+        assert_eq!(got.lines().count(), want.lines().count(), "{}", expected.display());
+    }
+}
+
+#[test]
+fn bad_programs_raise_the_error_they_name() {
+    let mut seen = std::collections::BTreeSet::new();
+    for path in folder("bad") {
+        let text = fs::read_to_string(&path).unwrap();
+        let code = text.lines().next().unwrap().trim_start_matches(';').trim().to_owned();
+        let faults = check(&path, &Settings::default());
+        let fault = faults.first().unwrap_or_else(|| panic!("{} raises nothing", path.display()));
+        assert_eq!(fault.code, code, "{}: {fault}", path.display());
+        assert!(fault.help.as_ref().is_some_and(|h| !h.is_empty()), "{} has no remedy", path.display());
+        assert!(fault.line > 1 && fault.column >= 1 && !fault.source_line.is_empty(), "{}: {fault:?}", path.display());
+        seen.insert(code);
+    }
+    // Every code of the registry is raised by some program; a missing file and an unknown dialect are tested below.
+    for info in CODES {
+        assert!(
+            seen.contains(info.code) || matches!(info.code, "nc-file" | "nc-dialect"),
+            "{} has no bad program",
+            info.code
+        );
+    }
+}
+
+#[test]
+fn a_missing_file_and_an_unknown_dialect_are_named() {
+    let faults = check("no/such/file.mpf", &Settings::default());
+    assert_eq!(faults[0].code, "nc-file");
+    assert!(faults[0].message.contains("no/such/file.mpf"));
+    let error = Program::from_text("x.txt", "hello", &Settings::default()).unwrap_err();
+    assert_eq!(error.0[0].code, "nc-dialect");
+}
+
+#[test]
+fn all_faults_of_lines_are_found_at_once() {
+    let text = "G0 X\nG999\nX1 Y\nG0 X0 Y0 Z0\nG1 X5\n";
+    let faults = proveout_nc::check_text("t.mpf", text, &Settings::default());
+    let found: Vec<_> = faults.iter().map(|f| (f.line, f.column, f.length, f.code)).collect();
+    assert_eq!(
+        found,
+        [(1, 4, 1, "nc-missing-value"), (2, 1, 4, "nc-unknown-word"), (3, 4, 1, "nc-missing-value")],
+        "{faults:?}"
+    );
+}
+
+#[test]
+fn diagnostics_show_their_line() {
+    let error = Program::from_text("part.mpf", "G0 X0\nG0 X1 Q5 ; here\n", &Settings::default())
+        .unwrap()
+        .find_map(Result::err)
+        .unwrap();
+    assert_eq!((error.line, error.column, error.length), (2, 7, 2));
+    assert_eq!(error.source_line, "G0 X1 Q5 ; here");
+    assert_eq!(error.to_string(), "part.mpf:2:7: unknown word `Q5`");
+    let diagnostic: &dyn miette::Diagnostic = &error;
+    let label = diagnostic.labels().unwrap().next().unwrap();
+    let span = diagnostic.source_code().unwrap().read_span(label.inner(), 0, 0).unwrap();
+    assert_eq!((span.line(), span.column()), (1, 6), "counted from zero");
+    assert_eq!(span.data(), b"Q5");
+}
+
+#[test]
+fn subprograms_are_found_beside_the_program() {
+    let folder = std::env::temp_dir().join(format!("proveout-nc-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("main.mpf"), "G0 X0\nSide(2)\nM30\n").unwrap();
+    fs::write(folder.join("SIDE.spf"), "PROC SIDE(REAL A)\nX=A\nM17\n").unwrap();
+    let commands: Vec<_> =
+        Program::open(folder.join("main.mpf"), &Settings::default()).unwrap().collect::<Result<_, _>>().unwrap();
+    fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(commands.len(), 3);
+    assert!(commands[1].location.file.ends_with("SIDE.spf"));
+    assert_eq!((commands[1].location.line, commands[1].location.depth), (2, 1));
+}

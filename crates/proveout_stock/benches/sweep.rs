@@ -1,0 +1,140 @@
+//! Prints moves a second, time a ray touched and memory on a 100 x 100 x 20 mm block.
+//!
+//! `cargo bench -p proveout_stock` runs all rows; `-- --quick` takes a tenth of the moves, `-- --cell 0.2` another cell size,
+//! `-- --only tilting` the rows with that word.
+#![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
+
+use std::time::Instant;
+
+use proveout_geom::{Aabb, Point, ToolPose, Vector};
+use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
+use proveout_tool::{Profile, Segment};
+
+fn profile(segments: Vec<Segment>) -> Profile {
+    match Profile::new(segments) {
+        Ok(p) => p,
+        Err(e) => {
+            println!("{e}");
+            std::process::exit(2);
+        }
+    }
+}
+
+fn line(from: [f64; 2], to: [f64; 2]) -> Segment {
+    Segment::Line { from, to }
+}
+
+fn bull(r: f64, c: f64, l: f64) -> Profile {
+    let arc = Segment::Arc { center: [r - c, c], radius: c, from: [r - c, 0.0], to: [r, c] };
+    let mut segments = vec![arc, line([r, c], [r, l]), line([r, l], [0.0, l])];
+    if r > c {
+        segments.insert(0, line([0.0, 0.0], [r - c, 0.0]));
+    }
+    profile(segments)
+}
+
+fn flat(r: f64, l: f64) -> Profile {
+    profile(vec![line([0.0, 0.0], [r, 0.0]), line([r, 0.0], [r, l]), line([r, l], [0.0, l])])
+}
+
+/// Rows of 0.5 mm moves, 0.3 mm apart, back and forth over z = -1.5 + waves of 0.5 mm.
+fn waves(rows: usize, tilt: f64) -> Vec<SweepMotion> {
+    let pose = |x: f64, y: f64| {
+        let z = -1.5 + 0.35 * (x * 0.12).sin() + 0.25 * (y * 0.17 + x * 0.05).cos();
+        let (a, b) = (tilt * (x * 0.063).sin(), tilt * (y * 0.05 + 1.0).cos());
+        ToolPose { tip: Point::new(x, y, z), axis: Vector::new(a.sin(), b.sin(), 1.0).normalize() }
+    };
+    let mut moves = Vec::new();
+    for row in 0..rows {
+        let y = 2.0 + 0.3 * row as f64;
+        let x = |k: usize| if row % 2 == 0 { 2.0 + 0.5 * k as f64 } else { 98.0 - 0.5 * k as f64 };
+        moves.extend((0..192).map(|k| SweepMotion { from: pose(x(k), y), to: pose(x(k + 1), y) }));
+    }
+    moves
+}
+
+/// Slots and pockets of a flat end mill at constant height.
+fn pocket(rows: usize) -> Vec<SweepMotion> {
+    let pose = |x: f64, y: f64| ToolPose { tip: Point::new(x, y, -2.0), axis: Vector::z() };
+    let mut moves = Vec::new();
+    for row in 0..rows {
+        let y = 2.0 + 3.0 * row as f64;
+        let x = |k: usize| if row % 2 == 0 { 2.0 + 0.5 * k as f64 } else { 98.0 - 0.5 * k as f64 };
+        moves.extend((0..192).map(|k| SweepMotion { from: pose(x(k), y), to: pose(x(k + 1), y) }));
+    }
+    moves
+}
+
+/// A 40 mm flank that cuts along the side of the block and tilts all the time.
+fn flank(rows: usize) -> Vec<SweepMotion> {
+    let mut moves = Vec::new();
+    for row in 0..rows {
+        let pose = |x: f64| ToolPose {
+            tip: Point::new(x, -4.0 + 0.5 * row as f64 + 0.01 * x, -21.0),
+            axis: Vector::new(0.05 * (x * 0.2).sin(), 0.1 * (x * 0.06).sin(), 1.0).normalize(),
+        };
+        moves.extend((0..192).map(|k| SweepMotion {
+            from: pose(2.0 + 0.5 * k as f64),
+            to: pose(2.5 + 0.5 * k as f64),
+        }));
+    }
+    moves
+}
+
+fn run(name: &str, only: Option<&String>, cell: f64, body: &Profile, moves: &[SweepMotion], action: Action) {
+    if only.is_some_and(|word| !name.contains(word.as_str())) {
+        return;
+    }
+    let block = Aabb { min: Point::new(0.0, 0.0, -20.0), max: Point::new(100.0, 100.0, 0.0) };
+    let mut stock = match TriDexel::from_box(&block, cell, 16 << 30) {
+        Ok(s) => s,
+        Err(e) => {
+            println!("{name}: {e}");
+            return;
+        }
+    };
+    let items: Vec<SweepItem<'_>> = moves
+        .iter()
+        .enumerate()
+        .map(|(k, m)| SweepItem { id: k as u32, body, action, motion: *m })
+        .collect();
+    let start = Instant::now();
+    let reports = stock.sweep(&items);
+    let seconds = start.elapsed().as_secs_f64();
+    let rays: u64 = reports.iter().map(|r| r.rays).sum();
+    let volume: f64 = reports.iter().map(|r| r.volume_mm3).sum();
+    println!(
+        "{name:34} {:6} moves {:9.0} moves/s {:7.1} ns/ray cut {:7.0} rays/move {:8.0} mm3 {:6.0} MiB bound {:.2} um",
+        items.len(),
+        items.len() as f64 / seconds,
+        seconds * 1e9 / rays.max(1) as f64,
+        rays as f64 / items.len() as f64,
+        volume,
+        stock.memory_bytes() as f64 / f64::from(1 << 20),
+        stock.sweep_bound_mm() * 1e3,
+    );
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let quick = arguments.iter().any(|a| a == "--quick");
+    let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1)?.parse().ok());
+    let cell = value("--cell").unwrap_or(0.1);
+    let only = arguments.iter().position(|a| a == "--only").and_then(|k| arguments.get(k + 1));
+    let rows = if quick { 32 } else { 320 };
+    let twenty_degrees = 0.349;
+    let (ball, bull, flat) = (bull(4.0, 4.0, 40.0), bull(5.0, 3.0, 40.0), flat(5.0, 40.0));
+    println!("100 x 100 x 20 mm block, {cell} mm cells, {} threads", rayon::current_num_threads());
+    run("ball R4, three axes", only, cell, &ball, &waves(rows, 0.0), Action::Remove);
+    run("ball R4, tilting to 20 deg", only, cell, &ball, &waves(rows, twenty_degrees), Action::Remove);
+    run("bull-nose R5 r3, three axes", only, cell, &bull, &waves(rows, 0.0), Action::Remove);
+    run("bull-nose R5 r3, tilting to 20 deg", only, cell, &bull, &waves(rows, twenty_degrees), Action::Remove);
+    run("flat R5, pocket at one height", only, cell, &flat, &pocket(rows.min(32)), Action::Remove);
+    run("flat R5, flank 20 mm deep, tilting", only, cell, &flat, &flank(rows.min(16)), Action::Remove);
+    let above = |m: &SweepMotion| {
+        let up = |p: ToolPose| ToolPose { tip: p.tip + Vector::z() * 8.0, ..p };
+        SweepMotion { from: up(m.from), to: up(m.to) }
+    };
+    let air: Vec<SweepMotion> = waves(rows, twenty_degrees).iter().map(above).collect();
+    run("ball R4 in air", only, cell, &ball, &air, Action::Remove);
+}
