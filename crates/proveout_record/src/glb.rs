@@ -57,7 +57,7 @@ pub(crate) fn write_glb(
     let mut json = root.to_vec().map_err(io::Error::other)?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let bin_part = if bin.is_empty() { 0 } else { 8 + bin.len() };
-    let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_| too_large())?;
+    let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_above| too_large())?;
     out.write_all(b"glTF")?;
     out.write_all(&2_u32.to_le_bytes())?;
     out.write_all(&length.to_le_bytes())?;
@@ -156,7 +156,7 @@ impl Parts<'_> {
     fn view(&mut self, bytes: &[u8], target: Target) -> io::Result<Index<View>> {
         let offset = self.bin.len();
         self.bin.extend_from_slice(bytes);
-        u32::try_from(self.bin.len()).map_err(|_| too_large())?;
+        u32::try_from(self.bin.len()).map_err(|_above| too_large())?;
         Ok(self.root.push(View {
             buffer: Index::new(0),
             byte_length: USize64::from(bytes.len()),

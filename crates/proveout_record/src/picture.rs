@@ -61,6 +61,7 @@ impl Picture {
 
     /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled, so that
     /// boxes look like boxes.
+    #[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "for the recording"))]
     pub(crate) fn creased(mesh: &TriMesh, crease: f64) -> Self {
         let limit = crease.cos();
         let merged = mesh.merge_equal_vertices();
@@ -99,6 +100,7 @@ impl Picture {
     }
 
     /// Adds another mesh; values stay only when both have them or one is empty.
+    #[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "for the recording"))]
     pub(crate) fn append(&mut self, other: &Self) {
         let base = self.positions.len() as u32;
         if self.positions.is_empty() || (self.values.is_empty() == other.values.is_empty()) {

@@ -68,7 +68,7 @@ impl Trace {
         if let Some(strip) = self.strips.last_mut() {
             strip.points.push((time, [point.x as f32, point.y as f32, point.z as f32]));
             self.count += 1;
-            if self.count % POINTS == 0 {
+            if self.count.is_multiple_of(POINTS) {
                 self.tolerance *= 2.0;
             }
         }
