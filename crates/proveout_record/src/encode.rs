@@ -91,11 +91,11 @@ mod tests {
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
         assert_eq!((word(0), word(4)), (8, 12));
         for (v, p) in picture.positions.iter().enumerate() {
-            for k in 0..3 {
+            for (k, value) in p.iter().enumerate() {
                 let at = 32 + 6 * v + 2 * k;
                 let t = f32::from(u16::from_le_bytes([bytes[at], bytes[at + 1]])) / 65535.0;
                 let (low, size) = (f32::from_bits(word(8 + 4 * k)), f32::from_bits(word(20 + 4 * k)));
-                assert!((low + size * t - p[k]).abs() < 1e-4);
+                assert!((low + size * t - value).abs() < 1e-4);
             }
         }
         assert_eq!(bytes[32 + 8 * 9..32 + 8 * 10], [0, 64, 127, 191, 254, 254, 254, 255]);

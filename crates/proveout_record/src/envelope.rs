@@ -52,9 +52,27 @@ impl Envelope {
     }
 
     /// Middle of each stretch (s), smallest and largest value, in order of time.
-    pub(crate) fn stretches(&self) -> impl Iterator<Item = (f64, f64, f64)> + '_ {
+    ///
+    /// Where no sample falls, at a standstill, the signal holds its last value: the first and the last of such
+    /// stretches carry it, those between are left out.
+    pub(crate) fn stretches(&self) -> Vec<(f64, f64, f64)> {
         let at = |i: usize| (i as f64 + 0.5) * self.width;
-        self.buckets.iter().enumerate().filter_map(move |(i, b)| b.map(|[low, high, _]| (at(i), low, high)))
+        let mut out = Vec::with_capacity(self.buckets.len());
+        let mut before: Option<(usize, f64)> = None;
+        for (i, bucket) in self.buckets.iter().enumerate() {
+            let Some([low, high, last]) = *bucket else { continue };
+            if let Some((index, held)) = before {
+                let hold = |k: usize| (at(k), held, held);
+                match i - index {
+                    0 | 1 => {}
+                    2 => out.push(hold(index + 1)),
+                    _ => out.extend([hold(index + 1), hold(i - 1)]),
+                }
+            }
+            out.push((at(i), low, high));
+            before = Some((i, last));
+        }
+        out
     }
 
     /// Length of a stretch, s.
@@ -87,7 +105,7 @@ mod tests {
         for i in 0..samples {
             envelope.push(f64::from(i) * 0.004, signal(i));
         }
-        let stretches: Vec<_> = envelope.stretches().collect();
+        let stretches = envelope.stretches();
         assert!((BUCKETS / 2..=BUCKETS).contains(&stretches.len()), "{}", stretches.len());
         for i in 0..samples {
             let k = (f64::from(i) * 0.004 / envelope.width()) as usize;
@@ -96,6 +114,21 @@ mod tests {
         }
         let peak = (0..samples).map(signal).fold(f64::MIN, f64::max);
         assert_eq!(envelope.range().map(|r| r[1]), Some(peak));
+    }
+
+    #[test]
+    fn a_standstill_holds_the_last_value() {
+        let mut envelope = Envelope::default();
+        envelope.push(0.0, 5.0);
+        envelope.push(0.001, 2.0);
+        envelope.push(1.0, 9.0);
+        let w = FIRST_WIDTH;
+        let last = (1.0 / w) as usize;
+        let middle = |k: usize| (k as f64 + 0.5) * w;
+        assert_eq!(
+            envelope.stretches(),
+            [(middle(0), 2.0, 5.0), (middle(1), 2.0, 2.0), (middle(last - 1), 2.0, 2.0), (middle(last), 9.0, 9.0)]
+        );
     }
 
     #[test]

@@ -50,13 +50,14 @@ pub(crate) fn write_glb(
     } else {
         add_mesh(&mut root, name, picture, colors, plain)?
     };
-    let scene = root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
+    let scene =
+        root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
     root.scene = Some(scene);
 
     let mut json = root.to_vec().map_err(io::Error::other)?;
     json.resize(json.len().next_multiple_of(4), b' ');
     let bin_part = if bin.is_empty() { 0 } else { 8 + bin.len() };
-    let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_| too_large())?;
+    let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_above| too_large())?;
     out.write_all(b"glTF")?;
     out.write_all(&2_u32.to_le_bytes())?;
     out.write_all(&length.to_le_bytes())?;
@@ -84,7 +85,8 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], pla
     let normals: Vec<u8> = picture.normals.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
     let linear: [u8; 256] = std::array::from_fn(|c| (linear_from_srgb(c as u8) * 255.0).round() as u8);
     let light = |c: &Rgba| [linear[c[0] as usize], linear[c[1] as usize], linear[c[2] as usize], c[3]];
-    let colors: Vec<u8> = if colors.len() == picture.positions.len() { colors } else { &[] }.iter().flat_map(light).collect();
+    let colors: Vec<u8> =
+        if colors.len() == picture.positions.len() { colors } else { &[] }.iter().flat_map(light).collect();
     let indices: Vec<u8> = picture.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
 
     let mut parts = Parts { root, bin: Vec::new() };
@@ -141,13 +143,7 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], pla
         scale: Some(METRE_FROM_MM),
         ..Node::default()
     });
-    root.push(Buffer {
-        byte_length: USize64::from(bin.len()),
-        name: None,
-        uri: None,
-        extensions: None,
-        extras: None,
-    });
+    root.push(Buffer { byte_length: USize64::from(bin.len()), name: None, uri: None, extensions: None, extras: None });
     Ok(bin)
 }
 
@@ -160,7 +156,7 @@ impl Parts<'_> {
     fn view(&mut self, bytes: &[u8], target: Target) -> io::Result<Index<View>> {
         let offset = self.bin.len();
         self.bin.extend_from_slice(bytes);
-        u32::try_from(self.bin.len()).map_err(|_| too_large())?;
+        u32::try_from(self.bin.len()).map_err(|_above| too_large())?;
         Ok(self.root.push(View {
             buffer: Index::new(0),
             byte_length: USize64::from(bytes.len()),

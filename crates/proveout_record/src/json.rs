@@ -109,10 +109,21 @@ mod tests {
         assert!(text.ends_with("}\n"));
         let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
         let keys: Vec<&String> = value.as_object().expect("object").keys().collect();
-        assert_eq!(keys, [
-            "wall_s", "cpu_s", "threads", "peak_rss_mib", "simulated_s", "realtime_factor", "moves_per_s", "stages",
-            "versions", "host"
-        ]);
+        assert_eq!(
+            keys,
+            [
+                "wall_s",
+                "cpu_s",
+                "threads",
+                "peak_rss_mib",
+                "simulated_s",
+                "realtime_factor",
+                "moves_per_s",
+                "stages",
+                "versions",
+                "host"
+            ]
+        );
         assert_eq!(value["wall_s"].as_f64(), Some(0.1 + 0.2), "the same double");
         assert!(value["peak_rss_mib"].is_null());
     }

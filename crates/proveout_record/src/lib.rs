@@ -23,7 +23,7 @@
 //!
 //! # Methods
 //!
-//! * Colors of deviations: [`DeviationMap`], straight in OKLab (Ottosson 2020).
+//! * Colors of deviations: [`DeviationMap`], straight in `OKLab` (Ottosson 2020).
 //! * Reduction of large meshes: vertex clustering (Rossignac and Borrel 1993) with quadric placement (Lindstrom 2000).
 //! * Plots of the page: smallest and largest value of equal stretches of time, which double as the run grows.
 //! * Tables: Parquet, zstd, real columns as byte streams split by weight, row groups of 65 536.

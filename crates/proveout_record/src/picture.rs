@@ -47,7 +47,12 @@ impl Picture {
             given.unwrap_or(&sums[i]).try_normalize(1e-300).unwrap_or_else(Vector::z)
         };
         Self {
-            positions: mesh.positions.iter().zip(&finite).map(|(p, ok)| if *ok { single(&p.coords) } else { [0.0; 3] }).collect(),
+            positions: mesh
+                .positions
+                .iter()
+                .zip(&finite)
+                .map(|(p, ok)| if *ok { single(&p.coords) } else { [0.0; 3] })
+                .collect(),
             normals: (0..count).map(|i| single(&unit(i))).collect(),
             values: if values.len() == count { values.iter().map(|v| *v as f32).collect() } else { Vec::new() },
             triangles,
@@ -56,6 +61,7 @@ impl Picture {
 
     /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled, so that
     /// boxes look like boxes.
+    #[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "for the recording"))]
     pub(crate) fn creased(mesh: &TriMesh, crease: f64) -> Self {
         let limit = crease.cos();
         let merged = mesh.merge_equal_vertices();
@@ -94,6 +100,7 @@ impl Picture {
     }
 
     /// Adds another mesh; values stay only when both have them or one is empty.
+    #[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "for the recording"))]
     pub(crate) fn append(&mut self, other: &Self) {
         let base = self.positions.len() as u32;
         if self.positions.is_empty() || (self.values.is_empty() == other.values.is_empty()) {
@@ -199,8 +206,15 @@ impl Picture {
         triangles.dedup();
         Self {
             positions: clusters.iter().map(|c| single(&c.place(cell))).collect(),
-            normals: clusters.iter().map(|c| single(&c.normal.try_normalize(1e-12).unwrap_or_else(Vector::z))).collect(),
-            values: if self.values.is_empty() { Vec::new() } else { clusters.iter().map(Cluster::mean_value).collect() },
+            normals: clusters
+                .iter()
+                .map(|c| single(&c.normal.try_normalize(1e-12).unwrap_or_else(Vector::z)))
+                .collect(),
+            values: if self.values.is_empty() {
+                Vec::new()
+            } else {
+                clusters.iter().map(Cluster::mean_value).collect()
+            },
             triangles,
         }
     }
@@ -269,7 +283,8 @@ mod tests {
         let base = cube();
         for t in 0..base.triangles.len() {
             let [a, b, c] = base.corners(t);
-            let at = |i: u32, j: u32| a + (b - a) * (f64::from(i) / f64::from(n)) + (c - a) * (f64::from(j) / f64::from(n));
+            let at =
+                |i: u32, j: u32| a + (b - a) * (f64::from(i) / f64::from(n)) + (c - a) * (f64::from(j) / f64::from(n));
             let mut put = |p: [Point; 3]| {
                 let first = mesh.positions.len() as u32;
                 mesh.positions.extend(p);

@@ -165,8 +165,8 @@ impl Table {
         }
         let file = BufWriter::new(File::create(path).map_err(RecordError::io(path))?);
         let options = ArrowWriterOptions::new().with_properties(properties.build());
-        let writer = ArrowWriter::try_new_with_options(file, Arc::clone(&schema), options)
-            .map_err(RecordError::table(path))?;
+        let writer =
+            ArrowWriter::try_new_with_options(file, Arc::clone(&schema), options).map_err(RecordError::table(path))?;
         let held = columns.iter().map(|c| empty(c.kind)).collect();
         Ok(Self { path: path.to_path_buf(), writer, schema, held, rows: 0 })
     }
@@ -186,8 +186,7 @@ impl Table {
         }
         self.rows = 0;
         let arrays: Vec<ArrayRef> = self.held.iter_mut().map(take).collect();
-        let batch =
-            RecordBatch::try_new(Arc::clone(&self.schema), arrays).map_err(RecordError::table(&self.path))?;
+        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays).map_err(RecordError::table(&self.path))?;
         self.writer.write(&batch).map_err(RecordError::table(&self.path))?;
         self.writer.flush().map_err(RecordError::table(&self.path))
     }
@@ -246,9 +245,10 @@ mod tests {
         let builder = ParquetRecordBatchReaderBuilder::try_new(File::open(&path).expect("file")).expect("parquet");
         assert_eq!(builder.metadata().num_row_groups(), 3);
         let schema = Arc::clone(builder.schema());
-        assert_eq!(schema.fields().iter().map(|f| f.name().as_str()).collect::<Vec<_>>(), [
-            "time_s", "block", "file", "X_mm"
-        ]);
+        assert_eq!(
+            schema.fields().iter().map(|f| f.name().as_str()).collect::<Vec<_>>(),
+            ["time_s", "block", "file", "X_mm"]
+        );
         assert_eq!(schema.field(3).metadata()["unit"], "mm");
         let mut i = 0;
         for batch in builder.build().expect("reader") {

@@ -68,15 +68,8 @@ fn signal_row(
     for (i, j) in joints.iter().enumerate() {
         let (commanded, actual) = (sample.commanded[i], sample.actual[i]);
         row.reals(
-            [
-                commanded,
-                actual,
-                sample.velocity[i],
-                sample.acceleration[i],
-                sample.jerk[i],
-                actual - commanded,
-            ]
-            .map(|v| v * j.factor),
+            [commanded, actual, sample.velocity[i], sample.acceleration[i], sample.jerk[i], actual - commanded]
+                .map(|v| v * j.factor),
         );
     }
     let pose = sample.pose.transformed(work_from_table);
@@ -144,7 +137,8 @@ pub(crate) fn surface_columns() -> Vec<Column> {
 /// # Errors
 /// [`RecordError`] with the path.
 pub fn write_surface_table(path: &Path, points: &[MapPoint]) -> Result<(), RecordError> {
-    let notes = [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
+    let notes =
+        [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
     let mut table = Table::create(path, &surface_columns(), &notes)?;
     for p in points {
         let mut row = table.row()?;

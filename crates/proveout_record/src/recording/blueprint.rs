@@ -10,7 +10,10 @@ use rerun::{
     },
     external::{
         re_log_types::{BlueprintActivationCommand, LogMsg},
-        re_sdk_types::blueprint::archetypes::EyeControls3D,
+        re_sdk_types::blueprint::{
+            archetypes::{Background, EyeControls3D, LineGrid3D},
+            components::BackgroundKind,
+        },
     },
 };
 
@@ -32,7 +35,7 @@ impl Eye {
     fn at(view: String, bounds: &Aabb) -> Self {
         let center = bounds.center();
         let reach = 0.5 * bounds.size().norm();
-        let position = center + Vector::new(0.62, -0.9, 0.55).normalize() * (2.1 * reach);
+        let position = center + Vector::new(0.62, -0.9, 0.55).normalize() * (1.75 * reach);
         let single = |v: [f64; 3]| v.map(|v| v as f32);
         Self { view, position: single(position.into()), target: single(center.into()) }
     }
@@ -40,8 +43,8 @@ impl Eye {
 
 /// Sends the layout: machine and workpiece in three dimensions, plots, findings as text, time panel on simulated time.
 ///
-/// The builder of views has no cameras; they are logged into the same blueprint store as the entity `EyeControls3D` of
-/// each view, which is where the viewer looks for them.
+/// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
+/// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
 pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) -> Result<(), RecordError> {
     let machine_view: ContainerLike = Spatial3DView::new("Machine")
         .with_origin("/machine")
@@ -60,39 +63,46 @@ pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) 
         }
     }
     let signal = |name: &str, what: &str| -> ContainerLike {
-        TimeSeriesView::new(name).with_origin("/").with_contents(joints.iter().map(|j| format!("+ /axes/{j}/{what}"))).into()
+        TimeSeriesView::new(name)
+            .with_origin("/")
+            .with_contents(joints.iter().map(|j| format!("+ /axes/{j}/{what}")))
+            .into()
     };
-    let blueprint = Blueprint::new(Horizontal::new([
-        Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
-        Vertical::new([
-            Tabs::new([
-                signal("Position", "position"),
-                signal("Velocity", "velocity"),
-                signal("Acceleration", "acceleration"),
-                signal("Jerk", "jerk"),
-            ])
-            .into(),
-            TimeSeriesView::new("Feed")
-                .with_origin("/process")
-                .with_contents(["+ /process/feed", "+ /process/feed_programmed"])
+    let blueprint = Blueprint::new(
+        Horizontal::new([
+            Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
+            Vertical::new([
+                Tabs::new([
+                    signal("Position", "position"),
+                    signal("Velocity", "velocity"),
+                    signal("Acceleration", "acceleration"),
+                    signal("Jerk", "jerk"),
+                ])
                 .into(),
-            TimeSeriesView::new("Removal and clearance")
-                .with_origin("/process")
-                .with_contents(["+ /process/removal", "+ /process/clearance"])
+                TimeSeriesView::new("Feed")
+                    .with_origin("/process")
+                    .with_contents(["+ /process/feed", "+ /process/feed_programmed"])
+                    .into(),
+                TimeSeriesView::new("Removal and clearance")
+                    .with_origin("/process")
+                    .with_contents(["+ /process/removal", "+ /process/clearance"])
+                    .into(),
+                Tabs::new([
+                    TextLogView::new("Findings and messages").with_origin("/log").into(),
+                    TextDocumentView::new("About").with_origin("/about").into(),
+                ])
                 .into(),
-            Tabs::new([
-                TextLogView::new("Findings and messages").with_origin("/log").into(),
-                TextDocumentView::new("About").with_origin("/about").into(),
             ])
+            .with_row_shares([1.3, 1.0, 1.0, 1.1])
             .into(),
         ])
-        .with_row_shares([1.3, 1.0, 1.0, 1.1])
-        .into(),
-    ])
-    .with_column_shares([1.35, 1.0]))
+        .with_column_shares([1.35, 1.0]),
+    )
     .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
     .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
-    .with_time_panel(TimePanel::new().with_timeline(TIMELINE).with_play_state(PlayState::Paused));
+    .with_time_panel(
+        TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(PlayState::Paused),
+    );
     let messages = with_eyes(sink, &blueprint, &eyes)?;
     if let Some(first) = messages.first() {
         let command = BlueprintActivationCommand::make_active(first.store_id().clone());
@@ -107,7 +117,8 @@ fn with_eyes(sink: &Sink, blueprint: &Blueprint, eyes: &[Eye]) -> Result<Vec<Log
         RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().map_err(|e| sink.fault(e))?;
     let activation = BlueprintActivation { make_active: true, make_default: true };
     blueprint.send(&stream, activation).map_err(|e| sink.fault(e))?;
-    let ours = |m: &LogMsg| m.store_id().kind() == StoreKind::Blueprint && !matches!(m, LogMsg::BlueprintActivationCommand(_));
+    let ours =
+        |m: &LogMsg| m.store_id().kind() == StoreKind::Blueprint && !matches!(m, LogMsg::BlueprintActivationCommand(_));
     let mut messages: Vec<LogMsg> = storage.take().into_iter().filter(ours).collect();
     let Some(store) = messages.first().map(|m| m.store_id().clone()) else { return Ok(messages) };
     messages.extend(eye_messages(sink, &store, eyes)?);
@@ -123,7 +134,15 @@ fn eye_messages(sink: &Sink, store: &StoreId, eyes: &[Eye]) -> Result<Vec<LogMsg
             .with_position(eye.position)
             .with_look_target(eye.target)
             .with_eye_up([0.0_f32, 0.0, 1.0]);
-        stream.log(format!("{}/EyeControls3D", eye.view), &controls).map_err(|e| sink.fault(e))?;
+        let background = Background::new(BackgroundKind::SolidColor).with_color(rerun::Color::from_rgb(34, 38, 44));
+        let grid = LineGrid3D::new().with_visible(false);
+        for (name, what) in [
+            ("EyeControls3D", &controls as &dyn rerun::AsComponents),
+            ("Background", &background),
+            ("LineGrid3D", &grid),
+        ] {
+            stream.log(format!("{}/{name}", eye.view), what).map_err(|e| sink.fault(e))?;
+        }
     }
     // The store is announced already by the blueprint's own messages.
     Ok(storage.take().into_iter().filter(|m| matches!(m, LogMsg::ArrowMsg(..))).collect())

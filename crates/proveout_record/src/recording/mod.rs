@@ -23,12 +23,15 @@
 //! at tool changes, from every 2ⁿ-th node so that its first picture has about 150 000 triangles. Nothing of it is
 //! measured: exact values are in the Parquet tables.
 
+mod about;
 mod blueprint;
 mod frames;
 mod observer;
 mod sink;
 mod stock;
 mod thin;
+mod tool;
 mod trace;
+mod tracks;
 
 pub use observer::RerunObserver;

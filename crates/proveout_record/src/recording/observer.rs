@@ -1,14 +1,13 @@
 use std::path::Path;
 
 use proveout_controller::{Event, MoveKind};
-use proveout_geom::{Aabb, Pose, Vector};
-use proveout_machine::{Attachment, JointValues, Machine};
+use proveout_machine::{Attachment, JointValues};
 use proveout_sim::{
     Observer,
     finding::{Finding, Severity},
     observer::{Batch, ObserverError, Outcome, Setup},
 };
-use proveout_tool::{Role, Tool};
+use proveout_tool::Tool;
 use rerun::RecordingStreamBuilder;
 
 use crate::{
@@ -18,12 +17,15 @@ use crate::{
     part::{colors_of, map_of, picture_of, range_floor},
     picture::Picture,
     recording::{
+        about::{about, boxes},
         blueprint,
         frames::{Frame, Frames},
         sink::{APPLICATION, Level, Sink, path},
         stock::StockTiles,
-        thin::{MotionThinner, SignalThinner},
+        thin::MotionThinner,
+        tool::tool_pictures,
         trace::Trace,
+        tracks::{Mover, Moving, Signal},
     },
     units::{JointUnit, PER_MINUTE},
 };
@@ -53,18 +55,6 @@ const LINES: [Rgba; 6] = [
     [176, 120, 210, 255],
     [80, 190, 195, 255],
 ];
-
-fn role_color(role: Role) -> Rgba {
-    match role {
-        Role::Cutting => [214, 168, 60, 255],
-        Role::Neck => [176, 150, 110, 255],
-        Role::Shank => [170, 176, 184, 255],
-        Role::Holder => [88, 94, 104, 255],
-    }
-}
-
-const ROLES: [(Role, &str); 4] =
-    [(Role::Cutting, "cutting"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
 
 /// Writes `recording.rrd`, or sends the same to a viewer while the run goes on.
 pub struct RerunObserver {
@@ -96,74 +86,6 @@ struct Open {
     last_joints: Option<(f64, JointValues)>,
 }
 
-/// What moves: an entity and its poses that are not sent yet.
-struct Mover {
-    parts: Vec<String>,
-    what: Moving,
-    shown: Option<Pose>,
-    rows: Vec<(f64, Pose)>,
-}
-
-#[derive(Clone, Copy)]
-enum Moving {
-    Joint(usize),
-    Table,
-    Tool,
-}
-
-impl Mover {
-    fn new(parts: &[&str], what: Moving) -> Self {
-        Self { parts: parts.iter().map(|p| (*p).to_owned()).collect(), what, shown: None, rows: Vec::new() }
-    }
-
-    fn push(&mut self, machine: &Machine, gauge_length: f64, time: f64, q: &JointValues) {
-        let pose = match self.what {
-            Moving::Joint(j) => machine.attachment_pose(Attachment::Joint(j), q),
-            Moving::Table => machine.machine_from_table(q),
-            Moving::Tool => {
-                machine.machine_from_spindle(q) * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length))
-            }
-        };
-        if self.shown != Some(pose) && pose.is_finite() {
-            self.shown = Some(pose);
-            self.rows.push((time, pose));
-        }
-    }
-
-    fn send(&mut self, sink: &Sink) -> Result<(), RecordError> {
-        sink.poses(path(self.parts.iter().map(String::as_str)), &self.rows)?;
-        self.rows.clear();
-        Ok(())
-    }
-}
-
-/// A plotted signal and its rows that are not sent yet.
-struct Signal {
-    parts: [String; 3],
-    thinner: SignalThinner,
-    rows: Vec<(f64, f64)>,
-}
-
-impl Signal {
-    fn new(parts: [&str; 3]) -> Self {
-        Self { parts: parts.map(str::to_owned), thinner: SignalThinner::default(), rows: Vec::new() }
-    }
-
-    fn path(&self) -> rerun::EntityPath {
-        path(self.parts.iter().map(String::as_str).filter(|p| !p.is_empty()))
-    }
-
-    fn push(&mut self, time: f64, value: f64) {
-        self.thinner.push(time, value, &mut self.rows);
-    }
-
-    fn send(&mut self, sink: &Sink) -> Result<(), RecordError> {
-        sink.signal(self.path(), &self.rows)?;
-        self.rows.clear();
-        Ok(())
-    }
-}
-
 fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, RecordError> {
     let file = folder.join(RECORDING_FILE);
     let target = match mode {
@@ -176,7 +98,8 @@ fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, Re
     let builder = RecordingStreamBuilder::new(APPLICATION).recording_name(name).enabled(true);
     let (stream, remedy) = match mode {
         RerunMode::Spawn => {
-            let remedy = "install the viewer of the same minor version, `cargo install rerun-cli` or `pip install rerun-sdk`";
+            let remedy =
+                "install the viewer of the same minor version, `cargo install rerun-cli` or `pip install rerun-sdk`";
             (builder.spawn(), Some(remedy))
         }
         RerunMode::Connect => (builder.connect_grpc(), Some("start `rerun` first")),
@@ -239,7 +162,8 @@ impl Open {
             let picture = Picture::creased(part, CREASE).reduced(SURFACE_TRIANGLES).0;
             sink.mesh(path(["machine", "table", "work", "part"]), None, &picture, PART_COLOR, &[])?;
         }
-        let mut movers = vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
+        let mut movers =
+            vec![Mover::new(&["machine", "table"], Moving::Table), Mover::new(&["machine", "tool"], Moving::Tool)];
         for (j, unit) in units.iter().enumerate() {
             if machine.bodies.iter().any(|b| b.attached_to == Attachment::Joint(j)) {
                 movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
@@ -248,7 +172,8 @@ impl Open {
         let joints: Vec<[Signal; 5]> = units
             .iter()
             .map(|u| {
-                ["position", "velocity", "acceleration", "jerk", "following_error"].map(|s| Signal::new(["axes", &u.name, s]))
+                ["position", "velocity", "acceleration", "jerk", "following_error"]
+                    .map(|s| Signal::new(["axes", &u.name, s]))
             })
             .collect();
         for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
@@ -337,7 +262,7 @@ impl Open {
             self.place(setup, time, &joints);
         }
         for signal in self.joints.iter_mut().flatten().chain(&mut self.process) {
-            signal.thinner.finish(&mut signal.rows);
+            signal.finish();
         }
         self.send(1)?;
         self.stock_frame(end, true, outcome.stock)?;
@@ -371,7 +296,13 @@ impl Open {
                 if let Some((_, joints)) = self.last_joints {
                     self.place(setup, time, &joints);
                 }
-                Some((Level::Info, found.map_or_else(|| "tool change: spindle empty".into(), |t| format!("tool change: T{} {}", t.number, t.name))))
+                Some((
+                    Level::Info,
+                    found.map_or_else(
+                        || "tool change: spindle empty".into(),
+                        |t| format!("tool change: T{} {}", t.number, t.name),
+                    ),
+                ))
             }
             Event::Message { text, .. } => Some((Level::Info, format!("message: {text}"))),
             Event::Note { text, .. } => Some((Level::Debug, text.clone())),
@@ -391,14 +322,8 @@ impl Open {
     }
 
     fn show_tool(&self, tool: Option<&Tool>, time: f64) -> Result<(), RecordError> {
-        for (role, name) in ROLES {
-            let mut picture = Picture::default();
-            for body in tool.iter().flat_map(|t| &t.bodies).filter(|b| b.role == role) {
-                let chord = (0.01 * body.profile.max_radius()).clamp(0.005, 0.2);
-                let mesh = proveout_geom::revolved_mesh(&body.profile.polyline(chord), 48);
-                picture.append(&Picture::creased(&mesh, CREASE));
-            }
-            self.sink.mesh(path(["machine", "tool", name]), Some(time), &picture, role_color(role), &[])?;
+        for (name, color, picture) in tool_pictures(tool) {
+            self.sink.mesh(path(["machine", "tool", name]), Some(time), &picture, color, &[])?;
         }
         Ok(())
     }
@@ -478,39 +403,4 @@ impl Open {
         }
         Ok(())
     }
-}
-
-/// Boxes of the machine at home (machine frame) and of the workpiece (workpiece frame), mm.
-fn boxes(setup: &Setup<'_>) -> (Aabb, Aabb) {
-    let home = setup.machine.home();
-    let mut all = Aabb::empty();
-    for (i, body) in setup.machine.bodies.iter().enumerate() {
-        let pose = setup.machine.body_pose(i, &home);
-        for p in &body.mesh.positions {
-            all.grow(&pose.point(p));
-        }
-    }
-    let work = setup.stock.bounds();
-    let machine_from_work = setup.machine.machine_from_table(&home) * setup.table_from_work;
-    for p in &proveout_geom::box_mesh(&work).positions {
-        all.grow(&machine_from_work.point(p));
-    }
-    (all, work)
-}
-
-fn about(setup: &Setup<'_>, tiles: &StockTiles) -> String {
-    let cell = setup.stock.cell_mm();
-    format!(
-        "# {}\n\nScene {}, machine {}.\n\nLengths in mm, angles in degrees; the timeline is simulated time.\n\n\
-         - The stock is drawn from every {}th node of {cell} mm; what is thinner than {} mm may be missing here.\n\
-         - Poses: at most 50 a second. Plots: smallest and largest sample of stretches of 40 ms. Both spacings double \
-         after every 15 000 rows.\n\
-         - At the end the measured surface takes the place of the stock; red is gouge, blue is material left.\n\
-         - Exact values: signals.parquet, blocks.parquet, surface.parquet, verdict.json of the same folder.\n",
-        setup.program,
-        setup.scene.file.name,
-        setup.machine.name,
-        tiles.step(),
-        cell * tiles.step() as f64,
-    )
 }

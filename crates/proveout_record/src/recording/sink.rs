@@ -50,12 +50,7 @@ impl Sink {
     }
 
     /// Logs at a time, or for all times.
-    fn log(
-        &self,
-        path: EntityPath,
-        time: Option<f64>,
-        what: &impl rerun::AsComponents,
-    ) -> Result<(), RecordError> {
+    fn log(&self, path: EntityPath, time: Option<f64>, what: &impl rerun::AsComponents) -> Result<(), RecordError> {
         let done = match time {
             None => self.stream.log_static(path, what),
             Some(t) => {
@@ -86,7 +81,9 @@ impl Sink {
         let color = |c: &Rgba| rerun::Color::from_unmultiplied_rgba(c[0], c[1], c[2], c[3]);
         let mut mesh = rerun::Mesh3D::new(picture.positions.iter().copied())
             .with_vertex_normals(picture.normals.iter().copied())
-            .with_triangle_indices(picture.triangles.iter().map(|t| rerun::TriangleIndices(rerun::datatypes::UVec3D(*t))));
+            .with_triangle_indices(
+                picture.triangles.iter().map(|t| rerun::TriangleIndices(rerun::datatypes::UVec3D(*t))),
+            );
         mesh = if colors.is_empty() {
             mesh.with_albedo_factor(color(&plain).0)
         } else {
@@ -123,6 +120,8 @@ impl Sink {
         let style = rerun::SeriesLines::new()
             .with_names([name])
             .with_widths([1.5_f32])
+            // The default mean over a pixel would hide the peaks that were kept.
+            .with_aggregation_policy(rerun::components::AggregationPolicy::MinMax)
             .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])]);
         self.log(path, None, &style)
     }
@@ -132,9 +131,8 @@ impl Sink {
         if rows.is_empty() {
             return Ok(());
         }
-        let columns = rerun::Scalars::new(rows.iter().map(|r| r.1))
-            .columns_of_unit_batches()
-            .map_err(|e| self.fault(e))?;
+        let columns =
+            rerun::Scalars::new(rows.iter().map(|r| r.1)).columns_of_unit_batches().map_err(|e| self.fault(e))?;
         let times = times(rows.iter().map(|r| r.0));
         self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
     }
@@ -163,7 +161,7 @@ impl Sink {
     ) -> Result<(), RecordError> {
         let what = rerun::Points3D::new(points.iter().map(|(p, _)| p.map(|v| v as f32)))
             .with_labels(points.iter().map(|(_, l)| l.as_str()))
-            .with_show_labels(points.len() <= 12)
+            .with_show_labels(false)
             .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])])
             .with_radii([rerun::Radius::new_ui_points(5.0)]);
         self.log(path, Some(time), &what)

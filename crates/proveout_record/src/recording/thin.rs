@@ -24,7 +24,7 @@ impl Default for Spacing {
 impl Spacing {
     fn count(&mut self) {
         self.rows += 1;
-        if self.rows % ROWS == 0 {
+        if self.rows.is_multiple_of(ROWS) {
             self.seconds *= 2.0;
         }
     }

@@ -68,7 +68,7 @@ impl Trace {
         if let Some(strip) = self.strips.last_mut() {
             strip.points.push((time, [point.x as f32, point.y as f32, point.z as f32]));
             self.count += 1;
-            if self.count % POINTS == 0 {
+            if self.count.is_multiple_of(POINTS) {
                 self.tolerance *= 2.0;
             }
         }
@@ -114,7 +114,11 @@ mod tests {
         let mut trace = Trace::default();
         let at = |i: i32| {
             let t = f64::from(i) * 0.001;
-            if t < 5.0 { Point::new(t * 10.0, 0.0, 0.0) } else { Point::new(50.0 + 20.0 * (t - 5.0).sin(), 20.0 - 20.0 * (t - 5.0).cos(), 0.0) }
+            if t < 5.0 {
+                Point::new(t * 10.0, 0.0, 0.0)
+            } else {
+                Point::new(50.0 + 20.0 * (t - 5.0).sin(), 20.0 - 20.0 * (t - 5.0).cos(), 0.0)
+            }
         };
         for i in 0..8000 {
             trace.push(MoveKind::Feed, [f64::from(i) * 0.001, f64::from(i + 1) * 0.001], at(i), at(i + 1));

@@ -64,15 +64,25 @@ fn id(index: usize) -> String {
 fn remedy(code: &str) -> &'static str {
     match code {
         "program-stopped" => "Correct the named block; nothing after it was run.",
-        "limits-overtravel" => "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again.",
+        "limits-overtravel" => {
+            "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
+        }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
         "limits-spindle-speed" => "Lower the programmed speed, or use a tool or spindle that allows it.",
-        "process-rapid-in-material" => "Move in feed here, or raise the retract plane above the stock as it stands at this block.",
+        "process-rapid-in-material" => {
+            "Move in feed here, or raise the retract plane above the stock as it stands at this block."
+        }
         "process-spindle-off" => "Start the spindle before the tool reaches the material.",
-        "process-spindle-wrong-way" => "Turn the spindle the way the tool cuts (M3 for right-handed, M4 for left-handed tools).",
+        "process-spindle-wrong-way" => {
+            "Turn the spindle the way the tool cuts (M3 for right-handed, M4 for left-handed tools)."
+        }
         "process-no-tool" => "Call a tool before this block.",
-        "process-neck-rubs" | "process-shank-rubs" => "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall.",
-        "collision-holder-stock" => "Clamp the tool longer (the time and tool table says how long), or tilt it away from the wall.",
+        "process-neck-rubs" | "process-shank-rubs" => {
+            "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall."
+        }
+        "collision-holder-stock" => {
+            "Clamp the tool longer (the time and tool table says how long), or tilt it away from the wall."
+        }
         "collision-bodies" => "Change approach or retract, the mounting, or the rotary solution before this block.",
         "collision-near-miss" => "Check the real clamping here before the first part.",
         "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
@@ -83,7 +93,9 @@ fn remedy(code: &str) -> &'static str {
 }
 
 /// Groups by code: errors, then warnings, then notes; within a weight in order of first time.
-pub(crate) fn groups(findings: &[Finding]) -> Vec<Group> {
+///
+/// `joints` is the order of the axes in a row.
+pub(crate) fn groups(findings: &[Finding], joints: &[&str]) -> Vec<Group> {
     let marked: Vec<String> = marks(findings).into_iter().map(|m| m.id).collect();
     let mut by_code: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (i, f) in findings.iter().enumerate() {
@@ -106,19 +118,23 @@ pub(crate) fn groups(findings: &[Finding]) -> Vec<Group> {
             code: code.into(),
             summary: summary.into(),
             remedy: remedy(code),
-            count: if repeats > 0 { format!("{places}, {} blocks", count(list.len() as u64 + repeats)) } else { places },
+            count: if repeats > 0 {
+                format!("{places}, {} blocks", count(list.len() as u64 + repeats))
+            } else {
+                places
+            },
             left_out: if list.len() > ROWS {
                 format!("{} more are in verdict.json.", count((list.len() - ROWS) as u64))
             } else {
                 String::new()
             },
-            rows: list.iter().take(ROWS).map(|&i| row(i, &findings[i], marked.contains(&id(i)))).collect(),
+            rows: list.iter().take(ROWS).map(|&i| row(i, &findings[i], marked.contains(&id(i)), joints)).collect(),
         }
     };
     order.into_iter().map(group).collect()
 }
 
-fn row(index: usize, f: &Finding, marked: bool) -> Row {
+fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
     let place = match (f.line, f.block) {
         (Some(line), _) => format!("line {line}"),
         (None, Some(block)) => format!("block {block}"),
@@ -135,7 +151,10 @@ fn row(index: usize, f: &Finding, marked: bool) -> Row {
         .map(with_unit)
         .or_else(|| f.penetration_mm.map(|p| format!("{} deep", length(p))))
         .or_else(|| f.clearance_mm.map(|c| format!("{} apart", length(c))));
-    let axes: Vec<String> = f.axes.iter().map(|(name, v)| format!("{name} {}", fixed(*v, 3))).collect();
+    let mut axes: Vec<(&String, &f64)> = f.axes.iter().collect();
+    axes.sort_by_key(|(name, _)| joints.iter().position(|j| j == name).unwrap_or(usize::MAX));
+    // A no-break space keeps letter and value together.
+    let axes: Vec<String> = axes.iter().map(|(name, v)| format!("{name}\u{a0}{}", fixed(**v, 3))).collect();
     Row {
         id: id(index),
         number: index + 1,
@@ -151,7 +170,7 @@ fn row(index: usize, f: &Finding, marked: bool) -> Row {
         },
         value: value.unwrap_or_default(),
         limit: f.limit.map_or_else(String::new, with_unit),
-        axes: axes.join("  "),
+        axes: axes.join(" "),
     }
 }
 

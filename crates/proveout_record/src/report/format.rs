@@ -18,7 +18,7 @@ pub(crate) fn compact(value: f64) -> String {
         return "–".into();
     }
     let size = value.abs();
-    if size > 0.0 && (size < 1e-4 || size >= 1e9) {
+    if size > 0.0 && !(1e-4..1e9).contains(&size) {
         return format!("{value:.2e}");
     }
     let digits = if size >= 1000.0 || size == 0.0 { 0 } else { (3 - size.log10().floor() as i32).clamp(0, 6) as usize };

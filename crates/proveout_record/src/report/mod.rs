@@ -136,8 +136,24 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
     let (file, v) = (&setup.scene.file, outcome.verdict);
     let mut rows: Vec<(String, String)> = Vec::new();
     let mut put = |name: &str, value: String| rows.push((name.into(), value));
-    put("Program", format!("{}, {} lines, {} blocks with motion, path {}", setup.program, format::count(u64::from(setup.program_lines)), format::count(v.path.blocks), format::path(v.path.length_mm)));
-    put("Machine", if setup.machine.description.is_empty() { setup.machine.name.clone() } else { format!("{}. {}", setup.machine.name, setup.machine.description) });
+    put(
+        "Program",
+        format!(
+            "{}, {} lines, {} blocks with motion, path {}",
+            setup.program,
+            format::count(u64::from(setup.program_lines)),
+            format::count(v.path.blocks),
+            format::path(v.path.length_mm)
+        ),
+    );
+    put(
+        "Machine",
+        if setup.machine.description.is_empty() {
+            setup.machine.name.clone()
+        } else {
+            format!("{}. {}", setup.machine.name, setup.machine.description)
+        },
+    );
     let chosen: Vec<&str> = setup.machine.trust.iter().filter(|t| t.chosen).map(|t| t.key.as_str()).collect();
     if !chosen.is_empty() {
         put("Machine data that were chosen, not published", chosen.join(", "));
@@ -146,11 +162,21 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
     if !stock.is_empty() {
         put("Source of the stock", stock.clone());
     }
-    put("Stock resolution", format!("rays {} apart, ends exact; swept surface within {}", format::length(v.removal.cell_mm), format::length(v.removal.sweep_bound_mm)));
-    put("Motion that cuts", match file.control.dynamics {
-        DynamicsFile::Ideal => "the programmed path without corner rounding".into(),
-        DynamicsFile::Planned => "the set points of the control, corners rounded within its tolerance".into(),
-    });
+    put(
+        "Stock resolution",
+        format!(
+            "rays {} apart, ends exact; swept surface within {}",
+            format::length(v.removal.cell_mm),
+            format::length(v.removal.sweep_bound_mm)
+        ),
+    );
+    put(
+        "Motion that cuts",
+        match file.control.dynamics {
+            DynamicsFile::Ideal => "the programmed path without corner rounding".into(),
+            DynamicsFile::Planned => "the set points of the control, corners rounded within its tolerance".into(),
+        },
+    );
     if let Some(chord) = v.path.max_chord_error_mm {
         put("Straight pieces stay within", format!("{} of their path", format::length(chord)));
     }
@@ -158,7 +184,16 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
         put("Largest contour error", format::length(contour));
     }
     let t = &file.tolerances;
-    put("Tolerances", format!("gouge {}, material left {}, wanted clearance {}, touching up to {}", format::length(t.gouge_mm), format::length(t.excess_mm), format::length(t.near_miss_mm), format::length(t.contact_mm)));
+    put(
+        "Tolerances",
+        format!(
+            "gouge {}, material left {}, wanted clearance {}, touching up to {}",
+            format::length(t.gouge_mm),
+            format::length(t.excess_mm),
+            format::length(t.near_miss_mm),
+            format::length(t.contact_mm)
+        ),
+    );
     put("Interference", format!("{} checks of a motion piece against the world", format::count(v.clearance.checks)));
     rows
 }

@@ -47,6 +47,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     environment.add_template("report.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
     let end = v.time.total_s;
     let changes: Vec<f64> = page.process.tool_changes.iter().map(|c| c.0).collect();
+    let order: Vec<&str> = page.joints.iter().map(|j| j.name.as_str()).collect();
     let has_mesh = !page.part.picture.triangles.is_empty();
     let mesh = if has_mesh { base64(&pack_mesh(&page.part.picture, &page.part.shades)) } else { String::new() };
     let template = environment.get_template("report.html").map_err(fault)?;
@@ -61,7 +62,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "verdict": verdict_words(v.verdict),
         "figures": figures(v),
         "gates": gates(v),
-        "groups": groups(&v.findings),
+        "groups": groups(&v.findings, &order),
         "mesh": mesh,
         "view_data": view_data(page),
         "mesh_notes": mesh_notes(page.part),
@@ -71,9 +72,9 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "time": time(v),
         "tools": tools(v),
         "process": process_plot(page.process, end, &changes),
-        "tool_names": page.process.tool_changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect::<Vec<_>>(),
+        "tool_names": tool_changes(&page.process.tool_changes),
         "stretch": duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
-        "axes": axes(v),
+        "axes": axes(v, page.joints),
         "plots": page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
@@ -101,7 +102,9 @@ fn figures(v: &Verdict) -> Vec<Entry> {
     let mut out = vec![entry("Cycle time", duration(v.time.total_s), "")];
     let errors = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).count() as u64;
     let rest = v.findings.len() as u64 - errors;
-    out.push(entry("Errors", count(errors), format!("and {} warnings and notes", count(rest))));
+    let further =
+        if rest == 1 { "and 1 warning or note".into() } else { format!("and {} warnings and notes", count(rest)) };
+    out.push(entry("Errors", count(errors), if rest == 0 { String::new() } else { further }));
     out.push(entry("Removed", volume(v.removal.volume_mm3), format!("{} left", volume(v.removal.stock_left_mm3))));
     let d = &v.deviation;
     if d.gouge_max_mm.is_some() || d.excess_max_mm.is_some() {
@@ -111,9 +114,21 @@ fn figures(v: &Verdict) -> Vec<Entry> {
     let pair = v.clearance.pair.as_ref().map_or_else(String::new, |[a, b]| format!("{a} to {b}"));
     out.push(entry("Least clearance", length_or_dash(v.clearance.min_mm), pair));
     if let Some(ratio) = v.path.min_feed_ratio {
-        out.push(entry("Lowest feed reached", format!("{} %", fixed(100.0 * ratio, 0)), "of the programmed feed"));
+        out.push(entry("Lowest feed", format!("{} %", fixed(100.0 * ratio, 0)), "of the programmed feed"));
     }
     out
+}
+
+/// Names the tool changes when they are few, and counts them otherwise; empty when there are none.
+fn tool_changes(changes: &[(f64, String)]) -> String {
+    match changes.len() {
+        0 => String::new(),
+        1..=8 => {
+            let names: Vec<String> = changes.iter().map(|(t, n)| format!("{n} at {}", duration(*t))).collect();
+            format!("tool change ({})", names.join(", "))
+        }
+        n => format!("{n} tool changes"),
+    }
 }
 
 #[derive(Serialize)]
@@ -296,7 +311,11 @@ fn time(v: &Verdict) -> TimeWords {
         percent: fixed(if whole > 0.0 { 100.0 * s / whole } else { 0.0 }, 1),
     };
     let note = t.lower_bound_s.map_or_else(String::new, |bound| {
-        let above = if bound > 0.0 { format!(" ({} % above it)", fixed(100.0 * (t.total_s / bound - 1.0), 1)) } else { String::new() };
+        let above = if bound > 0.0 {
+            format!(" ({} % above it)", fixed(100.0 * (t.total_s / bound - 1.0), 1))
+        } else {
+            String::new()
+        };
         format!("No control with the same limits can run this path in less than {}{above}.", duration(bound))
     });
     TimeWords { total: duration(t.total_s), shares: parts.into_iter().map(share).collect(), note }
@@ -344,7 +363,8 @@ struct AxisRow {
     following: String,
 }
 
-fn axes(v: &Verdict) -> Vec<AxisRow> {
+/// One row a joint: in machine order, then joints that the machine does not name.
+fn axes(v: &Verdict, joints: &[JointSignals]) -> Vec<AxisRow> {
     let row = |(name, a): (&String, &proveout_sim::verdict::Axis)| {
         let sign = symbol(&a.unit);
         let usage = |value: f64, per: &str, part: Option<f64>| Use {
@@ -367,7 +387,9 @@ fn axes(v: &Verdict) -> Vec<AxisRow> {
             following: a.max_following_error.map_or_else(|| "not simulated".into(), error),
         }
     };
-    v.axes.iter().map(row).collect()
+    let named = joints.iter().filter_map(|j| v.axes.get_key_value(&j.name));
+    let others = v.axes.iter().filter(|(name, _)| joints.iter().all(|j| j.name != **name));
+    named.chain(others).map(row).collect()
 }
 
 fn symbol(unit: &str) -> &str {
@@ -394,17 +416,25 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
         })
         .collect();
     let name = format!("Axis {}", joint.name);
-    Plot { svg: svg(&strips, end, &[], &format!("{name}: position, velocity, acceleration and jerk over time")), name }
+    Plot {
+        svg: svg(&strips, 560.0, end, &[], &format!("{name}: position, velocity, acceleration and jerk over time")),
+        name,
+    }
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
     let strip = |name: &str, signal, second, height| Strip { name: name.into(), signal, second, limit: None, height };
     let mut strips = vec![
-        strip("Feed reached (blue) and programmed (orange), mm/min", &process.feed, Some(&process.feed_programmed), 96.0),
+        strip(
+            "Feed reached (blue) and programmed (orange), mm/min",
+            &process.feed,
+            Some(&process.feed_programmed),
+            96.0,
+        ),
         strip("Removal rate, mm³/s", &process.removal, None, 70.0),
     ];
     if !Envelope::is_empty(&process.clearance) {
         strips.push(strip("Proved clearance, mm", &process.clearance, None, 60.0));
     }
-    svg(&strips, end, changes, "Feed and removal rate over time")
+    svg(&strips, 1080.0, end, changes, "Feed and removal rate over time")
 }

@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use crate::{envelope::Envelope, report::format::compact};
 
-const WIDTH: f64 = 640.0;
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 6.0;
 const TOP: f64 = 18.0;
@@ -25,27 +24,27 @@ pub(crate) struct Strip<'a> {
     pub(crate) height: f64,
 }
 
-/// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s).
+/// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s); `width` in
+/// units of which 11 are the height of a letter.
 ///
 /// Every text goes through [`escape`]; the result is SVG markup without scripts or references.
-pub(crate) fn svg(strips: &[Strip<'_>], end: f64, changes: &[f64], label: &str) -> String {
+pub(crate) fn svg(strips: &[Strip<'_>], width: f64, end: f64, changes: &[f64], label: &str) -> String {
     let end = if end.is_finite() && end > 0.0 { end } else { 1.0 };
     let height = TOP + strips.iter().map(|s| s.height + GAP).sum::<f64>() - GAP + BOTTOM;
-    let x = |t: f64| LEFT + (WIDTH - LEFT - RIGHT) * (t / end).clamp(0.0, 1.0);
-    let mut out = format!(
-        r#"<svg class="plot" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{}">"#,
-        escape(label)
-    );
+    let x = |t: f64| LEFT + (width - LEFT - RIGHT) * (t / end).clamp(0.0, 1.0);
+    let mut out =
+        format!(r#"<svg class="plot" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label));
     let mut top = TOP;
     for strip in strips {
-        draw_strip(&mut out, strip, top, &x, changes);
+        draw_strip(&mut out, strip, top, width, &x, changes);
         top += strip.height + GAP;
     }
     let base = top - GAP;
     for t in ticks(0.0, end, 6) {
-        put(&mut out, format_args!(
-            r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#, x(t), base + 15.0, compact(t)
-        ));
+        put(
+            &mut out,
+            format_args!(r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#, x(t), base + 15.0, compact(t)),
+        );
     }
     out.push_str("</svg>");
     out
@@ -55,23 +54,29 @@ fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
     out.write_fmt(text).unwrap_or_default(); // a string takes everything
 }
 
-fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, x: &impl Fn(f64) -> f64, changes: &[f64]) {
+fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &impl Fn(f64) -> f64, changes: &[f64]) {
     let bottom = top + strip.height;
     let ranges = [strip.signal.range(), strip.second.and_then(Envelope::range)];
-    let (mut low, mut high) = ranges
-        .iter()
-        .flatten()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| (l.min(r[0]), h.max(r[1])));
+    let (mut low, mut high) =
+        ranges.iter().flatten().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), r| (l.min(r[0]), h.max(r[1])));
     put(out, format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, top - 5.0, escape(&strip.name)));
-    put(out, format_args!(
-        r#"<rect class="frame" x="{LEFT}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
-        WIDTH - LEFT - RIGHT, strip.height
-    ));
+    put(
+        out,
+        format_args!(
+            r#"<rect class="frame" x="{LEFT}" y="{top:.1}" width="{:.1}" height="{:.1}"/>"#,
+            width - LEFT - RIGHT,
+            strip.height
+        ),
+    );
     if low > high {
-        put(out, format_args!(
-            r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">not recorded</text>"#,
-            (LEFT + WIDTH) / 2.0, (top + bottom) / 2.0 + 4.0
-        ));
+        put(
+            out,
+            format_args!(
+                r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">not recorded</text>"#,
+                (LEFT + width) / 2.0,
+                (top + bottom) / 2.0 + 4.0
+            ),
+        );
         return;
     }
     // A limit is shown when it is reached for by half; a far one would press the signal flat.
@@ -91,23 +96,30 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, x: &impl Fn(f64) ->
     let (low, high) = (low - margin, high + margin);
     let y = |v: f64| bottom - (bottom - top) * ((v - low) / (high - low)).clamp(0.0, 1.0);
     for v in ticks(low, high, 3) {
-        put(out, format_args!(
-            r#"<path class="zero" d="M{LEFT} {0:.1}H{1}"/><text x="{2}" y="{3:.1}" text-anchor="end">{4}</text>"#,
-            y(v), WIDTH - RIGHT, LEFT - 6.0, y(v) + 4.0, compact(v)
-        ));
+        put(
+            out,
+            format_args!(
+                r#"<path class="zero" d="M{LEFT} {0:.1}H{1}"/><text x="{2}" y="{3:.1}" text-anchor="end">{4}</text>"#,
+                y(v),
+                width - RIGHT,
+                LEFT - 6.0,
+                y(v) + 4.0,
+                compact(v)
+            ),
+        );
     }
     for t in changes {
         put(out, format_args!(r#"<path class="change-line" d="M{:.1} {top:.1}V{bottom:.1}"/>"#, x(*t)));
     }
     for l in &limits {
-        put(out, format_args!(r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), WIDTH - RIGHT));
+        put(out, format_args!(r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), width - RIGHT));
     }
-    let stretches: Vec<_> = strip.signal.stretches().collect();
+    let stretches = strip.signal.stretches();
     let upper = stretches.iter().map(|&(t, _, h)| (t, h));
     let lower = stretches.iter().rev().map(|&(t, l, _)| (t, l));
     path(out, "signal", upper.chain(lower).map(|(t, v)| (x(t), y(v))), true);
     if let Some(second) = strip.second {
-        path(out, "second", second.stretches().map(|(t, _, h)| (x(t), y(h))), false);
+        path(out, "second", second.stretches().into_iter().map(|(t, _, h)| (x(t), y(h))), false);
     }
 }
 
@@ -149,15 +161,28 @@ pub(crate) fn histogram(bars: &[Bar], ends: [&str; 2]) -> String {
     let width = 480.0 / bars.len().max(1) as f64;
     for (i, bar) in bars.iter().enumerate() {
         let h = HEIGHT * bar.share / top;
-        put(&mut out, format_args!(
-            r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{h:.1}" fill="{}" stroke="currentColor" stroke-opacity=".25" stroke-width=".5"/>"#,
-            i as f64 * width, 10.0 + HEIGHT - h, (width - 1.0).max(0.5), escape(&bar.color)
-        ));
+        put(
+            &mut out,
+            format_args!(
+                r#"<rect x="{:.1}" y="{:.1}" width="{:.1}" height="{h:.1}" fill="{}" stroke="currentColor" stroke-opacity=".25" stroke-width=".5"/>"#,
+                i as f64 * width,
+                10.0 + HEIGHT - h,
+                (width - 1.0).max(0.5),
+                escape(&bar.color)
+            ),
+        );
     }
-    put(&mut out, format_args!(
-        r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">0</text><text x="480" y="{1}" text-anchor="end">{3}</text><text x="480" y="18" text-anchor="end">highest bar {4} %</text></svg>"#,
-        10.0 + HEIGHT, 26.0 + HEIGHT, escape(ends[0]), escape(ends[1]), compact(top * 100.0)
-    ));
+    put(
+        &mut out,
+        format_args!(
+            r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">0</text><text x="480" y="{1}" text-anchor="end">{3}</text><text x="480" y="18" text-anchor="end">highest bar {4} %</text></svg>"#,
+            10.0 + HEIGHT,
+            26.0 + HEIGHT,
+            escape(ends[0]),
+            escape(ends[1]),
+            compact(top * 100.0)
+        ),
+    );
     out
 }
 
@@ -195,8 +220,9 @@ mod tests {
             signal.push(f64::from(i) * 0.01, (f64::from(i) * 0.02).sin() * 1e3);
         }
         let empty = Envelope::default();
-        let strip = |name: &str, signal| Strip { name: name.into(), signal, second: None, limit: Some(1100.0), height: 70.0 };
-        let text = svg(&[strip("<b>X", &signal), strip("Y", &empty)], 50.0, &[7.0], "a \"b\"");
+        let strip =
+            |name: &str, signal| Strip { name: name.into(), signal, second: None, limit: Some(1100.0), height: 70.0 };
+        let text = svg(&[strip("<b>X", &signal), strip("Y", &empty)], 640.0, 50.0, &[7.0], "a \"b\"");
         assert!(text.contains("&lt;b&gt;X") && text.contains("a &quot;b&quot;") && text.contains("not recorded"));
         assert_eq!(text.matches("class=\"limit\"").count(), 2);
         assert!(!text.contains("NaN") && !text.contains("inf"));

@@ -63,20 +63,38 @@ pub(crate) fn verdict(message: &str) -> Verdict {
             finding(Severity::Error, "collision-holder-stock", message),
             finding(Severity::Error, message, message),
         ],
-        time: verdict::Time { total_s: 100.0, cutting_s: 60.0, rapid_s: 20.0, dwell_s: 5.0, tool_change_s: 15.0, lower_bound_s: Some(97.0) },
+        time: verdict::Time {
+            total_s: 100.0,
+            cutting_s: 60.0,
+            rapid_s: 20.0,
+            dwell_s: 5.0,
+            tool_change_s: 15.0,
+            lower_bound_s: Some(97.0),
+        },
         axes: [("X".to_owned(), axis)].into(),
         path: verdict::Path::default(),
         removal: verdict::Removal { volume_mm3: 4200.0, ..Default::default() },
         deviation: verdict::Deviation { gouge_max_mm: Some(0.004), excess_max_mm: Some(0.2), ..Default::default() },
         surface: verdict::Surface::default(),
-        clearance: verdict::Clearance { min_mm: Some(0.5), pair: Some([message.into(), "table".into()]), time_s: Some(3.0), checks: 9 },
+        clearance: verdict::Clearance {
+            min_mm: Some(0.5),
+            pair: Some([message.into(), "table".into()]),
+            time_s: Some(3.0),
+            checks: 9,
+        },
         tools: vec![ToolUse { number: 4, name: message.into(), ..Default::default() }],
-        inspection: vec![Inspected { name: message.into(), nominal_mm: 10.0, measured_mm: Some(10.002), tolerance_mm: 0.01 }],
+        inspection: vec![Inspected {
+            name: message.into(),
+            nominal_mm: 10.0,
+            measured_mm: Some(10.002),
+            tolerance_mm: 0.01,
+        }],
     }
 }
 
 fn page(message: &str) -> String {
-    let mut x = JointSignals { name: message.into(), unit: "mm", limits: [Some(500.0), None, None], ..Default::default() };
+    let mut x =
+        JointSignals { name: message.into(), unit: "mm", limits: [Some(500.0), None, None], ..Default::default() };
     let mut process = ProcessSignals { tool_changes: vec![(4.0, message.into())], ..Default::default() };
     for i in 0..500 {
         let t = f64::from(i) * 0.2;

@@ -11,7 +11,10 @@ use proveout_sim::{
     finding::{self, Code, Finding},
     observer::{Batch, BlockRow, Outcome, SampleSignals, Setup},
     scene::Scene,
-    verdict::{Axis, Clearance, Deviation, Gate, Inspected, Path as PathFigures, Removal, State, Surface, Time, ToolUse, Verdict},
+    verdict::{
+        Axis, Clearance, Deviation, Gate, Inspected, Path as PathFigures, Removal, State, Surface, Time, ToolUse,
+        Verdict,
+    },
 };
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
 use proveout_tool::ToolLibrary;
@@ -20,13 +23,14 @@ use proveout_tool::ToolLibrary;
 const CYCLE: f64 = 0.008;
 
 /// What was shown to the observers, for comparison with what they wrote.
-pub struct Shown {
-    pub samples: Vec<Sample>,
-    pub signals: Vec<SampleSignals>,
-    pub blocks: Vec<BlockRow>,
-    pub surface: SurfaceMap,
-    pub joints: Vec<String>,
-    pub verdict: Verdict,
+#[allow(dead_code, reason = "each user compares some of it")]
+pub(crate) struct Shown {
+    pub(crate) samples: Vec<Sample>,
+    pub(crate) signals: Vec<SampleSignals>,
+    pub(crate) blocks: Vec<BlockRow>,
+    pub(crate) surface: SurfaceMap,
+    pub(crate) joints: Vec<String>,
+    pub(crate) verdict: Verdict,
 }
 
 /// One straight stretch of the path: where to (W, mm), tool axis (W), speed (mm/s), kind.
@@ -38,9 +42,8 @@ struct Leg {
 
 /// Rows over the top of the block with a bulge, then a wall cut with a tilted tool.
 fn legs() -> Vec<Leg> {
-    let axis = |tilt: f64, turn: f64| {
-        Vector::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos()).normalize()
-    };
+    let axis =
+        |tilt: f64, turn: f64| Vector::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos()).normalize();
     let mut legs = Vec::new();
     let mut go = |x: f64, y: f64, z: f64, axis: Vector, speed: f64, kind| {
         legs.push(Leg { to: ToolPose { tip: Point::new(x, y, z), axis }, speed, kind });
@@ -67,7 +70,7 @@ fn legs() -> Vec<Leg> {
 }
 
 /// Runs the path through the observers and ends the run.
-pub fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64, message: &str) -> Shown {
+pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64, message: &str) -> Shown {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let scene = Scene::read(&root.join("scenes/cone-frustum")).expect("scene");
     let machine = Machine::read(&root.join("machines/spinner-u5-620")).expect("machine");
@@ -95,9 +98,27 @@ pub fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64, messag
     let mut stock = initial.clone();
     stock.take_changed_tiles();
     let joints = machine.joints.iter().map(|j| j.name.clone()).collect();
-    let mut state = State0 { time: 0.0, path: 0.0, q: machine.home(), pose: None, velocity: JointValues::ZERO, acceleration: JointValues::ZERO };
-    let mut shown = Shown { samples: Vec::new(), signals: Vec::new(), blocks: Vec::new(), surface: SurfaceMap::default(), joints, verdict: verdict(0.0, 0.0, message) };
+    let mut state = Position {
+        time: 0.0,
+        path: 0.0,
+        q: machine.home(),
+        pose: None,
+        velocity: JointValues::ZERO,
+        acceleration: JointValues::ZERO,
+    };
+    let mut shown = Shown {
+        samples: Vec::new(),
+        signals: Vec::new(),
+        blocks: Vec::new(),
+        surface: SurfaceMap::default(),
+        joints,
+        verdict: verdict(0.0, 0.0, message),
+    };
     let legs = legs();
+    let first = legs[0].to.transformed(&table_from_work);
+    if let Ok(s) = machine.inverse_nearest(&first, tools.tools[1].gauge_length, &state.q) {
+        state.q = s.q;
+    }
     let half = 9 * 25;
     for (chunk_index, chunk) in legs.chunks(12).enumerate() {
         let block0 = chunk_index as u32 * 12;
@@ -155,7 +176,7 @@ pub fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64, messag
     shown
 }
 
-struct State0 {
+struct Position {
     time: f64,
     path: f64,
     q: JointValues,
@@ -174,7 +195,15 @@ struct Chunk {
     findings: Vec<Finding>,
 }
 
-fn step(setup: &Setup<'_>, state: &mut State0, leg: &Leg, block: u32, tool: usize, stock: &mut TriDexel, out: &mut Chunk) {
+fn step(
+    setup: &Setup<'_>,
+    state: &mut Position,
+    leg: &Leg,
+    block: u32,
+    tool: usize,
+    stock: &mut TriDexel,
+    out: &mut Chunk,
+) {
     let from = state.pose.unwrap_or(leg.to);
     let length = (leg.to.tip - from.tip).norm();
     let cycles = (length / leg.speed / CYCLE).ceil().max(1.0);
@@ -224,7 +253,14 @@ fn step(setup: &Setup<'_>, state: &mut State0, leg: &Leg, block: u32, tool: usiz
             (state.q, state.velocity, state.acceleration) = (q, velocity, acceleration);
         }
         let pose = [last, to].map(|p| p.transformed(&setup.table_from_work));
-        out.pieces.push(Piece { time: [start, state.time], block, kind: leg.kind, joints: [last_q, state.q], pose, deviation: 1e-3 });
+        out.pieces.push(Piece {
+            time: [start, state.time],
+            block,
+            kind: leg.kind,
+            joints: [last_q, state.q],
+            pose,
+            deviation: 1e-3,
+        });
         (last, last_q) = (to, state.q);
     }
     out.blocks.push(BlockRow {
@@ -279,22 +315,23 @@ fn design() -> TriMesh {
 fn measure(stock: &TriDexel) -> SurfaceMap {
     let surface = stock.surface();
     let deviation = |p: &Point, n: &Vector| (n.z > 0.3 && p.z > -14.0).then(|| 0.05 * (p.z - height(p.x, p.y)));
-    let vertex_deviation = surface
-        .mesh
-        .positions
-        .iter()
-        .zip(&surface.normals)
-        .map(|(p, n)| deviation(p, n).unwrap_or(f64::NAN))
-        .collect();
+    let vertex_deviation =
+        surface.mesh.positions.iter().zip(&surface.normals).map(|(p, n)| deviation(p, n).unwrap_or(f64::NAN)).collect();
     let point = |p: proveout_stock::SurfacePoint| {
         let n = p.normal.unwrap_or_else(Vector::z);
-        MapPoint { position: p.point.coords.into(), normal: n.into(), deviation: deviation(&p.point, &n), scallop: None, made_by: p.made_by }
+        MapPoint {
+            position: p.point.coords.into(),
+            normal: n.into(),
+            deviation: deviation(&p.point, &n),
+            scallop: None,
+            made_by: p.made_by,
+        }
     };
     let points = stock.surface_points().map(point).collect();
     SurfaceMap { mesh: surface.mesh, normals: surface.normals, vertex_deviation, points }
 }
 
-fn finding_of(code: &Code, state: &State0, message: &str) -> Finding {
+fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {
     let tip = state.pose.map(|p| p.tip);
     Finding {
         code: code.code.into(),
@@ -352,11 +389,24 @@ fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             gate("surface", State::Unchecked, message),
         ],
         findings: Vec::new(),
-        time: Time { total_s: total, cutting_s: 0.72 * total, rapid_s: 0.08 * total, dwell_s: 0.02 * total, tool_change_s: 12.0, lower_bound_s: Some(0.93 * total) },
+        time: Time {
+            total_s: total,
+            cutting_s: 0.72 * total,
+            rapid_s: 0.08 * total,
+            dwell_s: 0.02 * total,
+            tool_change_s: 12.0,
+            lower_bound_s: Some(0.93 * total),
+        },
         axes: [("X", linear(400.0)), ("Y", linear(310.0)), ("Z", linear(150.0)), ("B", rotary.clone()), ("C", rotary)]
             .map(|(n, a)| (n.to_owned(), a))
             .into(),
-        path: PathFigures { blocks: 292, length_mm: 1380.0, max_chord_error_mm: Some(0.0005), max_contour_error_mm: Some(0.0042), min_feed_ratio: Some(0.61) },
+        path: PathFigures {
+            blocks: 292,
+            length_mm: 1380.0,
+            max_chord_error_mm: Some(0.0005),
+            max_contour_error_mm: Some(0.0042),
+            min_feed_ratio: Some(0.61),
+        },
         removal: Removal { moves: 2100, volume_mm3: removed, stock_left_mm3: 0.0, sweep_bound_mm: 1e-6, cell_mm: 0.0 },
         deviation: Deviation {
             tolerance_floor_mm: Some(0.0012),
@@ -369,10 +419,31 @@ fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             worst_point: Some([12.0, -3.5, -9.1]),
         },
         surface: Surface::default(),
-        clearance: Clearance { min_mm: Some(1.3), pair: Some(["holder".into(), "clamping pot".into()]), time_s: Some(41.0), checks: 2100 },
+        clearance: Clearance {
+            min_mm: Some(1.3),
+            pair: Some(["holder".into(), "clamping pot".into()]),
+            time_s: Some(41.0),
+            checks: 2100,
+        },
         tools: vec![
-            ToolUse { number: 2, name: "BULL_D25_R2".into(), time_s: 0.6 * total, cut_time_s: 0.5 * total, length_mm: 900.0, volume_mm3: 0.8 * removed, min_overhang_mm: Some(42.0) },
-            ToolUse { number: 1, name: "END_D20".into(), time_s: 0.4 * total, cut_time_s: 0.3 * total, length_mm: 480.0, volume_mm3: 0.2 * removed, min_overhang_mm: None },
+            ToolUse {
+                number: 2,
+                name: "BULL_D25_R2".into(),
+                time_s: 0.6 * total,
+                cut_time_s: 0.5 * total,
+                length_mm: 900.0,
+                volume_mm3: 0.8 * removed,
+                min_overhang_mm: Some(42.0),
+            },
+            ToolUse {
+                number: 1,
+                name: "END_D20".into(),
+                time_s: 0.4 * total,
+                cut_time_s: 0.3 * total,
+                length_mm: 480.0,
+                volume_mm3: 0.2 * removed,
+                min_overhang_mm: None,
+            },
         ],
         inspection: vec![
             Inspected { name: "bulge height".into(), nominal_mm: -2.0, measured_mm: Some(-2.0004), tolerance_mm: 0.01 },

@@ -1,0 +1,42 @@
+//! Facts about a run for its recording: boxes for the cameras, and a page of text.
+
+use proveout_geom::Aabb;
+use proveout_sim::observer::Setup;
+
+use crate::recording::stock::StockTiles;
+
+/// Boxes of the machine at home (machine frame) and of the workpiece (workpiece frame), mm.
+pub(crate) fn boxes(setup: &Setup<'_>) -> (Aabb, Aabb) {
+    let home = setup.machine.home();
+    let mut all = Aabb::empty();
+    for (i, body) in setup.machine.bodies.iter().enumerate() {
+        let pose = setup.machine.body_pose(i, &home);
+        for p in &body.mesh.positions {
+            all.grow(&pose.point(p));
+        }
+    }
+    let work = setup.stock.bounds();
+    let machine_from_work = setup.machine.machine_from_table(&home) * setup.table_from_work;
+    for p in &proveout_geom::box_mesh(&work).positions {
+        all.grow(&machine_from_work.point(p));
+    }
+    (all, work)
+}
+
+/// What the recording shows and leaves out, in Markdown.
+pub(crate) fn about(setup: &Setup<'_>, tiles: &StockTiles) -> String {
+    let cell = setup.stock.cell_mm();
+    format!(
+        "# {}\n\nScene {}, machine {}.\n\nLengths in mm, angles in degrees; the timeline is simulated time.\n\n\
+         - The stock is drawn from every {}th node of {cell} mm; what is thinner than {} mm may be missing here.\n\
+         - Poses: at most 50 a second. Plots: smallest and largest sample of stretches of 40 ms. Both spacings double \
+         after every 15 000 rows.\n\
+         - At the end the measured surface takes the place of the stock; red is gouge, blue is material left.\n\
+         - Exact values: signals.parquet, blocks.parquet, surface.parquet, verdict.json of the same folder.\n",
+        setup.program,
+        setup.scene.file.name,
+        setup.machine.name,
+        tiles.step(),
+        cell * tiles.step() as f64,
+    )
+}

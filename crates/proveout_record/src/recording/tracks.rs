@@ -1,0 +1,88 @@
+//! Entities over time: poses of what moves, values of signals.
+
+use proveout_geom::{Pose, Vector};
+use proveout_machine::{Attachment, JointValues, Machine};
+
+use crate::{
+    error::RecordError,
+    recording::{
+        sink::{Sink, path},
+        thin::SignalThinner,
+    },
+};
+
+/// What moves: an entity and its poses that are not sent yet.
+pub(crate) struct Mover {
+    parts: Vec<String>,
+    what: Moving,
+    shown: Option<Pose>,
+    pub(crate) rows: Vec<(f64, Pose)>,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) enum Moving {
+    Joint(usize),
+    Table,
+    Tool,
+}
+
+impl Mover {
+    pub(crate) fn new(parts: &[&str], what: Moving) -> Self {
+        Self { parts: parts.iter().map(|p| (*p).to_owned()).collect(), what, shown: None, rows: Vec::new() }
+    }
+
+    /// Adds the pose at joint positions `q`, if it differs from the one before.
+    pub(crate) fn push(&mut self, machine: &Machine, gauge_length: f64, time: f64, q: &JointValues) {
+        let pose = match self.what {
+            Moving::Joint(j) => machine.attachment_pose(Attachment::Joint(j), q),
+            Moving::Table => machine.machine_from_table(q),
+            Moving::Tool => {
+                machine.machine_from_spindle(q) * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length))
+            }
+        };
+        if self.shown != Some(pose) && pose.is_finite() {
+            self.shown = Some(pose);
+            self.rows.push((time, pose));
+        }
+    }
+
+    /// Sends and forgets the rows.
+    pub(crate) fn send(&mut self, sink: &Sink) -> Result<(), RecordError> {
+        sink.poses(path(self.parts.iter().map(String::as_str)), &self.rows)?;
+        self.rows.clear();
+        Ok(())
+    }
+}
+
+/// A plotted signal and its rows that are not sent yet.
+pub(crate) struct Signal {
+    parts: [String; 3],
+    thinner: SignalThinner,
+    pub(crate) rows: Vec<(f64, f64)>,
+}
+
+impl Signal {
+    pub(crate) fn new(parts: [&str; 3]) -> Self {
+        Self { parts: parts.map(str::to_owned), thinner: SignalThinner::default(), rows: Vec::new() }
+    }
+
+    pub(crate) fn path(&self) -> rerun::EntityPath {
+        path(self.parts.iter().map(String::as_str).filter(|p| !p.is_empty()))
+    }
+
+    pub(crate) fn push(&mut self, time: f64, value: f64) {
+        self.thinner.push(time, value, &mut self.rows);
+    }
+
+    /// Ends the signal with its last sample.
+    pub(crate) fn finish(&mut self) {
+        self.thinner.finish(&mut self.rows);
+    }
+
+    /// Sends and forgets the rows that are complete.
+    pub(crate) fn send(&mut self, sink: &Sink) -> Result<(), RecordError> {
+        sink.signal(self.path(), &self.rows)?;
+        self.rows.clear();
+        Ok(())
+    }
+}
