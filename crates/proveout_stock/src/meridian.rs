@@ -14,7 +14,7 @@
 //!         +-----------> r                    the tangent line at the nearer end elsewhere
 //! ```
 //!
-//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point and n_r is
+//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point and `n_r` is
 //! not negative, so F is convex; its gradient is a unit vector, so F never exceeds the distance, equals it wherever the
 //! nearest skin point is smooth, and its value and gradient at any point give a half space that holds the whole body.
 //! The sweep needs nothing else from a body.

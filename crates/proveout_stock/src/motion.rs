@@ -75,7 +75,7 @@ impl Piece {
 
     /// The body's function at the point `x` of space and its derivatives.
     ///
-    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: grad F = F_r p / r + F_z w, and for a fixed point
+    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: the gradient is `F_r p / r + F_z w`, and for a fixed point
     /// dz/dtau = -travel . w + p . w', dr/dtau = -(p/r) . travel - z (p/r) . w'.
     #[inline]
     pub(crate) fn sample(&self, body: &Meridian, x: V, tau: f64) -> Sample {
@@ -105,7 +105,7 @@ impl Piece {
 /// against the body, so that a piece meets few tiles.
 pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<Piece> {
     let angle = motion.from.angle_to(&motion.to);
-    if !(angle > NO_TURN) {
+    if angle <= NO_TURN {
         return split(motion, 1.0);
     }
     let travel = (motion.to.tip - motion.from.tip).norm();

@@ -35,18 +35,17 @@
 use crate::{
     meridian::Meridian,
     motion::{Piece, SEARCH_ERROR, Sample, TURN_ERROR},
-    ray::{End, REACHED, Ray, Taken},
+    ray::{End, REACHED, Ray, Taken, swept_normal},
     span::SLIVER,
-    vec3::{V, norm},
+    vec3::norm,
 };
 
 /// One end of the interval at one time.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     s: f64,
-    normal: V,
-    /// dF/dtau.
-    ft: f64,
+    tau: f64,
+    sample: Sample,
 }
 
 /// The ray at one time.
@@ -136,7 +135,7 @@ impl TurnSweep<'_> {
         for _ in 0..STEPS {
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
-                return Ok(Edge { s, normal: sample.normal, ft: sample.ft });
+                return Ok(Edge { s, tau, sample });
             }
             if sample.fs * sign <= 0.0 {
                 return Err(outside.unwrap_or((s, sample)));
@@ -182,7 +181,7 @@ impl TurnSweep<'_> {
             }
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
-                let point = Edge { s, normal: sample.normal, ft: sample.ft };
+                let point = Edge { s, tau, sample };
                 let lo = self.newton(tau, sl, -1.0).unwrap_or(point);
                 let hi = self.newton(tau, sr, 1.0).unwrap_or(point);
                 return State::Meets { lo, hi };
@@ -196,12 +195,21 @@ impl TurnSweep<'_> {
         State::Misses { gap: 0.0, ft: 0.0 }
     }
 
-    fn push(taken: &mut Vec<Taken>, hull: Option<(Edge, Edge)>) {
+    fn push(&self, taken: &mut Vec<Taken>, hull: Option<(Edge, Edge)>) {
         if let Some((lo, hi)) = hull
             && hi.s - lo.s > SLIVER
         {
-            let end = |e: &Edge| End { s: e.s, normal: e.normal };
-            taken.push(Taken { lo: end(&lo), hi: end(&hi) });
+            let end = |e: &Edge, sign: f64| {
+                let inner = e.s < self.ray.hi && e.s > self.ray.lo;
+                let at = (e.s, e.tau);
+                let normal = if inner {
+                    swept_normal(self.piece, self.body, self.ray, at, sign, &e.sample, self.way)
+                } else {
+                    e.sample.normal
+                };
+                End { s: e.s, normal }
+            };
+            taken.push(Taken { lo: end(&lo, -1.0), hi: end(&hi, 1.0) });
         }
     }
 
@@ -223,7 +231,7 @@ impl TurnSweep<'_> {
             _ => None,
         };
         self.extend(t, states, &mut hull, depth, taken);
-        Self::push(taken, hull);
+        self.push(taken, hull);
     }
 
     /// Extends the hull until nothing outside of it is missed in the time range.
@@ -279,8 +287,8 @@ impl TurnSweep<'_> {
             State::Meets { lo, hi } => {
                 let edge = if sign > 0.0 { hi } else { lo };
                 let ds = ((s - edge.s) * sign).max(0.0);
-                let outward = edge.normal[0] * sign;
-                Bound { value: outward * ds, ft: edge.ft, outward, ds }
+                let outward = edge.sample.fs * sign;
+                Bound { value: outward * ds, ft: edge.sample.ft, outward, ds }
             }
         }
     }
