@@ -61,9 +61,9 @@ impl Display for Failure {
 impl From<&SimError> for Failure {
     fn from(e: &SimError) -> Self {
         match e {
-            SimError::Config(c) => Self::new(&c.message)
-                .at(c.file.display(), c.line, c.column, 1, &c.source_line)
-                .with_help(&c.help),
+            SimError::Config(c) => {
+                Self::new(&c.message).at(c.file.display(), c.line, c.column, 1, &c.source_line).with_help(&c.help)
+            }
             SimError::Program(all) => {
                 let mut each = all.0.iter().map(|d| {
                     Self::new(format!("{} [{}]", d.message, d.code))
@@ -73,11 +73,15 @@ impl From<&SimError> for Failure {
                 let first = each.next().unwrap_or_default();
                 Self { more: each.collect(), ..first }
             }
-            SimError::Machine(MachineError::Content(c)) => {
-                Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
-                    .at(c.file.display(), c.line, c.column, c.key.rsplit('.').next().map_or(1, str::len), &line_of(&c.file, c.line))
-                    .with_help(&c.remedy)
-            }
+            SimError::Machine(MachineError::Content(c)) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
+                .at(
+                    c.file.display(),
+                    c.line,
+                    c.column,
+                    c.key.rsplit('.').next().map_or(1, str::len),
+                    &line_of(&c.file, c.line),
+                )
+                .with_help(&c.remedy),
             SimError::Tools(ToolError::Defect(d)) => {
                 let tool = if d.tool.is_empty() { String::new() } else { format!("tool {:?}: ", d.tool) };
                 let key = if d.key.is_empty() { String::new() } else { format!("`{}` ", d.key) };
@@ -87,7 +91,8 @@ impl From<&SimError> for Failure {
                     .with_help(&d.remedy)
             }
             SimError::Control(c) => {
-                let failure = Self::new(format!("{} [{}]", c.message, c.code)).with_help(c.help.as_deref().unwrap_or_default());
+                let failure =
+                    Self::new(format!("{} [{}]", c.message, c.code)).with_help(c.help.as_deref().unwrap_or_default());
                 match &c.location {
                     Some(l) => {
                         let text = line_of(Path::new(&*l.file), l.line as usize);

@@ -75,11 +75,8 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
         cell: stock.cell_mm(),
     };
     let result = deviation_of(&samples, design.surface.as_ref(), &settings);
-    map.points = samples
-        .iter()
-        .zip(&result.values)
-        .map(|(s, v)| to_map(s, Some(*v).filter(|v| v.is_finite())))
-        .collect();
+    map.points =
+        samples.iter().zip(&result.values).map(|(s, v)| to_map(s, Some(*v).filter(|v| v.is_finite()))).collect();
     let near = |p: &Point| design.surface.nearest(p, design.reach).map_or(f64::NAN, |n| n.distance);
     map.vertex_deviation = map.mesh.positions.par_iter().map(near).collect();
 

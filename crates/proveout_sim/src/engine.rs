@@ -126,10 +126,8 @@ impl<'a> Engine<'a> {
             }
         }
         let (stock, bodies) = (&mut self.stock, &mut self.bodies);
-        let ((reports, removal), (hits, collision)) = rayon::join(
-            || timed(|| stock.sweep(&items)),
-            || timed(|| bodies.check(&chunk.pieces, &states)),
-        );
+        let ((reports, removal), (hits, collision)) =
+            rayon::join(|| timed(|| stock.sweep(&items)), || timed(|| bodies.check(&chunk.pieces, &states)));
         stages.removal += removal;
         stages.collision += collision;
 
@@ -356,9 +354,10 @@ impl<'a> Engine<'a> {
                     (f.value, f.limit, f.unit) = (Some(*value), Some(*limit), Some("1/min".into()));
                     f
                 }
-                Event::UnreachablePose { reason, .. } => {
-                    FindingLog::of(&finding::UNREACHABLE, format!("the programmed tool pose cannot be reached: {reason}"))
-                }
+                Event::UnreachablePose { reason, .. } => FindingLog::of(
+                    &finding::UNREACHABLE,
+                    format!("the programmed tool pose cannot be reached: {reason}"),
+                ),
                 Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
                 _ => continue,
             };
@@ -374,14 +373,13 @@ impl<'a> Engine<'a> {
     /// Joint positions by name, mm or degrees.
     fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
         let joints = self.prepared.machine.joints.iter().enumerate();
-        joints
-            .map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] }))
-            .collect()
+        joints.map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] })).collect()
     }
 
     fn at_piece(&self, mut f: Finding, piece: &Piece, time: f64) -> Finding {
         (f.block, f.time_s) = (Some(piece.block), Some(time));
-        let t = if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
+        let t =
+            if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
         f.axes = self.axes(&piece.joints[0].interpolated(piece.joints[1], t));
         f
     }
@@ -413,12 +411,7 @@ impl<'a> Engine<'a> {
 }
 
 /// Signals beside the samples: those of the piece that holds the sample.
-fn signals(
-    chunk: &Chunk,
-    states: &[CuttingState],
-    volumes: &[f64],
-    clearances: &[Option<f64>],
-) -> Vec<SampleSignals> {
+fn signals(chunk: &Chunk, states: &[CuttingState], volumes: &[f64], clearances: &[Option<f64>]) -> Vec<SampleSignals> {
     let mut at = 0;
     chunk
         .samples
@@ -427,7 +420,8 @@ fn signals(
             while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
                 at += 1;
             }
-            let Some(piece) = chunk.pieces.get(at).filter(|p| p.time[0] <= sample.time && sample.time <= p.time[1]) else {
+            let Some(piece) = chunk.pieces.get(at).filter(|p| p.time[0] <= sample.time && sample.time <= p.time[1])
+            else {
                 return SampleSignals::default();
             };
             let duration = piece.time[1] - piece.time[0];

@@ -19,12 +19,7 @@ use crate::{
 };
 
 /// Measures the part and judges the run.
-pub(crate) fn judge(
-    prepared: &Prepared,
-    stock: &TriDexel,
-    facts: &Facts,
-    summary: &Summary,
-) -> (Verdict, SurfaceMap) {
+pub(crate) fn judge(prepared: &Prepared, stock: &TriDexel, facts: &Facts, summary: &Summary) -> (Verdict, SurfaceMap) {
     let mut log = facts.log.clone();
     let (map, measured) = design::measure(prepared, stock);
     if let Some(m) = &measured {
@@ -184,7 +179,11 @@ fn judge_gates(
         let mut checked = Vec::new();
         match measured {
             Some(m) => {
-                checked.push(format!("{} surface points, {word} at most {limit} mm; {}", m.deviation.samples.unwrap_or(0), m.extent));
+                checked.push(format!(
+                    "{} surface points, {word} at most {limit} mm; {}",
+                    m.deviation.samples.unwrap_or(0),
+                    m.extent
+                ));
                 left_out.extend(m.left_out.clone());
             }
             None => left_out.push("the scene has no design part".to_owned()),

@@ -57,7 +57,8 @@ impl FindingLog {
                 (*last_block, *last_time) = (block.max(*last_block), time.max(*last_time));
                 first.penetration_mm = larger(first.penetration_mm, finding.penetration_mm);
                 first.value = larger(first.value, finding.value);
-                first.clearance_mm = larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
+                first.clearance_mm =
+                    larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
                 return *index;
             }
             self.open.insert(key, (self.findings.len(), block, time));

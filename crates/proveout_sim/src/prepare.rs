@@ -181,11 +181,7 @@ fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a Pro
     Ok(entry)
 }
 
-fn program_text(
-    scene: &Scene,
-    entry: Option<&ProgramFile>,
-    choice: &Choice,
-) -> Result<(String, PathBuf), ConfigError> {
+fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> Result<(String, PathBuf), ConfigError> {
     if let Some(path) = &choice.nc {
         let stem = path.file_stem().map_or_else(|| "program".to_owned(), |s| s.to_string_lossy().into_owned());
         return Ok((entry.map_or(stem, |e| e.name.clone()), path.clone()));
@@ -197,7 +193,11 @@ fn program_text(
         Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
         None => {
             let message = format!("the text of program {:?} is not part of the scene", entry.name);
-            Err(ConfigError::file(&scene.path, message, "give it with --nc FILE; the scene's README says where it is published"))
+            Err(ConfigError::file(
+                &scene.path,
+                message,
+                "give it with --nc FILE; the scene's README says where it is published",
+            ))
         }
     }
 }

@@ -336,9 +336,8 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
     }
     let stock = file.stock.get_ref();
-    let forms = usize::from(stock.block.is_some())
-        + usize::from(stock.cylinder.is_some())
-        + usize::from(stock.mesh.is_some());
+    let forms =
+        usize::from(stock.block.is_some()) + usize::from(stock.cylinder.is_some()) + usize::from(stock.mesh.is_some());
     if forms != 1 {
         let at = file.stock.span().start;
         return fault(at, format!("the stock has {forms} forms"), "give exactly one of `box`, `cylinder`, `mesh`");
@@ -362,8 +361,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         if part.mesh.is_some() == part.cone_frustum.is_some() {
             return fault("the part needs exactly one form", "give either `mesh` or `cone_frustum`");
         }
-        if !(part.chord_error_mm >= 0.0) {
-            return fault("chord_error_mm must not be negative", "give the largest distance of the mesh from the design");
+        if part.chord_error_mm.is_nan() || part.chord_error_mm < 0.0 {
+            return fault(
+                "chord_error_mm must not be negative",
+                "give the largest distance of the mesh from the design",
+            );
         }
         if let Some(c) = part.cone_frustum
             && !(c.half_angle_deg > 0.0

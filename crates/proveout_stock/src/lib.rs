@@ -27,9 +27,9 @@
 //!
 //! # Error
 //!
-//! In the direction of the normal: what is missed lies less than 0.15 micrometres deep in the swept volume of a translation and
-//! 0.4 micrometres in that of a turning motion; nothing is removed outside of it but what the body misses by less than 0.25
-//! micrometres between two times at which it meets the ray. [`TriDexel::sweep_bound_mm`] is the largest bound used so far. Bodies are taken
+//! In the direction of the normal: what is missed lies less than 0.15 micrometers deep in the swept volume of a translation and
+//! 0.4 micrometers in that of a turning motion; nothing is removed outside of it but what the body misses by less than 0.25
+//! micrometers between two times at which it meets the ray. [`TriDexel::sweep_bound_mm`] is the largest bound used so far. Bodies are taken
 //! 1e-7 mm smaller, so that touching counts for nothing; a surface that was cut a moment ago may overlap with the same body by
 //! the bound. Along a ray that grazes the surface at an angle a, these depths are longer by 1 / sin a.
 //!

@@ -15,7 +15,7 @@ use crate::{
     span::{INITIAL, Mark, SLIVER, Span},
 };
 
-/// Step of the lattice for the inside test, mm: 2^-20, a nanometre. Exact for bodies up to 10 m.
+/// Step of the lattice for the inside test, mm: 2^-20, a nanometer. Exact for bodies up to 10 m.
 const LATTICE: f64 = 1.0 / 1_048_576.0;
 /// Crossings closer than this (mm) may change places by rounding without being called a self-crossing.
 const SAME: f64 = 1e-6;

@@ -1,5 +1,5 @@
 //! The sweep against dense stamping: every end that it makes lies on the swept surface, and what it removes and leaves is in
-//! and out of the swept body, to one micrometre in the direction of the normal.
+//! and out of the swept body, to one micrometer in the direction of the normal.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
 mod common;
@@ -113,7 +113,7 @@ fn check(body: &Profile, motion: &SweepMotion, random: &mut Random) -> Worst {
 }
 
 #[test]
-fn the_sweep_agrees_with_dense_stamping_to_one_micrometre() {
+fn the_sweep_agrees_with_dense_stamping_to_one_micrometer() {
     let rays: usize = std::env::var("PROVEOUT_ORACLE_RAYS").ok().and_then(|v| v.parse().ok()).unwrap_or(20_000);
     let cases = rays.div_ceil(192);
     let results: Vec<(usize, Worst)> = (0..cases)

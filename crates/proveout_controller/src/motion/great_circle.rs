@@ -10,7 +10,7 @@ use crate::{
     shape::{Quintic, Shape},
 };
 
-/// Two tool axes nearer than this (radian) are one: 0.2 micrometres at 100 mm from the tip.
+/// Two tool axes nearer than this (radian) are one: 0.2 micrometers at 100 mm from the tip.
 const SAME_AXIS: f64 = 2e-6;
 /// Turn of the tool axis between two knots of a great circle, radian.
 const KNOT_TURN: f64 = 0.02;
