@@ -64,11 +64,12 @@ enum State {
 struct Bound {
     value: f64,
     ft: f64,
-    /// Growth outward along the ray.
+    /// Growth outward along the ray; infinite for a half plane that stands for all of the ray.
     outward: f64,
     /// B and |C|.
     second: f64,
     cross: f64,
+    /// Length of the ray that it stands for, where it does not grow outward.
     ds: f64,
 }
 
@@ -140,16 +141,18 @@ impl TurnSweep<'_> {
         self.piece.sample(self.body, self.ray.at(s), tau)
     }
 
-    /// B and C of (1) for a normal at a point.
-    fn turning(&self, tau: f64, s: f64, normal: V) -> (f64, f64) {
+    /// Half space with a normal, known to have a value at the height `s`, as (1) needs it there. All terms are linear in
+    /// the normal, so a mean of two samples may be given.
+    fn bound_at(&self, tau: f64, s: f64, normal: V, value: f64) -> Bound {
         let axis = self.piece.axis_at(tau);
         let omega = cross(axis, self.piece.turn);
         let y = sub(self.ray.at(s), self.piece.tip_at(tau));
         let carried = cross(omega, normal);
+        let ft = dot(carried, y) - dot(normal, self.piece.travel);
         let second = dot(omega, normal) * dot(omega, y)
             - self.piece.angle2 * dot(normal, y)
             - 2.0 * dot(carried, self.piece.travel);
-        (second, carried[0])
+        Bound { value, ft, outward: f64::INFINITY, second, cross: carried[0].abs(), ds: 0.0 }
     }
 
     /// Newton's method from outside (`sign` 1: downward from above) to the edge; the last sample outside when the body
@@ -191,11 +194,11 @@ impl TurnSweep<'_> {
     fn gap(&self, tau: f64, above: (f64, Sample)) -> State {
         let (mut sr, mut right) = above;
         if right.fs <= 0.0 {
-            return self.misses(tau, sr, right.f, right.ft, right.normal);
+            return self.misses(tau, sr, right.f, right.normal);
         }
         let (mut sl, mut left) = (self.ray.lo, self.sample(tau, self.ray.lo));
         if left.fs >= 0.0 {
-            return self.misses(tau, sl, left.f, left.ft, left.normal);
+            return self.misses(tau, sl, left.f, left.normal);
         }
         for _ in 0..STEPS {
             // Both tangents bound F from below; where they cross the bound is least.
@@ -204,7 +207,7 @@ impl TurnSweep<'_> {
             let bound = left.f + left.fs * (s - sl);
             if bound > REACHED || s <= sl || s >= sr {
                 let normal = add(scale(left.normal, k), scale(right.normal, 1.0 - k));
-                return self.misses(tau, s, bound, k * left.ft + (1.0 - k) * right.ft, normal);
+                return self.misses(tau, s, bound, normal);
             }
             let sample = self.sample(tau, s);
             if sample.f <= REACHED {
@@ -219,13 +222,11 @@ impl TurnSweep<'_> {
                 (sl, left) = (s, sample);
             }
         }
-        self.misses(tau, sr, 0.0, right.ft, right.normal)
+        self.misses(tau, sr, 0.0, right.normal)
     }
 
-    fn misses(&self, tau: f64, s: f64, gap: f64, ft: f64, normal: V) -> State {
-        let (second, cross) = self.turning(tau, s, normal);
-        let value = gap.max(0.0);
-        State::Misses(Bound { value, ft, outward: f64::INFINITY, second, cross: cross.abs(), ds: self.chord })
+    fn misses(&self, tau: f64, s: f64, gap: f64, normal: V) -> State {
+        State::Misses(Bound { ds: self.chord, ..self.bound_at(tau, s, normal, gap.max(0.0)) })
     }
 
     fn push(&self, taken: &mut Vec<Taken>, hull: Option<(Edge, Edge)>) {
@@ -356,11 +357,8 @@ impl TurnSweep<'_> {
             State::Misses(bound) => *bound,
             State::Meets { lo, hi } => {
                 let edge = if sign > 0.0 { hi } else { lo };
-                let ds = ((s - edge.s) * sign).max(0.0);
-                let outward = edge.sample.fs * sign;
-                let (second, cross) = self.turning(edge.tau, edge.s, edge.sample.normal);
-                let value = edge.sample.f.max(0.0) + outward * ds;
-                Bound { value, ft: edge.sample.ft, outward, second, cross: cross.abs(), ds }
+                let value = edge.sample.f.max(0.0) + edge.sample.fs * (s - edge.s);
+                Bound { outward: edge.sample.fs * sign, ..self.bound_at(edge.tau, s, edge.sample.normal, value) }
             }
         }
     }
