@@ -9,7 +9,7 @@ const CELL_MM: f64 = 1.0;
 /// finishing passes) and 1 micrometer of the swept volume.
 const IDEAL_MM: f64 = 0.002;
 /// The finishing passes allow corners to be rounded by this much (`CYCLE832` in the program).
-const PATH_TOLERANCE_MM: f64 = 0.01;
+const PATH_TOLERANCE_MM: f64 = 0.005;
 
 fn choice(program: &str, dynamics: DynamicsFile) -> Choice {
     Choice {
