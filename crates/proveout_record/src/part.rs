@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Most triangles of a glTF file: 2 million are 60 MB and still turn in a viewer.
-const GLB_TRIANGLES: usize = 2_000_000;
+pub(crate) const GLB_TRIANGLES: usize = 2_000_000;
 
 /// The surface of a run as a picture with the deviation (mm) as value of each vertex.
 pub(crate) fn picture_of(surface: &SurfaceMap) -> Picture {

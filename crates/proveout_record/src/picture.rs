@@ -135,18 +135,46 @@ impl Picture {
         let area: f64 = (0..self.triangles.len()).map(|t| self.area_normal(t).norm() * 0.5).sum();
         // A cell of edge h keeps about two triangles a h² of surface.
         let mut cell = (2.0 * area / limit.max(1) as f64).sqrt().max(1e-6);
+        // Counting is cheap against placing the vertices.
         loop {
-            let coarse = self.clustered(cell);
-            if coarse.triangles.len() <= limit {
-                return (coarse, Some(cell));
+            let (of_vertex, _) = self.cells(cell);
+            let apart = |t: &&[u32; 3]| {
+                let [a, b, c] = t.map(|i| of_vertex[i as usize]);
+                a != b && b != c && c != a
+            };
+            let count = self.triangles.iter().filter(apart).count();
+            if count <= limit {
+                return (self.clustered(cell), Some(cell));
             }
-            cell *= (coarse.triangles.len() as f64 / limit.max(1) as f64).sqrt().max(1.05);
+            cell *= (count as f64 / limit.max(1) as f64).sqrt().max(1.05);
         }
     }
 
     fn area_normal(&self, t: usize) -> Vector {
         let [a, b, c] = self.triangles[t].map(|i| self.point(i));
         (b - a).cross(&(c - a))
+    }
+
+    /// Number of the cell of each vertex (`u32::MAX` for vertices that no triangle uses), and the place of each cell in the
+    /// grid, in rising order.
+    fn cells(&self, cell: f64) -> (Vec<u32>, Vec<[i64; 3]>) {
+        let key = |i: u32| self.positions[i as usize].map(|v| (f64::from(v) / cell).floor() as i64);
+        let mut used = vec![false; self.positions.len()];
+        for &i in self.triangles.iter().flatten() {
+            used[i as usize] = true;
+        }
+        let mut keyed: Vec<([i64; 3], u32)> =
+            (0..self.positions.len() as u32).filter(|&i| used[i as usize]).map(|i| (key(i), i)).collect();
+        keyed.sort_unstable();
+        let mut of_vertex = vec![u32::MAX; self.positions.len()];
+        let mut keys: Vec<[i64; 3]> = Vec::new();
+        for (k, i) in keyed {
+            if keys.last() != Some(&k) {
+                keys.push(k);
+            }
+            of_vertex[i as usize] = keys.len() as u32 - 1;
+        }
+        (of_vertex, keys)
     }
 
     /// Gathers the vertices of each cubic cell (edge `cell`, mm, grid through the origin) into one.
@@ -156,27 +184,14 @@ impl Picture {
     /// stay sharp. Along directions that the planes leave open it stays at the mean of the cell's vertices, and it never
     /// leaves the cell. Known limit: walls thinner than a cell may merge. For pictures only.
     pub(crate) fn clustered(&self, cell: f64) -> Self {
-        let key = |i: u32| self.positions[i as usize].map(|v| (f64::from(v) / cell).floor() as i64);
-        let mut used = vec![false; self.positions.len()];
-        for &i in self.triangles.iter().flatten() {
-            used[i as usize] = true;
-        }
-        let mut keyed: Vec<([i64; 3], u32)> =
-            (0..self.positions.len() as u32).filter(|&i| used[i as usize]).map(|i| (key(i), i)).collect();
-        keyed.sort_unstable();
-        let mut cluster_of = vec![0_u32; self.positions.len()];
-        let mut clusters: Vec<Cluster> = Vec::new();
-        for (n, &(k, i)) in keyed.iter().enumerate() {
-            if n == 0 || keyed[n - 1].0 != k {
-                clusters.push(Cluster { key: k, ..Cluster::default() });
-            }
-            let id = clusters.len() - 1;
-            cluster_of[i as usize] = id as u32;
-            let c = &mut clusters[id];
+        let (cluster_of, keys) = self.cells(cell);
+        let mut clusters: Vec<Cluster> = keys.into_iter().map(|key| Cluster { key, ..Cluster::default() }).collect();
+        for (i, &id) in cluster_of.iter().enumerate() {
+            let Some(c) = clusters.get_mut(id as usize) else { continue }; // no triangle uses the vertex
             c.count += 1.0;
-            c.position += Vector3::from(self.positions[i as usize].map(f64::from));
-            c.normal += Vector3::from(self.normals[i as usize].map(f64::from));
-            if let Some(value) = self.values.get(i as usize).filter(|v| v.is_finite()) {
+            c.position += Vector3::from(self.positions[i].map(f64::from));
+            c.normal += Vector3::from(self.normals[i].map(f64::from));
+            if let Some(value) = self.values.get(i).filter(|v| v.is_finite()) {
                 c.value += f64::from(*value);
                 c.valued += 1.0;
             }

@@ -35,7 +35,7 @@ impl Eye {
     fn at(view: String, bounds: &Aabb) -> Self {
         let center = bounds.center();
         let reach = 0.5 * bounds.size().norm();
-        let position = center + Vector::new(0.62, -0.9, 0.55).normalize() * (1.75 * reach);
+        let position = center + Vector::new(0.62, -0.9, 0.55).normalize() * (1.9 * reach);
         let single = |v: [f64; 3]| v.map(|v| v as f32);
         Self { view, position: single(position.into()), target: single(center.into()) }
     }
@@ -52,7 +52,12 @@ pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) 
         .into();
     let work_view: ContainerLike = Spatial3DView::new("Workpiece")
         .with_origin("/machine/table/work")
-        .with_contents(["$origin/**", "- /machine/table/work/part/**", "+ /machine/tool/**"])
+        .with_contents([
+            "$origin/**",
+            "- /machine/table/work/part/**",
+            "+ /machine/tool/**",
+            "+ /machine/table/fixtures/**",
+        ])
         .into();
     let mut eyes = Vec::new();
     for (view, bounds) in [(&machine_view, machine), (&work_view, work)] {
@@ -83,10 +88,17 @@ pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) 
                     .with_origin("/process")
                     .with_contents(["+ /process/feed", "+ /process/feed_programmed"])
                     .into(),
-                TimeSeriesView::new("Removal and clearance")
-                    .with_origin("/process")
-                    .with_contents(["+ /process/removal", "+ /process/clearance"])
-                    .into(),
+                Tabs::new([
+                    TimeSeriesView::new("Removal rate")
+                        .with_origin("/process")
+                        .with_contents(["+ /process/removal"])
+                        .into(),
+                    TimeSeriesView::new("Clearance")
+                        .with_origin("/process")
+                        .with_contents(["+ /process/clearance"])
+                        .into(),
+                ])
+                .into(),
                 Tabs::new([
                     TextLogView::new("Findings and messages").with_origin("/log").into(),
                     TextDocumentView::new("About").with_origin("/about").into(),

@@ -179,13 +179,13 @@ impl Open {
         for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
             for (signal, per) in signals.iter().zip(["", "/s", "/s²", "/s³", ""]) {
                 let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
-                sink.signal_style(signal.path(), &format!("{} {symbol}{per}", unit.name), *color)?;
+                sink.signal_style(signal.path(), &format!("{} {symbol}{per}", unit.name), *color, false)?;
             }
         }
         let process = ["feed", "feed_programmed", "removal", "clearance"].map(|s| Signal::new(["process", s, ""]));
         let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "clearance, mm"];
         for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
-            sink.signal_style(signal.path(), name, color)?;
+            sink.signal_style(signal.path(), name, color, name != names[0])?;
         }
         let tiles = StockTiles::new(setup.stock);
         sink.document(path(["about"]), about(setup, &tiles))?;
@@ -305,7 +305,6 @@ impl Open {
                 ))
             }
             Event::Message { text, .. } => Some((Level::Info, format!("message: {text}"))),
-            Event::Note { text, .. } => Some((Level::Debug, text.clone())),
             Event::Stop { optional, .. } => {
                 Some((Level::Info, if *optional { "optional stop".into() } else { "program stop".into() }))
             }

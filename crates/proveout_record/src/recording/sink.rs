@@ -1,7 +1,7 @@
 //! Plain data to a Rerun recording: meshes, poses, signals, lines, text.
 
 use proveout_geom::Pose;
-use rerun::{EntityPath, RecordingStream, TimeColumn};
+use rerun::{EntityPath, RecordingStream, TimeColumn, components::InterpolationMode};
 
 use crate::{color::Rgba, error::RecordError, picture::Picture};
 
@@ -115,13 +115,20 @@ impl Sink {
         self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
     }
 
-    /// Name and color of the line of a signal in plots.
-    pub(crate) fn signal_style(&self, path: EntityPath, name: &str, color: Rgba) -> Result<(), RecordError> {
+    /// Name and color of the line of a signal in plots; `steps` for a signal that holds its value until the next one.
+    pub(crate) fn signal_style(
+        &self,
+        path: EntityPath,
+        name: &str,
+        color: Rgba,
+        steps: bool,
+    ) -> Result<(), RecordError> {
         let style = rerun::SeriesLines::new()
             .with_names([name])
             .with_widths([1.5_f32])
             // The default mean over a pixel would hide the peaks that were kept.
             .with_aggregation_policy(rerun::components::AggregationPolicy::MinMax)
+            .with_interpolation_mode(if steps { InterpolationMode::StepAfter } else { InterpolationMode::Linear })
             .with_colors([rerun::Color::from_rgb(color[0], color[1], color[2])]);
         self.log(path, None, &style)
     }

@@ -9,6 +9,8 @@ use crate::report::format::{compact, count, duration, file_name, fixed, length};
 
 /// Rows of one code that are shown; all are in `verdict.json`.
 const ROWS: usize = 200;
+/// Lines that a row of equal notes names.
+const LINES: usize = 12;
 /// Marks on the part: more hide it.
 const MARKS: usize = 60;
 
@@ -20,6 +22,10 @@ pub(crate) struct Group {
     summary: String,
     remedy: &'static str,
     count: String,
+    /// File of all rows; empty when they differ.
+    file: String,
+    /// Whether a row has a value.
+    valued: bool,
     rows: Vec<Row>,
     left_out: String,
 }
@@ -106,6 +112,12 @@ pub(crate) fn groups(findings: &[Finding], joints: &[&str]) -> Vec<Group> {
     let group = |(code, list): (&str, Vec<usize>)| {
         let severity = findings[list[0]].severity;
         let summary = CODES.iter().find(|c| c.code == code).map_or(code, |c| c.summary.trim_end_matches('.'));
+        let rows: Vec<Row> = if severity == Severity::Info {
+            joined(&list, findings)
+        } else {
+            list.iter().map(|&i| row(i, &findings[i], marked.contains(&id(i)), joints)).collect()
+        };
+        let one_file = rows.windows(2).all(|w| w[0].file == w[1].file);
         let repeats: u64 = list.iter().map(|&i| u64::from(findings[i].repeats)).sum();
         let places = count(list.len() as u64) + if list.len() == 1 { " place" } else { " places" };
         Group {
@@ -123,15 +135,48 @@ pub(crate) fn groups(findings: &[Finding], joints: &[&str]) -> Vec<Group> {
             } else {
                 places
             },
-            left_out: if list.len() > ROWS {
-                format!("{} more are in verdict.json.", count((list.len() - ROWS) as u64))
+            left_out: if rows.len() > ROWS {
+                format!("{} more are in verdict.json.", count((rows.len() - ROWS) as u64))
             } else {
                 String::new()
             },
-            rows: list.iter().take(ROWS).map(|&i| row(i, &findings[i], marked.contains(&id(i)), joints)).collect(),
+            file: if one_file { rows.first().map_or_else(String::new, |r| r.file.clone()) } else { String::new() },
+            valued: rows.iter().any(|r| !r.value.is_empty() || !r.limit.is_empty()),
+            rows: rows
+                .into_iter()
+                .take(ROWS)
+                .map(|r| Row { file: if one_file { String::new() } else { r.file }, ..r })
+                .collect(),
         }
     };
     order.into_iter().map(group).collect()
+}
+
+/// Notes with the same text in one row with all their lines.
+fn joined(list: &[usize], findings: &[Finding]) -> Vec<Row> {
+    let mut texts: Vec<(&Finding, usize, Vec<u32>)> = Vec::new();
+    for &i in list {
+        let f = &findings[i];
+        let lines = f.line.iter().copied();
+        match texts.iter_mut().find(|(first, ..)| first.message == f.message && first.file == f.file) {
+            Some((_, _, all)) => all.extend(lines),
+            None => texts.push((f, i, lines.collect())),
+        }
+    }
+    let row_of = |(f, index, lines): (&Finding, usize, Vec<u32>)| {
+        let list: Vec<String> = lines.iter().take(LINES).map(ToString::to_string).collect();
+        let more = if lines.len() > LINES { format!(" and {} more", lines.len() - LINES) } else { String::new() };
+        let place = match lines.len() {
+            0 => String::new(),
+            1 => format!("line {}", list[0]),
+            _ => format!("lines {}{more}", list.join(", ")),
+        };
+        let alone = Finding { axes: BTreeMap::new(), repeats: 0, ..f.clone() };
+        let time = if lines.len() > 1 { "from ".to_owned() } else { String::new() };
+        let base = row(index, &alone, false, &[]);
+        Row { place, time: format!("{time}{}", base.time), ..base }
+    };
+    texts.into_iter().map(row_of).collect()
 }
 
 fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
@@ -174,11 +219,12 @@ fn row(index: usize, f: &Finding, marked: bool, joints: &[&str]) -> Row {
     }
 }
 
-/// Findings with a place on the workpiece, errors first, as marks on the 3D view.
+/// Errors and warnings with a place on the workpiece, errors first, as marks on the 3D view.
 pub(crate) fn marks(findings: &[Finding]) -> Vec<Mark> {
     let mut list: Vec<(usize, [f64; 3])> = findings
         .iter()
         .enumerate()
+        .filter(|(_, f)| f.severity != Severity::Info)
         .filter_map(|(i, f)| f.point_mm.filter(|p| p.iter().all(|v| v.is_finite())).map(|p| (i, p)))
         .collect();
     list.sort_by_key(|(i, _)| (std::cmp::Reverse(findings[*i].severity), *i));

@@ -5,6 +5,7 @@ mod findings;
 mod format;
 mod page;
 mod plot;
+mod rows;
 #[cfg(test)]
 mod tests;
 

@@ -212,7 +212,7 @@ fn step(
     let mut removed = 0.0;
     let mut last = from;
     let mut last_q = state.q;
-    let parts = 8.0_f64.min(cycles);
+    let parts = 3.0_f64.min(cycles);
     for part in 0..parts as u32 {
         let to = from.interpolated(&leg.to, f64::from(part + 1) / parts);
         let item = |body| SweepItem { id: block, body, action: Action::Remove, motion: SweepMotion { from: last, to } };
