@@ -74,6 +74,8 @@ pub(crate) struct Engine<'a> {
     places: Vec<Option<(Arc<str>, u32)>>,
     removed: f64,
     time: f64,
+    /// End of the last piece, and its signals.
+    last_signals: (f64, SampleSignals),
 }
 
 impl<'a> Engine<'a> {
@@ -93,6 +95,7 @@ impl<'a> Engine<'a> {
             places: Vec::new(),
             removed: 0.0,
             time: 0.0,
+            last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
         })
     }
 
@@ -144,7 +147,7 @@ impl<'a> Engine<'a> {
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
         self.time = chunk.blocks.last().map_or(self.time, |b| b.end_time.max(self.time));
         Stretch {
-            signals: signals(chunk, &states, &volumes, &clearances),
+            signals: signals(chunk, &states, &volumes, &clearances, &mut self.last_signals),
             blocks,
             findings: self.log.all()[known..].to_vec(),
             changed_tiles: self.stock.take_changed_tiles(),
@@ -410,28 +413,40 @@ impl<'a> Engine<'a> {
     }
 }
 
-/// Signals beside the samples: those of the piece that holds the sample.
-fn signals(chunk: &Chunk, states: &[CuttingState], volumes: &[f64], clearances: &[Option<f64>]) -> Vec<SampleSignals> {
+/// Signals beside the samples: those of the piece that holds the sample. `last` carries the piece that reaches over the
+/// end of a stretch, with its end.
+fn signals(
+    chunk: &Chunk,
+    states: &[CuttingState],
+    volumes: &[f64],
+    clearances: &[Option<f64>],
+    last: &mut (f64, SampleSignals),
+) -> Vec<SampleSignals> {
+    let of_piece = |at: usize| {
+        let piece = &chunk.pieces[at];
+        let duration = piece.time[1] - piece.time[0];
+        SampleSignals {
+            removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
+            clearance: clearances[at],
+            tool: states[at].tool.map(|t| t as u32),
+        }
+    };
     let mut at = 0;
-    chunk
-        .samples
-        .iter()
-        .map(|sample| {
-            while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
-                at += 1;
-            }
-            let Some(piece) = chunk.pieces.get(at).filter(|p| p.time[0] <= sample.time && sample.time <= p.time[1])
-            else {
-                return SampleSignals::default();
-            };
-            let duration = piece.time[1] - piece.time[0];
-            SampleSignals {
-                removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
-                clearance: clearances[at],
-                tool: states[at].tool.map(|t| t as u32),
-            }
-        })
-        .collect()
+    let all = chunk.samples.iter().map(|sample| {
+        while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
+            at += 1;
+        }
+        match chunk.pieces.get(at) {
+            Some(p) if p.time[0] <= sample.time && sample.time <= p.time[1] => of_piece(at),
+            _ if sample.time <= last.0 => last.1,
+            _ => SampleSignals::default(),
+        }
+    });
+    let all = all.collect();
+    if let Some(end) = chunk.pieces.last() {
+        *last = (end.time[1], of_piece(chunk.pieces.len() - 1));
+    }
+    all
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
