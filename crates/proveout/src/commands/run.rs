@@ -51,7 +51,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         RerunArg::Connect => RerunMode::Connect,
     };
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
-    watchers.extend(observers(&mode).map_err(|e| Failure::new(e))?);
+    watchers.extend(observers(&mode).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
     write_run_json(folder.path(), &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
 
 fn print_summary(result: &RunResult, place: &std::path::Path) {
     let v: &Verdict = &result.verdict;
-    println!("\n{}: {}  ({} {})\n", word(v.verdict).to_uppercase(), v.scene, "program", v.program);
+    println!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
     for gate in &v.gates {
         println!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
     }
