@@ -121,8 +121,7 @@ pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &m
         chord: (ray.hi - ray.lo).min(2.0 * body.radius.hypot(0.5 * (body.z[1] - body.z[0]))),
     };
     // One sample in the middle proves most misses.
-    let middle = piece.tip_at(0.5)[0] + 0.5 * (body.z[0] + body.z[1]) * piece.axis[0];
-    let s = middle.clamp(ray.lo, ray.hi);
+    let s = piece.facing(body, ray.at(0.5 * (ray.lo + ray.hi))).clamp(ray.lo, ray.hi);
     let first = piece.sample(body, ray.at(s), 0.5);
     if first.f > REACHED {
         let nearest = if first.fs > 0.0 { ray.lo } else { ray.hi };
