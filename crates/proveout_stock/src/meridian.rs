@@ -61,9 +61,11 @@ impl Piece {
             Self::Arc { center, radius, first, last } => {
                 let (x, y) = (r - center[0], z - center[1]);
                 if first[0] * y - first[1] * x >= 0.0 && x * last[1] - y * last[0] >= 0.0 {
-                    let length = (x * x + y * y).sqrt();
-                    if length > 1e-12 {
-                        return (length - radius, x / length, y / length);
+                    let square = x * x + y * y;
+                    if square > 1e-24 {
+                        let length = square.sqrt();
+                        let inverse = 1.0 / length;
+                        return (length - radius, x * inverse, y * inverse);
                     }
                 }
                 let (a, b) = (first[0] * x + first[1] * y, last[0] * x + last[1] * y);

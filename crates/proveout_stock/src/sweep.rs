@@ -162,7 +162,8 @@ impl TriDexel {
                 body,
                 id: item.id,
                 removes: item.action == Action::Remove,
-                region: motion::swept_box(path, &bodies[body]),
+                // Smaller as the body is, so that its flat faces lie on the box.
+                region: motion::swept_box(path, &bodies[body]).expanded(-TOUCH),
                 ball,
                 rest,
             });
