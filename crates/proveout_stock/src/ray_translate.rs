@@ -93,9 +93,8 @@ impl Polygon {
 /// Interval that a body takes up on a ray while it translates; its ends outside of the ray's range may be cut off there.
 pub(crate) fn sweep_translation(piece: &Piece, body: &Meridian, ray: &Ray) -> Option<Taken> {
     let mut polygon = Polygon::new(ray.lo, ray.hi);
-    // One sample in the middle proves most misses: near the middle of the body, or as near as the material comes.
-    let middle = piece.tip_at(0.5)[0] + 0.5 * (body.z[0] + body.z[1]) * piece.axis[0];
-    let s = middle.clamp(ray.lo, ray.hi);
+    // One sample in the middle proves most misses: facing the axis of the body, or as near as the material comes.
+    let s = piece.facing(body, ray.at(0.5 * (ray.lo + ray.hi))).clamp(ray.lo, ray.hi);
     let first = piece.sample(body, ray.at(s), 0.5);
     if first.f > REACHED {
         polygon.cut(0.5, s, &first);

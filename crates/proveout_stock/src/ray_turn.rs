@@ -91,8 +91,8 @@ impl Bound {
 
 /// Steps of one search; reached only by rays within rounding of grazing.
 const STEPS: usize = 60;
-/// Splittings of a time range.
-const DEPTH: u32 = 40;
+/// Splittings of a time range: 2^-33 of a piece at least.
+const DEPTH: u32 = 100;
 
 pub(crate) struct TurnSweep<'a> {
     piece: &'a Piece,
@@ -121,8 +121,7 @@ pub(crate) fn sweep_turning(piece: &Piece, body: &Meridian, ray: &Ray, taken: &m
         chord: (ray.hi - ray.lo).min(2.0 * body.radius.hypot(0.5 * (body.z[1] - body.z[0]))),
     };
     // One sample in the middle proves most misses.
-    let middle = piece.tip_at(0.5)[0] + 0.5 * (body.z[0] + body.z[1]) * piece.axis[0];
-    let s = middle.clamp(ray.lo, ray.hi);
+    let s = piece.facing(body, ray.at(0.5 * (ray.lo + ray.hi))).clamp(ray.lo, ray.hi);
     let first = piece.sample(body, ray.at(s), 0.5);
     if first.f > REACHED {
         let nearest = if first.fs > 0.0 { ray.lo } else { ray.hi };
@@ -226,7 +225,8 @@ impl TurnSweep<'_> {
     }
 
     fn misses(&self, tau: f64, s: f64, gap: f64, normal: V) -> State {
-        State::Misses(Bound { ds: self.chord, ..self.bound_at(tau, s, normal, gap.max(0.0)) })
+        // The body may come in anywhere within its own length from where it is nearest now.
+        State::Misses(Bound { ds: self.chord + self.way + gap.max(0.0), ..self.bound_at(tau, s, normal, gap.max(0.0)) })
     }
 
     fn push(&self, taken: &mut Vec<Taken>, hull: Option<(Edge, Edge)>) {
@@ -293,7 +293,15 @@ impl TurnSweep<'_> {
             }
         };
         let Some(open) = open else { return };
-        let tau = t[0] + open.at.clamp(0.1 * h, 0.9 * h);
+        // Between a miss and a hit, where the gap closes: from outside, as Newton's method on a convex function does. Every
+        // third time the middle, which ends the splitting whatever the shape.
+        let at = match states {
+            _ if depth.is_multiple_of(3) => 0.5 * h,
+            [State::Misses(gap), State::Meets { .. }] if gap.ft < 0.0 => (gap.value + TURN_ERROR) / -gap.ft,
+            [State::Meets { .. }, State::Misses(gap)] if gap.ft > 0.0 => h - (gap.value + TURN_ERROR) / gap.ft,
+            _ => open.at,
+        };
+        let tau = t[0] + at.clamp(0.02 * h, 0.98 * h);
         let looked = hull.as_mut().and_then(|hull| self.look(tau, hull, h, open.depth));
         let state = looked.unwrap_or_else(|| self.state(tau));
         if let (State::Meets { lo, hi }, None) = (state, looked) {
