@@ -110,6 +110,24 @@ fn run(name: &str, only: Option<&String>, cell: f64, body: &Profile, moves: &[Sw
     );
 }
 
+/// Surface of a 50 x 50 x 65 mm block with 0.2 mm cells (250 x 250 x 325) after some cuts.
+fn surface(ball: &Profile) {
+    let block = Aabb { min: Point::new(0.0, 0.0, -65.0), max: Point::new(50.0, 50.0, 0.0) };
+    let Ok(mut stock) = TriDexel::from_box(&block, 0.2, 1 << 30) else { return };
+    let moves: Vec<SweepMotion> = waves(32, 0.2);
+    let item = |m: &SweepMotion| SweepItem { id: 1, body: ball, action: Action::Remove, motion: *m };
+    stock.sweep(&moves.iter().map(item).collect::<Vec<_>>());
+    let start = Instant::now();
+    let mesh = stock.surface();
+    println!(
+        "surface of {:?} cells: {} triangles in {:.2} s; closed: {}",
+        stock.counts(),
+        mesh.mesh.triangles.len(),
+        start.elapsed().as_secs_f64(),
+        mesh.mesh.check_solid().is_ok()
+    );
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let quick = arguments.iter().any(|a| a == "--quick");
@@ -132,4 +150,7 @@ fn main() {
     };
     let air: Vec<SweepMotion> = waves(rows, twenty_degrees).iter().map(above).collect();
     run("ball R4 in air", only, cell, &ball, &air, Action::Remove);
+    if only.is_none() {
+        surface(&ball);
+    }
 }

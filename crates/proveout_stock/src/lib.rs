@@ -49,6 +49,8 @@
 mod dexel;
 mod error;
 mod grid;
+#[cfg(test)]
+mod kernel_tests;
 mod meridian;
 mod mesh_rays;
 mod motion;
