@@ -18,6 +18,9 @@ fn the_production_program_makes_the_part_that_its_text_describes() {
     let v = &run.verdict;
     let gate = |name: &str| v.gates.iter().find(|g| g.name == name).expect("every gate is there").clone();
     assert_eq!(gate("program").state, State::Pass, "{:?}", gate("program"));
+    for name in ["limits", "process", "collision"] {
+        assert_eq!(gate(name).state, State::Pass, "{:?}", gate(name));
+    }
     assert_eq!(v.tools.len(), 4, "face mill, two end mills, chamfer cutter");
     assert!(v.inspection.len() >= 10);
     for feature in &v.inspection {

@@ -5,11 +5,11 @@ use proveout_tests::{prove, scene};
 
 /// Distance of the rays, mm. Points of the cut surface are exact whatever it is.
 const CELL_MM: f64 = 1.0;
-/// Bound on the flank cut by the programmed path itself: 1 micrometre between blocks (the generator's own bound on the
-/// finishing passes) and 1 micrometre of the swept volume.
+/// Bound on the flank cut by the programmed path itself: 1 micrometer between blocks (the generator's own bound on the
+/// finishing passes) and 1 micrometer of the swept volume.
 const IDEAL_MM: f64 = 0.002;
 /// The finishing passes allow corners to be rounded by this much (`CYCLE832` in the program).
-const PATH_TOLERANCE_MM: f64 = 0.01;
+const PATH_TOLERANCE_MM: f64 = 0.005;
 
 fn choice(program: &str, dynamics: DynamicsFile) -> Choice {
     Choice {

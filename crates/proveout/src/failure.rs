@@ -4,35 +4,41 @@ use proveout_machine::MachineError;
 use proveout_sim::SimError;
 use proveout_tool::ToolError;
 
+/// Characters of a line that are shown.
+const SHOWN: usize = 160;
+
 /// An error for people: place, message, line of text, remedy. Ends the program with exit code 2.
 #[derive(Debug, Default)]
-pub(crate) struct Failure {
-    pub(crate) message: String,
+pub(crate) struct Failure(Box<Parts>);
+
+#[derive(Debug, Default)]
+struct Parts {
+    message: String,
     /// `file:line:column` or a file.
-    pub(crate) place: Option<String>,
-    pub(crate) source_line: Option<String>,
+    place: Option<String>,
+    source_line: Option<String>,
     /// Column of the fault in `source_line`, from 1, and its length.
-    pub(crate) mark: Option<(usize, usize)>,
-    pub(crate) help: Option<String>,
+    mark: Option<(usize, usize)>,
+    help: Option<String>,
     /// Further errors of the same file.
-    pub(crate) more: Vec<Self>,
+    more: Vec<Failure>,
 }
 
 impl Failure {
     pub(crate) fn new(message: impl Display) -> Self {
-        Self { message: message.to_string(), ..Self::default() }
+        Self(Box::new(Parts { message: message.to_string(), ..Parts::default() }))
     }
 
     pub(crate) fn with_help(mut self, help: impl Display) -> Self {
-        self.help = Some(help.to_string()).filter(|h| !h.is_empty());
+        self.0.help = Some(help.to_string()).filter(|h| !h.is_empty());
         self
     }
 
     pub(crate) fn at(mut self, file: impl Display, line: usize, column: usize, length: usize, text: &str) -> Self {
-        self.place = Some(if line == 0 { file.to_string() } else { format!("{file}:{line}:{column}") });
+        self.0.place = Some(if line == 0 { file.to_string() } else { format!("{file}:{line}:{column}") });
         if !text.is_empty() && column > 0 {
-            self.source_line = Some(text.replace('\t', " "));
-            self.mark = Some((column, length.max(1)));
+            self.0.source_line = Some(text.replace('\t', " "));
+            self.0.mark = Some((column, length.max(1)));
         }
         self
     }
@@ -40,44 +46,50 @@ impl Failure {
 
 impl Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(f, "error: {}", self.message)?;
-        if let Some(place) = &self.place {
+        let Parts { message, place, source_line, mark, help, more } = &*self.0;
+        writeln!(f, "error: {message}")?;
+        if let Some(place) = place {
             writeln!(f, "  at {place}")?;
         }
-        if let (Some(line), Some((column, length))) = (&self.source_line, self.mark) {
-            let shown: String = line.chars().take(160).collect();
+        if let (Some(line), Some((column, length))) = (source_line, *mark) {
+            let shown: String = line.chars().take(SHOWN).collect();
             writeln!(f, "   | {shown}")?;
-            if column <= 160 {
-                writeln!(f, "   | {}{}", " ".repeat(column - 1), "^".repeat(length.min(161 - column)))?;
+            if column <= SHOWN {
+                writeln!(f, "   | {}{}", " ".repeat(column - 1), "^".repeat(length.min(SHOWN + 1 - column)))?;
             }
         }
-        if let Some(help) = &self.help {
+        if let Some(help) = help {
             writeln!(f, "  help: {help}")?;
         }
-        self.more.iter().try_for_each(|other| write!(f, "{other}"))
+        more.iter().try_for_each(|other| write!(f, "{other}"))
     }
 }
 
 impl From<&SimError> for Failure {
     fn from(e: &SimError) -> Self {
         match e {
-            SimError::Config(c) => Self::new(&c.message)
-                .at(c.file.display(), c.line, c.column, 1, &c.source_line)
-                .with_help(&c.help),
+            SimError::Config(c) => {
+                Self::new(&c.message).at(c.file.display(), c.line, c.column, 1, &c.source_line).with_help(&c.help)
+            }
             SimError::Program(all) => {
                 let mut each = all.0.iter().map(|d| {
                     Self::new(format!("{} [{}]", d.message, d.code))
                         .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &d.source_line)
                         .with_help(d.help.as_deref().unwrap_or_default())
                 });
-                let first = each.next().unwrap_or_default();
-                Self { more: each.collect(), ..first }
+                let mut first = each.next().unwrap_or_default();
+                first.0.more = each.collect();
+                first
             }
-            SimError::Machine(MachineError::Content(c)) => {
-                Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
-                    .at(c.file.display(), c.line, c.column, c.key.rsplit('.').next().map_or(1, str::len), &line_of(&c.file, c.line))
-                    .with_help(&c.remedy)
-            }
+            SimError::Machine(MachineError::Content(c)) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
+                .at(
+                    c.file.display(),
+                    c.line,
+                    c.column,
+                    c.key.rsplit('.').next().map_or(1, str::len),
+                    &line_of(&c.file, c.line),
+                )
+                .with_help(&c.remedy),
             SimError::Tools(ToolError::Defect(d)) => {
                 let tool = if d.tool.is_empty() { String::new() } else { format!("tool {:?}: ", d.tool) };
                 let key = if d.key.is_empty() { String::new() } else { format!("`{}` ", d.key) };
@@ -87,7 +99,8 @@ impl From<&SimError> for Failure {
                     .with_help(&d.remedy)
             }
             SimError::Control(c) => {
-                let failure = Self::new(format!("{} [{}]", c.message, c.code)).with_help(c.help.as_deref().unwrap_or_default());
+                let failure =
+                    Self::new(format!("{} [{}]", c.message, c.code)).with_help(c.help.as_deref().unwrap_or_default());
                 match &c.location {
                     Some(l) => {
                         let text = line_of(Path::new(&*l.file), l.line as usize);

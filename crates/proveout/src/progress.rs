@@ -55,8 +55,8 @@ impl Observer for Progress {
     }
 
     fn batch(&mut self, _: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
-        let lines = batch.blocks.iter().filter(|b| *b.file == *self.main_file).map(|b| b.line);
-        self.line = lines.last().unwrap_or(self.line);
+        let last = batch.blocks.iter().rev().find(|b| *b.file == *self.main_file);
+        self.line = last.map_or(self.line, |b| b.line);
         self.findings += batch.findings.len();
         self.bar.set_position(self.line.into());
         self.bar.set_message(format!("{:.0} s simulated, {} findings", batch.time, self.findings));

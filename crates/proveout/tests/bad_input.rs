@@ -89,7 +89,9 @@ fn the_small_scene_itself_runs() {
     let output = small.run();
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "no design part: unchecked\n{told}");
-    for file in ["verdict.json", "run.json", "signals.parquet", "blocks.parquet", "surface.parquet", "part.glb", "report.html"] {
+    for file in
+        ["verdict.json", "run.json", "signals.parquet", "blocks.parquet", "surface.parquet", "part.glb", "report.html"]
+    {
         assert!(small.path().join("result").join(file).is_file(), "{file} is missing");
     }
 }

@@ -2,109 +2,47 @@
 
 use std::sync::Arc;
 
-use proveout_geom::{Point, Pose};
+use proveout_geom::Point;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_tool::Tool;
 
-use crate::distance::{Gap, gap, inside, penetration};
+use crate::advance::{Pair, State, Step, dot, lower};
 use crate::parts::{Envelope, Fixture, Part, fixture_part, machine_parts, motion_weights, relation, tool_parts};
 use crate::report::{Breach, Clearance, CollisionError, Nearest, PairInfo, Severity};
 
-/// Slack for the over-estimate of iterated distances near contact, mm (1e-4 was measured for curved bodies).
-const SLACK_MM: f64 = 2e-4;
-/// Distance from a threshold that counts as on it, mm: ends the advancement, and hides in no machine's accuracy.
-const TOLERANCE_MM: f64 = 5e-3;
-/// Motion of a colliding pair between two looks at its penetration, mm.
-const CONTACT_REFRESH_MM: f64 = 0.5;
-/// A pair is measured again when it may be nearer than this part of the smallest distance measured so far,
-const WATCH: f64 = 0.75;
-/// or of this distance, mm, as long as nothing is nearer: what is further away is nobody's concern.
-const FAR_MM: f64 = 100.0;
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
 const FIRST_REACH_MM: f64 = 100.0;
-/// Longest range of a query beyond what is needed, mm.
-const LAST_REACH_MM: f64 = 3200.0;
 /// A jump between pieces up to this motion counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
 /// Largest turn of a rotary joint in one step of the check, radian (10 degrees).
 const STEP_RAD: f64 = std::f64::consts::PI / 18.0;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    Clear,
-    Near,
-    Contact,
-}
-
-/// State of one checked pair.
-#[derive(Clone, Debug)]
-struct Pair {
-    a: usize,
-    b: usize,
-    info: usize,
-    weights: [f64; MAX_JOINTS],
-    /// Proved distance, mm, when the path of the joints was `at`.
-    kept: f64,
-    /// Summed motion of each joint when `kept` was proved.
-    at: [f64; MAX_JOINTS],
-    state: State,
-    reach: f64,
-    /// Nothing is known yet: the inside test is due.
-    fresh: bool,
-    near: Option<usize>,
-    contact: Option<usize>,
-}
 
 /// Interference of the parts of a machine, the tool and the fixtures while the joints move.
 ///
 /// See the crate's text for the method. The check is sequential: pieces must come in the order of the motion.
 #[derive(Clone, Debug)]
 pub struct Interference {
-    machine: Machine,
-    parts: Vec<Part>,
-    fixed_parts: usize,
-    allowed: Vec<(String, String)>,
-    clearance: f64,
-    infos: Vec<PairInfo>,
-    fixed_infos: usize,
-    pairs: Vec<Pair>,
-    envelope: Envelope,
+    pub(crate) machine: Machine,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) fixed_parts: usize,
+    pub(crate) allowed: Vec<(String, String)>,
+    pub(crate) clearance: f64,
+    pub(crate) infos: Vec<PairInfo>,
+    pub(crate) fixed_infos: usize,
+    pub(crate) pairs: Vec<Pair>,
+    pub(crate) envelope: Envelope,
     /// Summed absolute motion of each joint.
-    path: [f64; MAX_JOINTS],
-    last: Option<JointValues>,
-    last_time: f64,
-    largest_weights: [f64; MAX_JOINTS],
-    budget: f64,
-    spent: f64,
-    breaches: Vec<Breach>,
-    nearest: Option<Nearest>,
-    lower_bound: f64,
-    queries: u64,
-    pieces: u64,
-}
-
-/// A straight motion of the joints under examination.
-struct Step {
-    from: JointValues,
-    to: JointValues,
-    time: [f64; 2],
-    slack: f64,
-    /// Absolute motion of each joint.
-    motion: [f64; MAX_JOINTS],
-}
-
-impl Step {
-    fn joints(&self, t: f64) -> JointValues {
-        self.from.interpolated(self.to, t)
-    }
-
-    fn time(&self, t: f64) -> f64 {
-        self.time[0] + (self.time[1] - self.time[0]) * t
-    }
-}
-
-fn dot(a: &[f64; MAX_JOINTS], b: &[f64; MAX_JOINTS]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    pub(crate) path: [f64; MAX_JOINTS],
+    pub(crate) last: Option<JointValues>,
+    pub(crate) last_time: f64,
+    pub(crate) largest_weights: [f64; MAX_JOINTS],
+    pub(crate) budget: f64,
+    pub(crate) spent: f64,
+    pub(crate) breaches: Vec<Breach>,
+    pub(crate) nearest: Option<Nearest>,
+    pub(crate) lower_bound: f64,
+    pub(crate) queries: u64,
+    pub(crate) pieces: u64,
 }
 
 impl Interference {
@@ -332,237 +270,6 @@ impl Interference {
         self.budget = self.pairs.iter().map(remaining).fold(f64::INFINITY, f64::min);
     }
 
-    /// Distance above which nothing needs to be known of a pair.
-    fn threshold(&self, p: &Pair) -> f64 {
-        let level = match p.state {
-            State::Clear => self.clearance,
-            State::Near => 0.0,
-            State::Contact => return 0.0,
-        };
-        (level + SLACK_MM).max(self.watched())
-    }
-
-    /// Distance below which a pair may hold the smallest distance of all.
-    fn watched(&self) -> f64 {
-        WATCH * self.nearest.as_ref().map_or(FAR_MM, |n| n.distance.min(FAR_MM))
-    }
-
-    /// Conservative advancement (after Mirtich 1996) of one pair through one step.
-    fn examine_pair(&mut self, i: usize, step: &Step) {
-        let mu = dot(&self.pairs[i].weights, &step.motion);
-        if self.pairs[i].fresh {
-            self.pairs[i].fresh = false;
-            if let Some(point) = self.inside_at(i, step, 0.0) {
-                self.open(i, Severity::Collision, step, 0.0, 0.0, &point, true);
-            }
-        }
-        let mut t = 0.0;
-        while self.pairs[i].state != State::Contact {
-            let level = if self.pairs[i].state == State::Clear { self.clearance } else { 0.0 };
-            let floor = level + SLACK_MM + step.slack;
-            let watched = self.watched() + step.slack;
-            let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
-            let limit = need + self.pairs[i].reach;
-            match self.measure(i, step, t, limit) {
-                Gap::Beyond => {
-                    self.keep(i, limit, step, t);
-                    self.pairs[i].reach = (2.0 * self.pairs[i].reach).min(LAST_REACH_MM);
-                    self.leave_near(i, limit, step, t);
-                    self.prove(limit - mu * (1.0 - t) - step.slack);
-                    return;
-                }
-                Gap::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
-                Gap::At(d, p, q) => {
-                    let middle = nalgebra::center(&p, &q);
-                    if !d.is_finite() {
-                        self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false);
-                    } else if d <= floor + TOLERANCE_MM {
-                        let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
-                        let severity = if touching { Severity::Collision } else { Severity::NearMiss };
-                        self.open(i, severity, step, t, d, &middle, false);
-                    } else {
-                        self.keep(i, d, step, t);
-                        self.leave_near(i, d, step, t);
-                        // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
-                        let watched = self.watched() + step.slack;
-                        let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
-                        let advance = (d - safe) / mu;
-                        if mu <= 0.0 || t + advance >= 1.0 {
-                            self.prove(d - mu * (1.0 - t) - step.slack);
-                            return;
-                        }
-                        self.prove(safe - step.slack);
-                        t += advance;
-                    }
-                }
-            }
-        }
-        self.follow_contact(i, step);
-    }
-
-    /// Notes a distance below which no pair has come.
-    fn prove(&mut self, distance: f64) {
-        self.lower_bound = self.lower_bound.min(distance.max(0.0));
-    }
-
-    /// A colliding pair at the end of a step: how deep, or apart again.
-    fn follow_contact(&mut self, i: usize, step: &Step) {
-        self.lower_bound = 0.0;
-        let limit = SLACK_MM + step.slack + TOLERANCE_MM + self.clearance + self.pairs[i].reach;
-        let measured = self.measure(i, step, 1.0, limit);
-        let distance = match measured {
-            Gap::Meeting(_) => 0.0,
-            Gap::At(d, ..) => d,
-            Gap::Beyond => limit,
-        };
-        let within = match measured {
-            Gap::Meeting(_) => None,
-            _ => self.inside_at(i, step, 1.0),
-        };
-        let still = within.is_some() || distance <= SLACK_MM + step.slack + TOLERANCE_MM;
-        if still {
-            let deep = self.penetration_at(i, step, 1.0);
-            if let Some(b) = self.pairs[i].contact.and_then(|k| self.breaches.get_mut(k)) {
-                b.inside |= within.is_some();
-                if deep > b.penetration_estimate.unwrap_or(0.0) {
-                    b.penetration_estimate = Some(deep);
-                }
-            }
-            self.keep(i, CONTACT_REFRESH_MM, step, 1.0);
-            return;
-        }
-        if let Some(b) = self.pairs[i].contact.take().and_then(|k| self.breaches.get_mut(k)) {
-            b.end_time = Some(step.time(1.0));
-        }
-        self.pairs[i].state = if self.pairs[i].near.is_some() { State::Near } else { State::Clear };
-        self.keep(i, distance, step, 1.0);
-        self.leave_near(i, distance, step, 1.0);
-    }
-
-    fn leave_near(&mut self, i: usize, distance: f64, step: &Step, t: f64) {
-        let end = step.time(t);
-        let p = &mut self.pairs[i];
-        let Some(k) = p.near else { return };
-        if let Some(b) = self.breaches.get_mut(k) {
-            b.least_distance = b.least_distance.min(distance);
-            if distance > self.clearance + SLACK_MM + step.slack + 2.0 * TOLERANCE_MM {
-                b.end_time = Some(end);
-                p.near = None;
-                p.state = State::Clear;
-            }
-        }
-    }
-
-    fn keep(&mut self, i: usize, distance: f64, step: &Step, t: f64) {
-        let mut at = self.path;
-        for (s, m) in at.iter_mut().zip(step.motion) {
-            *s += m * t;
-        }
-        let p = &mut self.pairs[i];
-        (p.kept, p.at) = (distance, at);
-    }
-
-    fn b_from_a(&self, i: usize, q: &JointValues) -> (Pose, Pose) {
-        let p = &self.pairs[i];
-        let machine_from_b = self.parts[p.b].pose(&self.machine, q);
-        (machine_from_b.inverse() * self.parts[p.a].pose(&self.machine, q), machine_from_b)
-    }
-
-    fn measure(&mut self, i: usize, step: &Step, t: f64, limit: f64) -> Gap {
-        let q = step.joints(t);
-        let (b_from_a, machine_from_b) = self.b_from_a(i, &q);
-        self.queries += 1;
-        let found = gap(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a, limit);
-        let (distance, point) = match found {
-            Gap::Beyond => return found,
-            Gap::Meeting(p) => (0.0, p),
-            Gap::At(d, p, q) => (d, nalgebra::center(&p, &q)),
-        };
-        if self.nearest.as_ref().is_none_or(|n| distance < n.distance) {
-            let info = &self.infos[self.pairs[i].info];
-            self.nearest = Some(Nearest {
-                distance,
-                pair: self.pairs[i].info,
-                bodies: info.bodies.clone(),
-                time: step.time(t),
-                point_in_table: self.in_table(&q, &machine_from_b.point(&point)),
-            });
-        }
-        found
-    }
-
-    fn in_table(&self, q: &JointValues, p_in_machine: &Point) -> Point {
-        self.machine.machine_from_table(q).inverse().point(p_in_machine)
-    }
-
-    fn inside_at(&self, i: usize, step: &Step, t: f64) -> Option<Point> {
-        let (b_from_a, _) = self.b_from_a(i, &step.joints(t));
-        inside(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a)
-    }
-
-    fn penetration_at(&self, i: usize, step: &Step, t: f64) -> f64 {
-        let (b_from_a, _) = self.b_from_a(i, &step.joints(t));
-        penetration(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a)
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "the facts of one breach, used in this file only")]
-    fn open(&mut self, i: usize, severity: Severity, step: &Step, t: f64, distance: f64, point: &Point, inside: bool) {
-        let q = step.joints(t);
-        let (_, machine_from_b) = self.b_from_a(i, &q);
-        let point_in_table = self.in_table(&q, &machine_from_b.point(point));
-        self.push(i, severity, step.time(t), q, distance, point_in_table, inside);
-        if severity != Severity::NearMiss {
-            self.note_contact(i, step.time(t), point_in_table);
-        }
-    }
-
-    fn note_contact(&mut self, i: usize, time: f64, point_in_table: Point) {
-        self.lower_bound = 0.0;
-        if self.nearest.as_ref().is_none_or(|n| n.distance > 0.0) {
-            let pair = self.pairs[i].info;
-            let bodies = self.infos[pair].bodies.clone();
-            self.nearest = Some(Nearest { distance: 0.0, pair, bodies, time, point_in_table });
-        }
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "the facts of one breach, used in this file only")]
-    fn push(
-        &mut self,
-        i: usize,
-        severity: Severity,
-        time: f64,
-        joints: JointValues,
-        distance: f64,
-        point_in_table: Point,
-        inside: bool,
-    ) {
-        let index = self.breaches.len();
-        let pair = self.pairs[i].info;
-        self.breaches.push(Breach {
-            pair,
-            bodies: self.infos[pair].bodies.clone(),
-            kinds: self.infos[pair].kinds,
-            severity,
-            time,
-            joints,
-            distance,
-            least_distance: distance,
-            penetration_estimate: None,
-            inside,
-            point_in_table,
-            end_time: None,
-        });
-        if let Some(b) = self.pairs[i].near.and_then(|k| self.breaches.get_mut(k)) {
-            b.least_distance = b.least_distance.min(distance);
-        }
-        let p = &mut self.pairs[i];
-        if severity == Severity::NearMiss {
-            (p.near, p.state) = (Some(index), State::Near);
-        } else {
-            (p.contact, p.state) = (Some(index), State::Contact);
-        }
-    }
-
     /// Joints that are not numbers: no pair is proved clear.
     fn fail_all(&mut self, time: f64) {
         let joints = self.last.unwrap_or_default();
@@ -613,10 +320,4 @@ impl Interference {
     pub fn part_names(&self) -> impl Iterator<Item = &Arc<str>> {
         self.parts.iter().map(|p| &p.name)
     }
-}
-
-/// Distance of a pair that is proved for now.
-fn lower(p: &Pair, path: &[f64; MAX_JOINTS]) -> f64 {
-    let moved: f64 = (0..MAX_JOINTS).map(|j| p.weights[j] * (path[j] - p.at[j])).sum();
-    p.kept - moved
 }

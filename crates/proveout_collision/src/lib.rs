@@ -40,6 +40,7 @@
 //! a lower estimate from vertices and points on the generating curves. A pair that collides is looked at again each half
 //! millimeter of motion; a separation and new contact in between counts as one breach.
 
+mod advance;
 mod distance;
 mod interference;
 mod parts;

@@ -1,11 +1,14 @@
 //! Executes canonical commands: state of the control, runs between stops, standstill.
 
+mod actions;
+mod check;
+
 use std::sync::Arc;
 
-use proveout_machine::{JointValues, MAX_JOINTS, Machine, RapidMode};
+use proveout_machine::{JointValues, Machine, RapidMode};
 use proveout_nc::{
-    AXIS_LETTERS, ArcMotion, Command, Dwell, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode,
-    Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
+    AXIS_LETTERS, ArcMotion, Command, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode, Spindle,
+    SpindleDirection, Tcp, ToolAction,
 };
 use proveout_tool::Tool;
 
@@ -15,7 +18,7 @@ use crate::{
     limits::JointLimits,
     mapping::{Kinematics, Mapping},
     motion::{BlockPath, Context, Position},
-    output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind},
+    output::{BlockKind, BlockRecord, Chunk, Event, MoveKind},
     path::{Frame, Path, PathBlock, Tolerance},
     profile::Law,
     rig::Rig,
@@ -51,6 +54,8 @@ struct State {
     path_mode: PathMode,
     feed: Option<Feed>,
     spindle: Spindle,
+    /// When the spindle is at its speed, or at rest, s.
+    spindle_ready: f64,
 }
 
 /// The control: takes canonical commands and gives the motion of the machine in chunks.
@@ -91,9 +96,9 @@ where
         tools: &'m [Tool],
         settings: Settings,
     ) -> Result<Self, Box<ControlError>> {
-        check_settings(&settings)?;
-        check_limits(machine)?;
-        check_cycle(machine)?;
+        check::check_settings(&settings)?;
+        check::check_limits(machine)?;
+        check::check_cycle(machine)?;
         let cycle = settings.sample_time.unwrap_or(machine.control.cycle_time);
         let home = machine.home();
         let mapping = Mapping { tcp_length: None, tool_length: 0.0 };
@@ -109,6 +114,7 @@ where
                 path_mode: PathMode::Continuous { tolerance: None, orientation_tolerance: None },
                 feed: None,
                 spindle: Spindle { direction: SpindleDirection::Off, speed_rpm: None },
+                spindle_ready: 0.0,
             },
             settings,
             path: Path::default(),
@@ -174,7 +180,7 @@ where
             Op::Arc(arc) => self.arc(arc, location)?,
             Op::Dwell(dwell) => self.dwell(*dwell, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
-            Op::Spindle(spindle) => self.spindle(*spindle, location),
+            Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(_)) | Op::Plane(_) | Op::Frame(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
             Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
@@ -256,6 +262,9 @@ where
             return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
         }
         let (feed, feed_programmed) = self.feed(kind, &path, location)?;
+        if kind == MoveKind::Feed {
+            self.await_spindle(location);
+        }
         let index = self.next_block;
         self.next_block += 1;
         for letter in 0..AXIS_LETTERS.len() {
@@ -434,20 +443,6 @@ where
         self.ready = true;
     }
 
-    /// A standstill of some time with its block record.
-    fn action(&mut self, location: &Location, kind: BlockKind, duration: f64) -> u32 {
-        self.stop_run();
-        let index = self.next_block;
-        self.next_block += 1;
-        let scope = scope(&self.device, &self.settings, self.mapping);
-        let start = self.out.clock;
-        self.out.stand(&scope, &self.state.position.q, index, duration);
-        self.record(index, &location.file, location.line, kind, start);
-        self.out.meter.bound_s += duration;
-        self.ready = true;
-        index
-    }
-
     fn record(&mut self, index: u32, file: &Arc<str>, line: u32, kind: BlockKind, start_time: f64) {
         self.out.meter.summary.blocks += 1;
         self.out.chunk.blocks.push(BlockRecord {
@@ -461,238 +456,9 @@ where
             kind,
         });
     }
-
-    fn dwell(&mut self, dwell: Dwell, location: &Location) -> Result<(), Box<ControlError>> {
-        let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
-        let duration = match dwell {
-            Dwell::Seconds(s) => s,
-            Dwell::Revolutions(n) if rpm > 0.0 && self.state.spindle.direction != SpindleDirection::Off => {
-                n * 60.0 / rpm
-            }
-            Dwell::Revolutions(n) => {
-                let message = format!("a dwell of {n} revolutions, but the spindle does not turn");
-                let help = "start the spindle before or program the dwell in seconds";
-                return Err(Box::new(ControlError::at(location, "control-dwell", message, help)));
-            }
-        };
-        if !(duration >= 0.0 && duration.is_finite()) {
-            let message = format!("a dwell of {duration} s");
-            let help = "program a time of zero or more";
-            return Err(Box::new(ControlError::at(location, "control-dwell", message, help)));
-        }
-        self.stop_run();
-        let time = self.out.clock;
-        self.out.meter.summary.dwell_s += duration;
-        let block = self.action(location, BlockKind::Dwell, duration);
-        self.out.chunk.events.push(Event::Dwell { time, block, duration });
-        Ok(())
-    }
-
-    fn spindle(&mut self, spindle: Spindle, location: &Location) {
-        let before = self.state.spindle;
-        let speed_rpm = spindle.speed_rpm.or(before.speed_rpm);
-        self.state.spindle = Spindle { speed_rpm, ..spindle };
-        let turning = spindle.direction != SpindleDirection::Off;
-        let speed = if turning { speed_rpm.unwrap_or(0.0) } else { 0.0 };
-        let starts = spindle.direction != before.direction;
-        let wait = self.device.machine.control.spindle_start_time;
-        let waits = starts && self.settings.spindle_waits && wait > 0.0;
-        let event = |time, block| Event::Spindle { time, block, direction: spindle.direction, speed_rpm: speed };
-        let block = if waits {
-            self.out.meter.summary.dwell_s += wait;
-            let block = self.action(location, BlockKind::Action, wait);
-            self.out.chunk.events.push(event(self.out.clock, block));
-            block
-        } else {
-            self.announce(event(0.0, self.next_block));
-            self.next_block
-        };
-        let tool = self.state.tool.and_then(|i| self.tools[i].max_speed_rpm);
-        for limit in [self.device.machine.spindle.max_speed_rpm, tool].into_iter().flatten() {
-            if speed > limit {
-                let kind = LimitKind::SpindleSpeed;
-                self.announce(Event::Limit { time: 0.0, block, joint: None, value: speed, limit, kind });
-            }
-        }
-    }
-
-    /// What the base coordinates X, Y, Z mean has changed: what the program said about them is void.
-    fn forget_linear(&mut self) {
-        self.state.position.base[..3].fill(None);
-    }
-
-    fn set_edge(&mut self, on: bool) {
-        if on != self.state.edge_on {
-            self.state.edge_on = on;
-            self.forget_linear();
-        }
-    }
-
-    fn switch_tcp(&mut self, tcp: Tcp, location: &Location) -> Result<(), Box<ControlError>> {
-        if tcp.on && self.device.rig.is_none() {
-            let message = format!(
-                "tool center point control on machine {}, which has not exactly three free, independent linear joints",
-                self.device.machine.name
-            );
-            let help = "switch it off in the program, or hold the surplus linear joints in the machine description";
-            return Err(Box::new(ControlError::at(location, "control-tcp", message, help)));
-        }
-        if tcp.on != self.state.tcp.on {
-            self.stop_run();
-            self.forget_linear();
-        }
-        self.state.tcp = tcp;
-        Ok(())
-    }
-
-    fn tool_change(&mut self, name: &ToolName, location: &Location) -> Result<(), Box<ControlError>> {
-        let tool = match name {
-            ToolName::Empty => None,
-            ToolName::Number(n) => Some(self.tools.iter().position(|t| t.number == *n)),
-            ToolName::Name(n) => Some(self.tools.iter().position(|t| t.name == *n)),
-        };
-        if tool == Some(None) {
-            let shown = match name {
-                ToolName::Empty => "T0".to_owned(),
-                ToolName::Number(n) => format!("T{n}"),
-                ToolName::Name(n) => format!("\"{n}\""),
-            };
-            let message = format!("tool {shown} is not in the tool library ({} tools)", self.tools.len());
-            let help = "add the tool to the library or correct its name in the program";
-            return Err(Box::new(ControlError::at(location, "control-tool", message, help)));
-        }
-        self.stop_run();
-        self.visit_change_position(location);
-        let duration = self.device.machine.control.tool_change_time.max(0.0);
-        self.out.meter.summary.tool_change_s += duration;
-        let block = self.action(location, BlockKind::ToolChange, duration);
-        self.state.tool = tool.flatten();
-        self.mapping.tool_length = self.tool_length();
-        self.state.edge_on |= self.settings.length_active_after_change;
-        self.forget_linear();
-        self.out.chunk.events.push(Event::ToolChange { time: self.out.clock, block, tool: self.state.tool });
-        Ok(())
-    }
-
-    /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
-    /// the others together.
-    fn visit_change_position(&mut self, location: &Location) {
-        let machine = self.device.machine;
-        let position = machine.control.tool_change_position;
-        let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());
-        let along =
-            |i: usize| machine.joints.get(i).is_some_and(|j| !j.is_rotary() && j.direction.dot(&spindle).abs() > 0.9);
-        for lift in [true, false] {
-            let from = self.state.position.q;
-            let mut to = from;
-            for i in (0..machine.joints.len().min(MAX_JOINTS)).filter(|&i| along(i) == lift) {
-                if let Some(value) = position[i] {
-                    to[i] = value;
-                }
-            }
-            if (to - from).max_abs() <= 1e-9 {
-                continue;
-            }
-            self.mapping = Mapping { tcp_length: None, tool_length: self.tool_length() };
-            let context = Context {
-                machine,
-                rig: None,
-                mapping: self.mapping,
-                active_length: 0.0,
-                orientation: OrientationInterpolation::Axes,
-                location,
-            };
-            let path = context.between(from, to);
-            let index = self.next_block;
-            self.next_block += 1;
-            self.state.position.q = to;
-            let block = PathBlock {
-                index,
-                shape: path.shape,
-                length: path.length,
-                s0: 0.0,
-                kind: MoveKind::Handling,
-                feed: f64::INFINITY,
-                feed_programmed: 0.0,
-                corner: None,
-                tip_moves: path.tip_moves,
-                file: location.file.clone(),
-                line: location.line,
-            };
-            self.push_block(block, from);
-            self.stop_run();
-        }
-    }
-
-    /// The sample after the end: the machine stands.
-    fn last_sample(&mut self) {
-        let time = (self.out.clock / self.out.cycle).ceil() * self.out.cycle;
-        let scope = scope(&self.device, &self.settings, self.mapping);
-        let block = self.next_block.saturating_sub(1);
-        self.out.still_sample(&scope, &self.state.position.q, block, time);
-    }
 }
 
 fn scope<'a>(device: &'a Device<'_>, settings: &'a Settings, mapping: Mapping) -> Scope<'a> {
     let frame = device.frame(mapping);
     Scope { machine: device.machine, settings, kinematics: frame.kinematics }
-}
-
-fn check_settings(settings: &Settings) -> Result<(), Box<ControlError>> {
-    let named = [
-        ("default_tolerance", settings.default_tolerance.unwrap_or(1.0), true),
-        ("default_orientation_tolerance", settings.default_orientation_tolerance.unwrap_or(1.0), true),
-        ("piece_tolerance", settings.piece_tolerance, false),
-        ("piece_length", settings.piece_length, false),
-        ("piece_angle", settings.piece_angle, false),
-        ("sample_time", settings.sample_time.unwrap_or(1.0), false),
-    ];
-    for (name, value, zero_allowed) in named {
-        if !(value.is_finite() && (value > 0.0 || zero_allowed && value == 0.0)) {
-            return Err(Box::new(ControlError {
-                code: "control-settings",
-                message: format!("the setting {name} is {value}"),
-                location: None,
-                help: Some("give a number above zero".to_owned()),
-            }));
-        }
-    }
-    Ok(())
-}
-
-fn check_cycle(machine: &Machine) -> Result<(), Box<ControlError>> {
-    let cycle = machine.control.cycle_time;
-    if cycle > 0.0 && cycle.is_finite() {
-        return Ok(());
-    }
-    Err(Box::new(ControlError {
-        code: "control-limits",
-        message: format!("the control cycle of machine {} is {cycle} s", machine.name),
-        location: None,
-        help: Some("give a cycle above zero".to_owned()),
-    }))
-}
-
-fn check_limits(machine: &Machine) -> Result<(), Box<ControlError>> {
-    for joint in &machine.joints {
-        let named = [
-            ("max_velocity", joint.max_velocity),
-            ("max_acceleration", joint.max_acceleration),
-            ("max_jerk", joint.max_jerk),
-            ("rapid_velocity", joint.rapid_velocity),
-        ];
-        for (name, value) in named {
-            if value.is_some_and(|v| v.is_nan() || v <= 0.0) {
-                return Err(Box::new(ControlError {
-                    code: "control-limits",
-                    message: format!("joint {} has {name} = {:?}", joint.name, value.unwrap_or(f64::NAN)),
-                    location: None,
-                    help: Some(
-                        "give a number above zero, or leave the key out where the limit is not known".to_owned(),
-                    ),
-                }));
-            }
-        }
-    }
-    Ok(())
 }

@@ -145,3 +145,93 @@ impl Rig {
         task
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// A machine of three linear joints and two rotary ones in the given places.
+    fn machine(rotary: [(&str, &str, &str); 2], linear_parent: &str, spindle_on: &str, table_on: &str) -> Machine {
+        let mut text = String::from("name = \"rig\"\ndescription = \"test\"\n");
+        let lines = [("X", "[1, 0, 0]", linear_parent), ("Y", "[0, 1, 0]", "X"), ("Z", "[0, 0, 1]", "Y")];
+        for (name, direction, parent) in lines {
+            text += &format!(
+                "[[joint]]\nname = \"{name}\"\nkind = \"linear\"\ncarries = \"tool\"\nparent = \"{parent}\"\n\
+                 direction = {direction}\n"
+            );
+        }
+        for (name, carries, parent) in rotary {
+            let direction = if name == "C" { "[0, 0, 1]" } else { "[0, 1, 0]" };
+            text += &format!(
+                "[[joint]]\nname = \"{name}\"\nkind = \"rotary\"\ncarries = \"{carries}\"\nparent = \"{parent}\"\n\
+                 direction = {direction}\npoint_mm = [3, -4, 25]\nsense = -1\nendless = true\n"
+            );
+        }
+        text += &format!(
+            "[spindle]\non = \"{spindle_on}\"\norigin_mm = [0, 0, 40]\ndirection = [0, 0, 1]\nstart_time_s = 0\n\
+             [table]\non = \"{table_on}\"\npoint_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n\
+             [control]\ncycle_time_ms = 2\nblock_time_ms = 0\ntool_change_time_s = 0\nrapid_mode = \"straight\"\n\
+             default_tolerance_mm = 0.01\n"
+        );
+        match Machine::from_text(Path::new("rig.toml"), &text) {
+            Ok(m) => m,
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    #[test]
+    fn derivatives_match_differences_of_the_inverse_kinematics() {
+        let machines = [
+            machine([("B", "workpiece", "base"), ("C", "workpiece", "B")], "base", "Z", "C"),
+            machine([("C", "tool", "Z"), ("B", "tool", "C")], "base", "B", "base"),
+            machine([("C", "workpiece", "base"), ("B", "tool", "Z")], "base", "B", "C"),
+        ];
+        let length = 130.0;
+        for m in &machines {
+            let rig = Rig::new(m).expect("three linear joints");
+            let (b, c) = (m.joint("B").expect("B"), m.joint("C").expect("C"));
+            // A cubic in every task coordinate.
+            let coefficients = |k: usize| -> [f64; 4] {
+                let k = k as f64;
+                [10.0 - 7.0 * k, 3.0 + k, 1.5 - 0.4 * k, 0.2 * k - 0.5]
+            };
+            let task = |s: f64| {
+                let mut t = JointJet::constant(JointValues::ZERO);
+                let mut put = |joint: usize, c: [f64; 4]| {
+                    // Taylor coefficients of the cubic about s.
+                    t.0[0][joint] = c[0] + s * (c[1] + s * (c[2] + s * c[3]));
+                    t.0[1][joint] = c[1] + s * (2.0 * c[2] + s * 3.0 * c[3]);
+                    t.0[2][joint] = c[2] + 3.0 * s * c[3];
+                    t.0[3][joint] = c[3];
+                };
+                for (k, slot) in rig.slots.into_iter().enumerate() {
+                    put(slot, coefficients(k));
+                }
+                put(b, [0.4, 0.3, -0.2, 0.1]);
+                put(c, [-0.7, 0.5, 0.1, -0.3]);
+                t
+            };
+            let position = |s: f64| {
+                let t = task(s).0[0];
+                let tip = Point::new(t[rig.slots[0]], t[rig.slots[1]], t[rig.slots[2]]);
+                m.inverse_with_rotary(&tip, &t, length)
+            };
+            let q = rig.joints(&task(0.3), length).expect("regular");
+            assert!((q.0[0] - position(0.3)).max_abs() < 1e-11);
+            let back = rig.task(m, &q.0[0], length);
+            assert!((back - task(0.3).0[0]).max_abs() < 1e-11);
+            // Differences of fourth order accuracy for the first, of second order for the others: errors of h^4 and h^2
+            // times higher derivatives of about 1000, and rounding 1e-13 over the power of h.
+            let h = 2e-3;
+            let at = |k: i32| position(0.3 + f64::from(k) * h);
+            let first = ((at(1) - at(-1)) * 8.0 - (at(2) - at(-2))) * (1.0 / (12.0 * h));
+            let second = (at(1) + at(-1) - at(0) * 2.0) * (1.0 / (h * h));
+            let third = (at(2) - at(-2) - (at(1) - at(-1)) * 2.0) * (1.0 / (2.0 * h * h * h));
+            assert!((q.first() - first).max_abs() < 1e-7, "{:?} {first:?}", q.first());
+            assert!((q.second() - second).max_abs() < 1e-2, "{:?} {second:?}", q.second());
+            assert!((q.third() - third).max_abs() < 1e-1, "{:?} {third:?}", q.third());
+        }
+    }
+}

@@ -26,7 +26,8 @@ pub struct Settings {
     pub piece_angle: f64,
     /// Control cycle, s; none: that of the machine.
     pub sample_time: Option<f64>,
-    /// Axis motion waits for the spindle to reach its speed (time from the machine).
+    /// Motion in feed waits until the spindle has reached its speed, and a tool change until it stands (time from the
+    /// machine); rapid motion goes on meanwhile.
     pub spindle_waits: bool,
     /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not on controls
     /// that want G43).

@@ -165,17 +165,27 @@ impl Quintic {
     pub(crate) fn jet(&self, u: f64) -> JointJet {
         let h = self.u1 - self.u0;
         let t = (u - self.u0) / h;
-        let mut level = self.control;
+        let r = 1.0 - t;
+        // The triangle of de Casteljau; its last columns give value and derivatives (Farin 2002, section 5.3).
         let mut out = JointJet::constant(JointValues::ZERO);
-        // Differences of the control points give the derivatives (Farin 2002, section 5.3).
-        let mut factor = 1.0;
-        for k in 0..4 {
-            let n = 5 - k;
-            out.0[k] = casteljau(&level[..=n], t) * factor;
-            for i in 0..n {
-                level[i] = level[i + 1] - level[i];
-            }
-            factor *= n as f64 / (h * (k + 1) as f64);
+        let scale = [1.0, 5.0 / h, 10.0 / (h * h), 10.0 / (h * h * h)];
+        for i in 0..MAX_JOINTS {
+            let mut p: [f64; 6] = std::array::from_fn(|k| self.control[k][i]);
+            let mut step = |n: usize| {
+                for k in 0..n {
+                    p[k] = p[k] * r + p[k + 1] * t;
+                }
+                p
+            };
+            step(5);
+            let cubic = step(4); // four points left: third differences
+            let quadratic = step(3); // three points left: second differences
+            let linear = step(2);
+            let point = step(1);
+            out.0[0][i] = point[0];
+            out.0[1][i] = (linear[1] - linear[0]) * scale[1];
+            out.0[2][i] = (quadratic[2] - 2.0 * quadratic[1] + quadratic[0]) * scale[2];
+            out.0[3][i] = (cubic[3] - 3.0 * cubic[2] + 3.0 * cubic[1] - cubic[0]) * scale[3];
         }
         out
     }
@@ -221,26 +231,6 @@ impl Quintic {
         let mid = 0.5 * (self.u0 + self.u1);
         [Self { u0: self.u0, u1: mid, control: left }, Self { u0: mid, u1: self.u1, control: right }]
     }
-}
-
-fn casteljau(points: &[JointValues], t: f64) -> JointValues {
-    let n = points.len() - 1;
-    let mut sum = [0.0; MAX_JOINTS];
-    // Bernstein weights by their recurrence; degree at most five.
-    let mut weights = [0.0; 6];
-    weights[0] = 1.0;
-    for k in 1..=n {
-        for i in (1..=k).rev() {
-            weights[i] = weights[i] * (1.0 - t) + weights[i - 1] * t;
-        }
-        weights[0] *= 1.0 - t;
-    }
-    for (w, p) in weights.iter().zip(points) {
-        for (s, v) in sum.iter_mut().zip(p.0) {
-            *s += w * v;
-        }
-    }
-    JointValues(sum)
 }
 
 #[cfg(test)]

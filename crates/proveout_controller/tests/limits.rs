@@ -1,14 +1,23 @@
 //! Random programs: what the samples themselves say about limits, path and time.
 
+#![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
+
 mod common;
 
 use common::{Program, Random, Run, bc_machine, limit_use, run_with, tool};
 use proveout_controller::{Dynamics, Settings};
+use proveout_geom::Point;
 use proveout_machine::Machine;
 
 /// Number of random programs of each kind; `PROVEOUT_RANDOM_PATHS` raises it.
 fn count() -> u64 {
-    std::env::var("PROVEOUT_RANDOM_PATHS").ok().and_then(|v| v.parse().ok()).unwrap_or(60)
+    std::env::var("PROVEOUT_RANDOM_PATHS").ok().and_then(|v| v.parse().ok()).unwrap_or(100)
+}
+
+fn distance_to_segment(p: &Point, a: &Point, b: &Point) -> f64 {
+    let d = b - a;
+    let t = ((p - a).dot(&d) / d.norm_squared()).clamp(0.0, 1.0);
+    (p - (a + d * t)).norm()
 }
 
 fn check_limits(name: &str, out: &Run, machine: &Machine) {
@@ -47,9 +56,16 @@ fn polyline(seed: u64) -> Program {
 }
 
 fn five_axis(seed: u64) -> Program {
+    five_axis_with_points(seed).0
+}
+
+/// The program, its tolerance, and the tips of its blocks with tool center point control.
+fn five_axis_with_points(seed: u64) -> (Program, f64, Vec<Point>) {
     let mut r = Random::new(seed ^ 0xA5A5);
     let mut p = Program::default().change(1).g0(&[('Z', 350.0)]).g0(&[('B', 0.3), ('C', 0.2)]).tcp(true);
-    p = p.continuous(10_f64.powf(r.range(-2.5, -1.0)));
+    let tolerance = 10_f64.powf(r.range(-2.5, -1.0));
+    p = p.continuous(tolerance);
+    let mut points = Vec::new();
     let step = 10_f64.powf(r.range(-1.0, 1.3));
     let turn = 10_f64.powf(r.range(-3.0, -0.7));
     let (mut x, mut y, mut z, mut b, mut c): (f64, f64, f64, f64, f64) = (0.0, 0.0, 150.0, 0.3, 0.2);
@@ -63,8 +79,9 @@ fn five_axis(seed: u64) -> Program {
         b = (b + r.range(-turn, turn)).clamp(-1.2, 1.2);
         c += r.range(-turn, turn) * 2.0;
         p = p.g1(&[('X', x), ('Y', y), ('Z', z), ('B', b), ('C', c)]);
+        points.push(Point::new(x, y, z));
     }
-    p
+    (p, tolerance, points)
 }
 
 #[test]
@@ -80,8 +97,16 @@ fn polylines_keep_limits_and_tolerance() {
 fn five_axis_paths_keep_limits() {
     let machine = bc_machine();
     for seed in 0..count() {
-        let out = run_with(&five_axis(seed), &machine, &[tool(1, 120.0)], &Settings::default());
+        let (program, tolerance, points) = five_axis_with_points(seed);
+        let out = run_with(&program, &machine, &[tool(1, 120.0)], &Settings::default());
         check_limits(&format!("five axes {seed}"), &out, &machine);
+        // The first block comes from a place that the program does not name; the second begins at points[0].
+        let first = out.all.blocks.len() - points.len();
+        for s in out.all.samples.iter().filter(|s| s.block as usize > first) {
+            let near = points.windows(2).map(|w| distance_to_segment(&s.pose.tip, &w[0], &w[1]));
+            let d = near.fold(f64::INFINITY, f64::min);
+            assert!(d <= tolerance + 1e-9, "five axes {seed}: tip {d} off at {} s, tolerance {tolerance}", s.time);
+        }
     }
 }
 
@@ -96,4 +121,30 @@ fn dynamics_do_not_change_the_time() {
     assert_eq!(planned.all.blocks, ideal.all.blocks);
     assert_eq!(ideal.summary.max_contour_error_mm, 0.0);
     assert!(planned.summary.max_contour_error_mm > 0.0);
+}
+
+/// Total time over the bound, summed over random programs.
+fn over_bound(make: fn(u64) -> Program, machine: &Machine) -> f64 {
+    let (mut total, mut bound) = (0.0, 0.0);
+    for seed in 0..20 {
+        let s = run_with(&make(seed), machine, &[tool(1, 120.0)], &Settings::default()).summary;
+        total += s.total_s - s.tool_change_s;
+        bound += s.lower_bound_s.expect("a bound") - s.tool_change_s;
+    }
+    total / bound
+}
+
+#[test]
+fn time_is_near_the_bound() {
+    let machine = bc_machine();
+    let mut quick = bc_machine();
+    for joint in &mut quick.joints {
+        joint.max_jerk = joint.max_jerk.map(|j| j * 1000.0);
+    }
+    // With jerk limits as good as none the bound is the optimum under velocity and acceleration limits.
+    let free = [over_bound(polyline, &quick), over_bound(five_axis, &quick)];
+    // With the real ones the bound lies below the optimum by what jerk costs.
+    let real = [over_bound(polyline, &machine), over_bound(five_axis, &machine)];
+    println!("time over bound: jerk free {free:?}, jerk limited {real:?}");
+    assert!(free.iter().all(|r| *r < 1.15), "{free:?}");
 }

@@ -134,7 +134,9 @@ fn everything_is_in_the_order_of_time_and_adds_up() {
     let out = run(&program, &machine);
     let s = &out.summary;
     assert_eq!(s.tool_change_s, 12.0);
-    assert_eq!(s.dwell_s, 0.5 + 2.0 * 1.5);
+    // The first feed waits for what the rapid motion has left of 1.5 s; the second change waits for the spindle to stop.
+    let rapid = out.all.blocks.iter().find(|b| b.kind == BlockKind::Move(MoveKind::Rapid)).expect("the rapid motion");
+    assert!((s.dwell_s - 0.5 - (1.5 - (rapid.end_time - rapid.start_time)) - 1.5).abs() < 1e-9);
     assert!((s.total_s - s.tool_change_s - s.dwell_s - s.cutting_s - s.rapid_s).abs() < 1e-9);
     assert_eq!(s.end_position[0], 0.0); // nothing behind M30
     let indices: Vec<u32> = out.all.blocks.iter().map(|b| b.index).collect();
@@ -150,8 +152,7 @@ fn everything_is_in_the_order_of_time_and_adds_up() {
         found.expect("the message").time()
     };
     assert_eq!(message("start"), 0.0);
-    let cut = out.all.blocks.iter().find(|b| b.kind == BlockKind::Move(MoveKind::Feed)).expect("the cut");
-    assert_eq!(message("cut"), cut.start_time);
+    assert_eq!(message("cut"), rapid.end_time); // before the wait for the spindle
     assert!(out.all.events.iter().any(|e| matches!(e, Event::Limit { joint: None, value, .. } if *value == 15_000.0)));
     assert!(out.all.events.iter().any(|e| matches!(e, Event::ToolChange { tool: None, .. })));
     assert!(matches!(out.all.events.last(), Some(Event::End { .. })));

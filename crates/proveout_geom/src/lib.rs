@@ -1,6 +1,6 @@
 //! Vocabulary types of the twin: angles, rigid poses, boxes, triangle meshes and their files.
 //!
-//! Data in and out is in millimetre and radian. A pose named `a_from_b` maps coordinates of frame b to
+//! Data in and out is in millimeter and radian. A pose named `a_from_b` maps coordinates of frame b to
 //! coordinates of frame a; a point named `p_in_a` has coordinates of frame a.
 //!
 //! * [`Pose`] – rigid transform whose right angles are exact.
@@ -25,7 +25,7 @@ pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
 pub use tool_pose::ToolPose;
 
-/// Point in millimetre.
+/// Point in millimeter.
 pub type Point = nalgebra::Point3<f64>;
-/// Free vector in millimetre, or a direction of length one where the name says so.
+/// Free vector in millimeter, or a direction of length one where the name says so.
 pub type Vector = nalgebra::Vector3<f64>;

@@ -36,8 +36,8 @@ pub enum MeshFileError {
     },
 }
 
-/// Reads a triangle mesh by the ending of its file: STL (both forms) and OBJ in millimetre as they stand; glTF is in
-/// metre with Y up and becomes millimetre with Z up, node poses applied. Equal vertices are joined.
+/// Reads a triangle mesh by the ending of its file: STL (both forms) and OBJ in millimeter as they stand; glTF is in
+/// meter with Y up and becomes millimeter with Z up, node poses applied. Equal vertices are joined.
 ///
 /// # Errors
 /// [`MeshFileError`] with the path; the mesh itself is not checked, see [`TriMesh::check_solid`].
@@ -88,7 +88,7 @@ fn read_gltf(path: &Path) -> Result<TriMesh, MeshFileError> {
     let blob = file.blob.as_deref();
     let scene = file.default_scene().or_else(|| file.scenes().next());
     let scene = scene.ok_or_else(|| content(path, "the file has no scene"))?;
-    // Metre, Y up, to millimetre, Z up: x = 1000 x, y = -1000 z, z = 1000 y.
+    // Meter, Y up, to millimeter, Z up: x = 1000 x, y = -1000 z, z = 1000 y.
     let mm_from_gltf = Matrix4::new(
         1e3, 0.0, 0.0, 0.0, //
         0.0, 0.0, -1e3, 0.0, //

@@ -1,6 +1,6 @@
 //! Machine models: one glTF binary file, whose named nodes become bodies.
 //!
-//! glTF is in metre with Y up; the machine is in millimetre with Z up: x = 1000 x, y = -1000 z, z = 1000 y. Node poses
+//! glTF is in meter with Y up; the machine is in millimeter with Z up: x = 1000 x, y = -1000 z, z = 1000 y. Node poses
 //! are applied, so that every mesh stands in machine coordinates with all joints at zero.
 
 use std::{fs::File, io::BufReader, path::Path};

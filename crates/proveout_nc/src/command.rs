@@ -152,7 +152,8 @@ pub struct ArcMotion {
     pub normal: [f64; 3],
     /// The same normal in base coordinates.
     pub normal_base: [f64; 3],
-    /// Radius at the start, mm.
+    /// Radius at the start in base coordinates, mm. The radius at the end is the same but for arcs of more than half a turn
+    /// between close points, where rounding of the program leaves a difference within the tolerance of the reader.
     pub radius: f64,
     /// Angle run through, radian, above zero; over two pi for several turns.
     pub sweep: f64,
@@ -238,7 +239,8 @@ pub enum Offset {
 pub struct FrameChange {
     /// The word that changed it.
     pub word: String,
-    /// Rotation, row by row (3 x 3, orthonormal; a mirror has determinant -1).
+    /// Rotation, row by row (3 x 3, orthonormal; a mirror has determinant -1). Under SCALE the columns have the lengths of
+    /// the factors.
     pub rotation: [[f64; 3]; 3],
     /// Translation, mm.
     pub translation: [f64; 3],

@@ -1,26 +1,4 @@
 //! Canonical commands as JSON lines.
-//!
-//! One object a line: `file`, `line`, `column`, `depth`, `op` and what belongs to the op. Lengths in mm, angles in degrees,
-//! whatever the unit of the program; numbers are rounded to 1e-9, which is far below what any control resolves.
-//!
-//! | op | keys |
-//! |---|---|
-//! | `rapid` `linear` `arc` | `end`, `end_base`: `{"X": mm, .., "A": degrees, .., "axis": [i, j, k]}`; `machine_coordinates`, `exact_stop` where true; in feed `feed_mm_min`, `feed_mm_rev` or `inverse_time_min` (the F of G93, 1/min) |
-//! | `arc` | also `plane` (`XY`, `ZX`, `YZ`, null for a circle in space), `center`, `normal`, `center_base`, `normal_base`, `turns` (sweep over a full turn), `radius` |
-//! | `dwell` | `seconds` or `revolutions` |
-//! | `feed_mode` | `mode`: `mm_min`, `mm_rev`, `inverse_time`; written when the mode changes |
-//! | `feed` | the feed as in motions |
-//! | `spindle` | `direction`: `off`, `cw`, `ccw`; `speed_rpm` |
-//! | `tool` | `action`: `select`, `change`; `number`, `name`, or neither for an empty spindle |
-//! | `plane` | `plane` |
-//! | `offset` | `edge`, or `word` of the work offset |
-//! | `frame` | `word`, `rotation` (3 rows), `translation`, `rotary_deg` of A, B, C |
-//! | `tcp` | `on`, `interpolation`: `axes`, `great_circle` |
-//! | `path_mode` | `mode`: `exact_stop`, `continuous`; `tolerance_mm`, `orientation_tolerance_deg` |
-//! | `coolant` | `flood`, `mist` |
-//! | `message` `note` | `text` |
-//! | `stop` | `optional` |
-//! | `end` | |
 
 use std::f64::consts::TAU;
 use std::io;
@@ -43,7 +21,29 @@ fn point(p: [f64; 3]) -> Value {
     json!(p.map(rounded))
 }
 
-/// Writes commands as JSON and knows the feed that is in force.
+/// Writes commands as JSON lines and knows the feed that is in force.
+///
+/// One object a line: `file`, `line`, `column`, `depth`, `op` and what belongs to the op. Lengths in mm, angles in degrees,
+/// whatever the unit of the program; numbers are rounded to 1e-9, which is far below what any control resolves.
+///
+/// | op | keys |
+/// |---|---|
+/// | `rapid` `linear` `arc` | `end`, `end_base`: `{"X": mm, .., "A": degrees, .., "axis": [i, j, k]}`; `machine_coordinates`, `exact_stop` where true; in feed `feed_mm_min`, `feed_mm_rev` or `inverse_time_min` (the F of G93, 1/min) |
+/// | `arc` | also `plane` (`XY`, `ZX`, `YZ`, null for a circle in space), `center`, `normal`, `center_base`, `normal_base`, `turns` (sweep over a full turn), `radius` |
+/// | `dwell` | `seconds` or `revolutions` |
+/// | `feed_mode` | `mode`: `mm_min`, `mm_rev`, `inverse_time`; written when the mode changes |
+/// | `feed` | the feed as in motions |
+/// | `spindle` | `direction`: `off`, `cw`, `ccw`; `speed_rpm` |
+/// | `tool` | `action`: `select`, `change`; `number`, `name`, or neither for an empty spindle |
+/// | `plane` | `plane` |
+/// | `offset` | `edge`, or `word` of the work offset |
+/// | `frame` | `word`, `rotation` (3 rows), `translation`, `rotary_deg` of A, B, C |
+/// | `tcp` | `on`, `interpolation`: `axes`, `great_circle` |
+/// | `path_mode` | `mode`: `exact_stop`, `continuous`; `tolerance_mm`, `orientation_tolerance_deg` |
+/// | `coolant` | `flood`, `mist` |
+/// | `message` `note` | `text` |
+/// | `stop` | `optional` |
+/// | `end` | |
 #[derive(Clone, Debug, Default)]
 pub struct JsonWriter {
     feed: Option<Feed>,

@@ -13,7 +13,7 @@ pub enum Dialect {
     Auto,
     /// Siemens Sinumerik 840D sl.
     Siemens840d,
-    /// RS274 as spoken by Fanuc, Haas and LinuxCNC.
+    /// RS274 as spoken by Fanuc, Haas and `LinuxCNC`.
     Iso,
 }
 

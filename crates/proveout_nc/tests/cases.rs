@@ -2,6 +2,8 @@
 //!
 //! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test cases` writes the expected lines anew; read the difference.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,7 @@
 //! Laws that hold for every program: the same meaning however it is written, round trips, no panic and no endless run.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
 use proptest::prelude::*;
 use proveout_nc::post::{PostSettings, SiemensPost};
 use proveout_nc::{AxisValues, Command, Dialect, Motion, Op, Program, Settings};

@@ -1,5 +1,7 @@
 //! Real production programs, where they stand beside the checkout.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
 use std::path::{Path, PathBuf};
 
 use proveout_nc::{Command, Motion, Op, Program, Settings, ToolAction, ToolName, check};

@@ -17,12 +17,12 @@ use crate::{
     picture::Picture,
 };
 
-/// Millimetre, Z up (workpiece) to metre, Y up (glTF): scale, and a turn by -90 degrees about X as quaternion x y z w.
+/// Millimeter, Z up (workpiece) to meter, Y up (glTF): scale, and a turn by -90 degrees about X as quaternion x y z w.
 const METRE_FROM_MM: [f32; 3] = [1e-3; 3];
 const Y_UP_FROM_Z_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 
 /// Writes a mesh as binary glTF. Vertices stay in mm and the frame of `picture`; the root node carries the scale to
-/// metre and the turn to Y up. `colors` (one a vertex) are turned from sRGB to linear light, as `COLOR_0` wants them;
+/// meter and the turn to Y up. `colors` (one a vertex) are turned from sRGB to linear light, as `COLOR_0` wants them;
 /// without them the material gets the color `plain`. `note` goes to the extras of the asset. A mesh without triangles gives a file whose only node has no mesh.
 ///
 /// # Errors
@@ -35,7 +35,7 @@ pub(crate) fn write_glb(
     colors: &[Rgba],
     plain: Rgba,
 ) -> io::Result<()> {
-    let extras = serde_json::json!({ "unit": "millimetre in the mesh, metre at the root", "note": note }).to_string();
+    let extras = serde_json::json!({ "unit": "millimeter in the mesh, meter at the root", "note": note }).to_string();
     let mut root = Root {
         asset: Asset {
             generator: Some(format!("proveout {}", env!("CARGO_PKG_VERSION"))),
@@ -234,7 +234,7 @@ mod tests {
         let colors: Vec<[u8; 4]> = reader.read_colors(0).expect("colors").into_rgba_u8().collect();
         assert_eq!(colors[0], [0, 255, 0, 255], "0 and 255 are the same in linear light");
         assert_eq!(primitive.bounding_box().max, [10.0, 20.0, 30.0]);
-        // Z up in mm becomes Y up in metre.
+        // Z up in mm becomes Y up in meter.
         let m = node.transform().matrix();
         let to = |p: [f32; 3]| [0, 1, 2].map(|r| m[0][r] * p[0] + m[1][r] * p[1] + m[2][r] * p[2] + m[3][r]);
         let up = to([0.0, 0.0, 1000.0]);

@@ -14,7 +14,7 @@
 //! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
 //! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
 //! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece |
-//! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to metre, Y up |
+//! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
 //! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
 //!

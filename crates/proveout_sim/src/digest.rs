@@ -11,7 +11,7 @@ use crate::config::ConfigError;
 /// # Errors
 /// [`ConfigError`] when the file cannot be read.
 pub(crate) fn of_file(path: &Path) -> Result<String, ConfigError> {
-    let bytes = std::fs::read(path)
-        .map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
+    let bytes =
+        std::fs::read(path).map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
     Ok(Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect())
 }

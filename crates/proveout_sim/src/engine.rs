@@ -74,6 +74,8 @@ pub(crate) struct Engine<'a> {
     places: Vec<Option<(Arc<str>, u32)>>,
     removed: f64,
     time: f64,
+    /// End of the last piece, and its signals.
+    last_signals: (f64, SampleSignals),
 }
 
 impl<'a> Engine<'a> {
@@ -93,6 +95,7 @@ impl<'a> Engine<'a> {
             places: Vec::new(),
             removed: 0.0,
             time: 0.0,
+            last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
         })
     }
 
@@ -121,14 +124,13 @@ impl<'a> Engine<'a> {
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             self.block_of_piece.push(piece.block);
             if let Some(tool) = self.tool(state.tool) {
-                sweeps(i, first_id + i as u32, piece, tool, &self.work_from_table, &mut items, &mut parts);
+                let zones = state.tool.and_then(|t| self.prepared.holder_zones.get(t)).map_or(&[][..], Vec::as_slice);
+                sweeps(i, first_id + i as u32, piece, tool, zones, &self.work_from_table, &mut items, &mut parts);
             }
         }
         let (stock, bodies) = (&mut self.stock, &mut self.bodies);
-        let ((reports, removal), (hits, collision)) = rayon::join(
-            || timed(|| stock.sweep(&items)),
-            || timed(|| bodies.check(&chunk.pieces, &states)),
-        );
+        let ((reports, removal), (hits, collision)) =
+            rayon::join(|| timed(|| stock.sweep(&items)), || timed(|| bodies.check(&chunk.pieces, &states)));
         stages.removal += removal;
         stages.collision += collision;
 
@@ -145,7 +147,7 @@ impl<'a> Engine<'a> {
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
         self.time = chunk.blocks.last().map_or(self.time, |b| b.end_time.max(self.time));
         Stretch {
-            signals: signals(chunk, &states, &volumes, &clearances),
+            signals: signals(chunk, &states, &volumes, &clearances, &mut self.last_signals),
             blocks,
             findings: self.log.all()[known..].to_vec(),
             changed_tiles: self.stock.take_changed_tiles(),
@@ -211,7 +213,8 @@ impl<'a> Engine<'a> {
         match *event {
             Event::ToolChange { time, tool, .. } => {
                 self.tool_out(time);
-                self.state.tool = tool;
+                // The spindle stands for the change and needs a new M3 or M4 after it.
+                self.state = CuttingState { tool, spindle: SpindleDirection::Off };
                 if let Some(t) = self.tool(tool) {
                     let order = self.uses.len();
                     let fresh = || (order, ToolUse { number: t.number, name: t.name.clone(), ..ToolUse::default() });
@@ -241,6 +244,7 @@ impl<'a> Engine<'a> {
     ) -> Vec<f64> {
         let mut volumes = vec![0.0; chunk.pieces.len()];
         let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let mut touched = None;
         for (part, report) in parts.iter().zip(reports) {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
             let Some(tool) = self.tool(state.tool) else { continue };
@@ -251,7 +255,13 @@ impl<'a> Engine<'a> {
                 sum.engagement = sum.engagement.max(report.overlap_mm);
                 self.removed += report.volume_mm3;
             }
-            if let Some(code) = judge_sweep(part.role, piece.kind, state, tool, report, contact) {
+            if part.role == Role::Holder && !part.zone && report.overlap_mm > contact {
+                touched = Some(part.piece);
+            }
+            if part.zone && touched == Some(part.piece) {
+                continue; // a holder in material is told as such
+            }
+            if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
                 let finding = self.material_finding(&code, part.role, piece, tool, report);
                 self.log.push(finding);
             }
@@ -281,13 +291,23 @@ impl<'a> Engine<'a> {
             c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
             _ => "",
         };
-        let message = format!(
-            "{part} of {} meets material{how}: {:.3} mm deep on a ray, {:.3} mm3 in this piece",
-            tool.name, report.overlap_mm, report.volume_mm3
-        );
+        let near = code.code == finding::NEAR_MISS.code;
+        let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
+        let message = if near {
+            format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
+        } else {
+            format!(
+                "{part} of {} meets material{how}: {:.3} mm deep on a ray, {:.3} mm3 in this piece",
+                tool.name, report.overlap_mm, report.volume_mm3
+            )
+        };
         let mut f = self.at_piece(FindingLog::of(code, message), piece, piece.time[0]);
         f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
-        f.penetration_mm = Some(report.overlap_mm);
+        if near {
+            (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
+        } else {
+            f.penetration_mm = Some(report.overlap_mm);
+        }
         f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
         f
     }
@@ -337,9 +357,10 @@ impl<'a> Engine<'a> {
                     (f.value, f.limit, f.unit) = (Some(*value), Some(*limit), Some("1/min".into()));
                     f
                 }
-                Event::UnreachablePose { reason, .. } => {
-                    FindingLog::of(&finding::UNREACHABLE, format!("the programmed tool pose cannot be reached: {reason}"))
-                }
+                Event::UnreachablePose { reason, .. } => FindingLog::of(
+                    &finding::UNREACHABLE,
+                    format!("the programmed tool pose cannot be reached: {reason}"),
+                ),
                 Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
                 _ => continue,
             };
@@ -355,14 +376,13 @@ impl<'a> Engine<'a> {
     /// Joint positions by name, mm or degrees.
     fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
         let joints = self.prepared.machine.joints.iter().enumerate();
-        joints
-            .map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] }))
-            .collect()
+        joints.map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] })).collect()
     }
 
     fn at_piece(&self, mut f: Finding, piece: &Piece, time: f64) -> Finding {
         (f.block, f.time_s) = (Some(piece.block), Some(time));
-        let t = if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
+        let t =
+            if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
         f.axes = self.axes(&piece.joints[0].interpolated(piece.joints[1], t));
         f
     }
@@ -393,32 +413,40 @@ impl<'a> Engine<'a> {
     }
 }
 
-/// Signals beside the samples: those of the piece that holds the sample.
+/// Signals beside the samples: those of the piece that holds the sample. `last` carries the piece that reaches over the
+/// end of a stretch, with its end.
 fn signals(
     chunk: &Chunk,
     states: &[CuttingState],
     volumes: &[f64],
     clearances: &[Option<f64>],
+    last: &mut (f64, SampleSignals),
 ) -> Vec<SampleSignals> {
+    let of_piece = |at: usize| {
+        let piece = &chunk.pieces[at];
+        let duration = piece.time[1] - piece.time[0];
+        SampleSignals {
+            removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
+            clearance: clearances[at],
+            tool: states[at].tool.map(|t| t as u32),
+        }
+    };
     let mut at = 0;
-    chunk
-        .samples
-        .iter()
-        .map(|sample| {
-            while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
-                at += 1;
-            }
-            let Some(piece) = chunk.pieces.get(at).filter(|p| p.time[0] <= sample.time && sample.time <= p.time[1]) else {
-                return SampleSignals::default();
-            };
-            let duration = piece.time[1] - piece.time[0];
-            SampleSignals {
-                removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
-                clearance: clearances[at],
-                tool: states[at].tool.map(|t| t as u32),
-            }
-        })
-        .collect()
+    let all = chunk.samples.iter().map(|sample| {
+        while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
+            at += 1;
+        }
+        match chunk.pieces.get(at) {
+            Some(p) if p.time[0] <= sample.time && sample.time <= p.time[1] => of_piece(at),
+            _ if sample.time <= last.0 => last.1,
+            _ => SampleSignals::default(),
+        }
+    });
+    let all = all.collect();
+    if let Some(end) = chunk.pieces.last() {
+        *last = (end.time[1], of_piece(chunk.pieces.len() - 1));
+    }
+    all
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {

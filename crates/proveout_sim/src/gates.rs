@@ -7,8 +7,7 @@ use crate::{
 };
 
 /// Names of the gates, in the order of the verdict.
-pub const GATES: [&str; 8] =
-    ["program", "limits", "process", "collision", "near_miss", "gouge", "excess", "surface"];
+pub const GATES: [&str; 8] = ["program", "limits", "process", "collision", "near_miss", "gouge", "excess", "surface"];
 
 /// Codes that fail a gate.
 fn codes(gate: &str) -> &'static [Code] {
@@ -47,7 +46,8 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
         let more = if left_out.is_empty() { String::new() } else { format!("; not checked: {left_out}") };
         (State::Fail, counts.join(", ") + &more)
     } else if !left_out.is_empty() {
-        let checked = coverage.checked.as_ref().map_or_else(String::new, |c| format!("checked without a finding: {c}; "));
+        let checked =
+            coverage.checked.as_ref().map_or_else(String::new, |c| format!("checked without a finding: {c}; "));
         (State::Unchecked, format!("{checked}not checked: {left_out}"))
     } else if let Some(checked) = &coverage.checked {
         (State::Pass, checked.clone())

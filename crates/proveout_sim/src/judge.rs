@@ -19,12 +19,7 @@ use crate::{
 };
 
 /// Measures the part and judges the run.
-pub(crate) fn judge(
-    prepared: &Prepared,
-    stock: &TriDexel,
-    facts: &Facts,
-    summary: &Summary,
-) -> (Verdict, SurfaceMap) {
+pub(crate) fn judge(prepared: &Prepared, stock: &TriDexel, facts: &Facts, summary: &Summary) -> (Verdict, SurfaceMap) {
     let mut log = facts.log.clone();
     let (map, measured) = design::measure(prepared, stock);
     if let Some(m) = &measured {
@@ -166,13 +161,14 @@ fn judge_gates(
         )),
         left_out: holders.collect(),
     };
+    let near_mm = tolerances.near_miss_mm;
     let mut near = Coverage {
-        checked: Some(format!("bodies keep {} mm apart", tolerances.near_miss_mm)),
-        left_out: vec!["distance of holder and shank to the stock".into()],
+        checked: Some(format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock")),
+        left_out: collision.left_out.clone(),
     };
     if facts.checked_pairs == 0 {
         collision.left_out.push("the machine has no bodies to check".into());
-        near = Coverage::default();
+        near.left_out.push("the machine has no bodies to check".into());
     }
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
@@ -183,7 +179,11 @@ fn judge_gates(
         let mut checked = Vec::new();
         match measured {
             Some(m) => {
-                checked.push(format!("{} surface points, {word} at most {limit} mm; {}", m.deviation.samples.unwrap_or(0), m.extent));
+                checked.push(format!(
+                    "{} surface points, {word} at most {limit} mm; {}",
+                    m.deviation.samples.unwrap_or(0),
+                    m.extent
+                ));
                 left_out.extend(m.left_out.clone());
             }
             None => left_out.push("the scene has no design part".to_owned()),

@@ -7,7 +7,7 @@
 //! everything; this crate writes no file beside the run folder's frame.
 //!
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
-//! Millimetre, radian, second inside; files carry units in their keys.
+//! Millimeter, radian, second inside; files carry units in their keys.
 //!
 //! Known limits: one setup a run; the axis dynamics end at the set points of the control; roughness is not evaluated.
 

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use crate::finding::{Code, Finding};
+use crate::finding::{Code, Finding, NOTE};
 
 /// A fault that goes on within this time (s) or in the next block is one finding with a count.
 const JOIN_S: f64 = 1.0;
@@ -42,10 +42,13 @@ impl FindingLog {
     /// Takes a finding; joins it with the one before of the same code and bodies when it goes on without a break, and
     /// keeps the worst depth, clearance and value of the two. Gives its place in [`Self::all`].
     pub fn push(&mut self, finding: Finding) -> usize {
-        let key = (finding.code.clone(), finding.bodies.clone());
+        // A note is the same note wherever the program repeats its word.
+        let note = finding.code == NOTE.code;
+        let bodies = if note { vec![finding.message.clone()] } else { finding.bodies.clone() };
+        let key = (finding.code.clone(), bodies);
         if let (Some(block), Some(time)) = (finding.block, finding.time_s) {
             if let Some((index, last_block, last_time)) = self.open.get_mut(&key)
-                && (block <= *last_block + 1 || time - *last_time <= JOIN_S)
+                && (note || block <= *last_block + 1 || time - *last_time <= JOIN_S)
             {
                 let first = &mut self.findings[*index];
                 if block > *last_block {
@@ -54,7 +57,8 @@ impl FindingLog {
                 (*last_block, *last_time) = (block.max(*last_block), time.max(*last_time));
                 first.penetration_mm = larger(first.penetration_mm, finding.penetration_mm);
                 first.value = larger(first.value, finding.value);
-                first.clearance_mm = larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
+                first.clearance_mm =
+                    larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
                 return *index;
             }
             self.open.insert(key, (self.findings.len(), block, time));

@@ -9,12 +9,7 @@ use proveout_stock::{TileId, TriDexel};
 use proveout_tool::ToolLibrary;
 use thiserror::Error;
 
-use crate::{
-    finding::Finding,
-    scene::Scene,
-    surface_map::SurfaceMap,
-    verdict::Verdict,
-};
+use crate::{finding::Finding, scene::Scene, surface_map::SurfaceMap, verdict::Verdict};
 
 /// Why an observer could not write what it saw.
 #[derive(Debug, Error)]

@@ -11,7 +11,7 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh,
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Settings as NcSettings, WorkOffset};
 use proveout_stock::TriDexel;
-use proveout_tool::ToolLibrary;
+use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
     config::ConfigError,
@@ -56,6 +56,8 @@ pub struct Prepared {
     pub machine: Machine,
     /// The tools.
     pub tools: ToolLibrary,
+    /// For each tool the parts of its holder, widened by the clearance that the scene wants.
+    pub holder_zones: Vec<Vec<Profile>>,
     /// Stock before the first cut, workpiece frame.
     pub stock: TriDexel,
     /// Design mesh, workpiece frame.
@@ -134,6 +136,7 @@ impl Prepared {
             program_lines: text_lines as u32,
             nc_settings,
             machine,
+            holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,
             stock,
             part_mesh,
@@ -160,6 +163,14 @@ impl Prepared {
     }
 }
 
+fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
+    let zones = |t: &Tool| {
+        let holder = t.bodies.iter().filter(|b| b.role == Role::Holder);
+        holder.filter_map(|b| b.profile.widened(clearance).ok()).collect()
+    };
+    tools.tools.iter().map(zones).collect()
+}
+
 fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, ConfigError> {
     let entry = scene.program(choice.program.as_deref());
     if let (Some(name), None) = (&choice.program, entry) {
@@ -170,11 +181,7 @@ fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a Pro
     Ok(entry)
 }
 
-fn program_text(
-    scene: &Scene,
-    entry: Option<&ProgramFile>,
-    choice: &Choice,
-) -> Result<(String, PathBuf), ConfigError> {
+fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> Result<(String, PathBuf), ConfigError> {
     if let Some(path) = &choice.nc {
         let stem = path.file_stem().map_or_else(|| "program".to_owned(), |s| s.to_string_lossy().into_owned());
         return Ok((entry.map_or(stem, |e| e.name.clone()), path.clone()));
@@ -186,7 +193,11 @@ fn program_text(
         Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
         None => {
             let message = format!("the text of program {:?} is not part of the scene", entry.name);
-            Err(ConfigError::file(&scene.path, message, "give it with --nc FILE; the scene's README says where it is published"))
+            Err(ConfigError::file(
+                &scene.path,
+                message,
+                "give it with --nc FILE; the scene's README says where it is published",
+            ))
         }
     }
 }

@@ -146,7 +146,8 @@ fn stretches(chunk: &Chunk) -> Vec<Chunk> {
     let mut until = start;
     while p < chunk.pieces.len() || s < chunk.samples.len() || e < chunk.events.len() || b < chunk.blocks.len() {
         until += STRETCH_S;
-        let next = |from: usize, done: &dyn Fn(usize) -> bool, len: usize| (from..len).find(|&i| !done(i)).unwrap_or(len);
+        let next =
+            |from: usize, done: &dyn Fn(usize) -> bool, len: usize| (from..len).find(|&i| !done(i)).unwrap_or(len);
         let p_end = next(p, &|i| chunk.pieces[i].time[0] < until, chunk.pieces.len());
         let s_end = next(s, &|i| chunk.samples[i].time < until, chunk.samples.len());
         let e_end = next(e, &|i| chunk.events[i].time() < until, chunk.events.len());

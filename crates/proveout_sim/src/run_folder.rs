@@ -32,7 +32,8 @@ impl RunFolder {
             let message = format!("{} is not empty and not a run folder: nothing is written over", place.display());
             return Err(Error::new(ErrorKind::AlreadyExists, message));
         }
-        let name = place.file_name().ok_or_else(|| Error::new(ErrorKind::InvalidInput, "the run folder has no name"))?;
+        let name =
+            place.file_name().ok_or_else(|| Error::new(ErrorKind::InvalidInput, "the run folder has no name"))?;
         let mut hidden = std::ffi::OsString::from(".");
         hidden.push(name);
         hidden.push(format!(".partial-{}", std::process::id()));

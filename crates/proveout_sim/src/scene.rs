@@ -336,9 +336,8 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
     }
     let stock = file.stock.get_ref();
-    let forms = usize::from(stock.block.is_some())
-        + usize::from(stock.cylinder.is_some())
-        + usize::from(stock.mesh.is_some());
+    let forms =
+        usize::from(stock.block.is_some()) + usize::from(stock.cylinder.is_some()) + usize::from(stock.mesh.is_some());
     if forms != 1 {
         let at = file.stock.span().start;
         return fault(at, format!("the stock has {forms} forms"), "give exactly one of `box`, `cylinder`, `mesh`");
@@ -362,8 +361,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         if part.mesh.is_some() == part.cone_frustum.is_some() {
             return fault("the part needs exactly one form", "give either `mesh` or `cone_frustum`");
         }
-        if !(part.chord_error_mm >= 0.0) {
-            return fault("chord_error_mm must not be negative", "give the largest distance of the mesh from the design");
+        if part.chord_error_mm.is_nan() || part.chord_error_mm < 0.0 {
+            return fault(
+                "chord_error_mm must not be negative",
+                "give the largest distance of the mesh from the design",
+            );
         }
         if let Some(c) = part.cone_frustum
             && !(c.half_angle_deg > 0.0
@@ -378,6 +380,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
                 "half_angle_deg between 0 and 90, 0 <= from_mm < to_mm, reach_mm above 0, axis with a length",
             );
         }
+    }
+    let t = &file.tolerances;
+    if ![t.gouge_mm, t.excess_mm, t.near_miss_mm, t.contact_mm].iter().all(|v| (0.0..1e3).contains(v)) {
+        let at = text.find("[tolerances]").unwrap_or(0);
+        return fault(at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm");
     }
     for probe in &file.inspect {
         if probe_direction(probe.direction.get_ref()).is_none() {

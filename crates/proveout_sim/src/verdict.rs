@@ -167,7 +167,7 @@ pub struct Deviation {
     pub worst_point: Option<[f64; 3]>,
 }
 
-/// Smallest, mean and largest of a roughness parameter, micrometre.
+/// Smallest, mean and largest of a roughness parameter, micrometer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Spread {
     /// Smallest.

@@ -73,10 +73,8 @@ fn flank(rows: usize) -> Vec<SweepMotion> {
             tip: Point::new(x, -4.0 + 0.5 * row as f64 + 0.01 * x, -21.0),
             axis: Vector::new(0.05 * (x * 0.2).sin(), 0.1 * (x * 0.06).sin(), 1.0).normalize(),
         };
-        moves.extend((0..192).map(|k| SweepMotion {
-            from: pose(2.0 + 0.5 * k as f64),
-            to: pose(2.5 + 0.5 * k as f64),
-        }));
+        moves
+            .extend((0..192).map(|k| SweepMotion { from: pose(2.0 + 0.5 * k as f64), to: pose(2.5 + 0.5 * k as f64) }));
     }
     moves
 }
@@ -93,11 +91,8 @@ fn run(name: &str, only: Option<&String>, cell: f64, body: &Profile, moves: &[Sw
             return;
         }
     };
-    let items: Vec<SweepItem<'_>> = moves
-        .iter()
-        .enumerate()
-        .map(|(k, m)| SweepItem { id: k as u32, body, action, motion: *m })
-        .collect();
+    let items: Vec<SweepItem<'_>> =
+        moves.iter().enumerate().map(|(k, m)| SweepItem { id: k as u32, body, action, motion: *m }).collect();
     let start = Instant::now();
     let reports = stock.sweep(&items);
     let seconds = start.elapsed().as_secs_f64();

@@ -14,7 +14,7 @@
 //!         +-----------> r                    the tangent line at the nearer end elsewhere
 //! ```
 //!
-//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point and n_r is
+//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point and `n_r` is
 //! not negative, so F is convex; its gradient is a unit vector, so F never exceeds the distance, equals it wherever the
 //! nearest skin point is smooth, and its value and gradient at any point give a half space that holds the whole body.
 //! The sweep needs nothing else from a body.
@@ -61,9 +61,11 @@ impl Piece {
             Self::Arc { center, radius, first, last } => {
                 let (x, y) = (r - center[0], z - center[1]);
                 if first[0] * y - first[1] * x >= 0.0 && x * last[1] - y * last[0] >= 0.0 {
-                    let length = (x * x + y * y).sqrt();
-                    if length > 1e-12 {
-                        return (length - radius, x / length, y / length);
+                    let square = x * x + y * y;
+                    if square > 1e-24 {
+                        let length = square.sqrt();
+                        let inverse = 1.0 / length;
+                        return (length - radius, x * inverse, y * inverse);
                     }
                 }
                 let (a, b) = (first[0] * x + first[1] * y, last[0] * x + last[1] * y);
@@ -84,6 +86,8 @@ pub(crate) struct Meridian {
     /// Largest radius, lowest and highest point, mm.
     pub radius: f64,
     pub z: [f64; 2],
+    /// Lowest point of what `pieces` describe, mm.
+    pub rest_z: f64,
     /// Largest distance of a point of the body from the tip, mm.
     pub reach: f64,
 }
@@ -97,6 +101,7 @@ impl Meridian {
             has_rest: true,
             radius: profile.max_radius(),
             z: [profile.z_min(), profile.z_max()],
+            rest_z: profile.z_min(),
             reach: profile.max_radius().hypot(profile.z_min().abs().max(profile.z_max().abs())),
         }
     }
@@ -113,7 +118,7 @@ impl Meridian {
         let mut pieces = whole.pieces[1..].to_vec();
         let has_rest = !pieces.is_empty();
         pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
-        Self { pieces, ball: Some([center[1], radius - TOUCH]), has_rest, ..whole }
+        Self { pieces, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], ..whole }
     }
 
     /// Value and gradient (d/dr, d/dz) at r >= 0.

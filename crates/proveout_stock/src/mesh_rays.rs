@@ -15,7 +15,7 @@ use crate::{
     span::{INITIAL, Mark, SLIVER, Span},
 };
 
-/// Step of the lattice for the inside test, mm: 2^-20, a nanometre. Exact for bodies up to 10 m.
+/// Step of the lattice for the inside test, mm: 2^-20, a nanometer. Exact for bodies up to 10 m.
 const LATTICE: f64 = 1.0 / 1_048_576.0;
 /// Crossings closer than this (mm) may change places by rounding without being called a self-crossing.
 const SAME: f64 = 1e-6;
@@ -49,14 +49,13 @@ pub(crate) fn mesh_intervals(mesh: &TriMesh, grid: &Grid, a: usize) -> Result<Ve
     let mut crossings: Vec<Vec<Crossing>> = Vec::new();
     crossings.resize_with(nu * nv, Vec::new);
     let flat: Vec<[i64; 2]> = mesh.positions.iter().map(|p| [snap(p[u]), snap(p[v])]).collect();
-    let (us, vs): (Vec<i64>, Vec<i64>) = (
-        (0..nu).map(|i| snap(grid.center(u, i))).collect(),
-        (0..nv).map(|j| snap(grid.center(v, j))).collect(),
-    );
+    let (us, vs): (Vec<i64>, Vec<i64>) =
+        ((0..nu).map(|i| snap(grid.center(u, i))).collect(), (0..nv).map(|j| snap(grid.center(v, j))).collect());
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let [p, q, r] = corners.map(|c| flat[c as usize]);
         // The triangle's own orientation is that of its exact area; seen edge-on it covers no point.
-        let area = i128::from(q[0] - p[0]) * i128::from(r[1] - p[1]) - i128::from(q[1] - p[1]) * i128::from(r[0] - p[0]);
+        let area =
+            i128::from(q[0] - p[0]) * i128::from(r[1] - p[1]) - i128::from(q[1] - p[1]) * i128::from(r[0] - p[0]);
         if area == 0 {
             continue;
         }
@@ -127,7 +126,9 @@ fn spans_of(list: &[Crossing]) -> Result<Vec<Span>, f64> {
                     let hi = c.s;
                     match spans.last_mut() {
                         // Bodies that touch, or a fold of the mesh within rounding.
-                        Some(last) if entry.s - last.hi <= SLIVER => (last.hi, last.hi_mark) = (hi.max(last.hi), c.mark),
+                        Some(last) if entry.s - last.hi <= SLIVER => {
+                            (last.hi, last.hi_mark) = (hi.max(last.hi), c.mark)
+                        }
                         _ if hi - entry.s > SLIVER => {
                             spans.push(Span { lo: entry.s, hi, lo_mark: entry.mark, hi_mark: c.mark });
                         }

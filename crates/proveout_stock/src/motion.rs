@@ -73,9 +73,16 @@ impl Piece {
         along(self.tip_at(tau), self.axis_at(tau), z)
     }
 
+    /// Height along the ray of the point of the body's axis that is nearest to `x` at mid-time: where to look first.
+    #[inline]
+    pub(crate) fn facing(&self, body: &Meridian, x: V) -> f64 {
+        let z = dot(sub(x, self.tip_at(0.5)), self.axis);
+        self.on_axis(z.clamp(body.rest_z, body.z[1].max(body.rest_z)), 0.5)[0]
+    }
+
     /// The body's function at the point `x` of space and its derivatives.
     ///
-    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: grad F = F_r p / r + F_z w, and for a fixed point
+    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: the gradient is `F_r p / r + F_z w`, and for a fixed point
     /// dz/dtau = -travel . w + p . w', dr/dtau = -(p/r) . travel - z (p/r) . w'.
     #[inline]
     pub(crate) fn sample(&self, body: &Meridian, x: V, tau: f64) -> Sample {
@@ -105,7 +112,7 @@ impl Piece {
 /// against the body, so that a piece meets few tiles.
 pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<Piece> {
     let angle = motion.from.angle_to(&motion.to);
-    if !(angle > NO_TURN) {
+    if angle <= NO_TURN {
         return split(motion, 1.0);
     }
     let travel = (motion.to.tip - motion.from.tip).norm();

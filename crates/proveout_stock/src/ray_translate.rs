@@ -21,8 +21,9 @@
 use crate::{
     meridian::Meridian,
     motion::{Piece, SEARCH_ERROR, Sample},
-    ray::{End, REACHED, Ray, Taken},
+    ray::{End, REACHED, Ray, Taken, swept_normal},
     span::SLIVER,
+    vec3::norm,
 };
 
 /// Corners that the polygon may have; each cut adds at most one.
@@ -92,19 +93,34 @@ impl Polygon {
 /// Interval that a body takes up on a ray while it translates; its ends outside of the ray's range may be cut off there.
 pub(crate) fn sweep_translation(piece: &Piece, body: &Meridian, ray: &Ray) -> Option<Taken> {
     let mut polygon = Polygon::new(ray.lo, ray.hi);
-    // One sample in the middle proves most misses: near the middle of the body, or as near as the material comes.
-    let middle = piece.tip_at(0.5)[0] + 0.5 * (body.z[0] + body.z[1]) * piece.axis[0];
-    let s = middle.clamp(ray.lo, ray.hi);
+    // One sample in the middle proves most misses: facing the axis of the body, or as near as the material comes.
+    let s = piece.facing(body, ray.at(0.5 * (ray.lo + ray.hi))).clamp(ray.lo, ray.hi);
     let first = piece.sample(body, ray.at(s), 0.5);
     if first.f > REACHED {
         polygon.cut(0.5, s, &first);
     }
-    let hi = find_end(piece, body, ray, &mut polygon, 1.0)?;
-    let lo = find_end(piece, body, ray, &mut polygon, -1.0)?;
-    (hi.s - lo.s > SLIVER).then_some(Taken { lo, hi })
+    let (hi, hi_time, hi_sample) = find_end(piece, body, ray, &mut polygon, 1.0)?;
+    let (lo, lo_time, lo_sample) = find_end(piece, body, ray, &mut polygon, -1.0)?;
+    if hi - lo <= SLIVER {
+        return None;
+    }
+    let way = norm(piece.travel);
+    // An end at the end of the material makes no surface.
+    let end = |s: f64, tau: f64, sign: f64, sample: &Sample| End {
+        s,
+        normal: if s < ray.hi && s > ray.lo {
+            swept_normal(piece, body, ray, (s, tau), sign, sample, way)
+        } else {
+            sample.normal
+        },
+    };
+    Some(Taken { lo: end(lo, lo_time, -1.0, &lo_sample), hi: end(hi, hi_time, 1.0, &hi_sample) })
 }
 
-fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, sign: f64) -> Option<End> {
+/// Height, time and sample of an end.
+type Found = (f64, f64, Sample);
+
+fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, sign: f64) -> Option<Found> {
     let mut last = None;
     for _ in 0..CUTS {
         if polygon.n == 0 {
@@ -113,7 +129,7 @@ fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, si
         let (t, s) = polygon.extreme(sign);
         let sample = piece.sample(body, ray.at(s), t);
         if sample.f <= REACHED {
-            return Some(End { s, normal: sample.normal });
+            return Some((s, t, sample));
         }
         // At the end of the material the swept body may go on, and the depth there be anything.
         if sample.f <= SEARCH_ERROR
@@ -122,7 +138,7 @@ fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, si
         {
             return Some(end);
         }
-        last = Some(End { s, normal: sample.normal });
+        last = Some((s, t, sample));
         polygon.cut(t, s, &sample);
     }
     last
@@ -130,7 +146,7 @@ fn find_end(piece: &Piece, body: &Meridian, ray: &Ray, polygon: &mut Polygon, si
 
 /// Newton's method along the ray at fixed time; none when it moves the end by more than [`SEARCH_ERROR`]. The depth in the
 /// swept body changes along the ray by no more than the way, so no deeper point is lost.
-fn polish(piece: &Piece, body: &Meridian, ray: &Ray, t: f64, s: f64, sign: f64, first: Sample) -> Option<End> {
+fn polish(piece: &Piece, body: &Meridian, ray: &Ray, t: f64, s: f64, sign: f64, first: Sample) -> Option<Found> {
     let start = s;
     let (mut s, mut sample) = (s, first);
     for _ in 0..8 {
@@ -143,7 +159,7 @@ fn polish(piece: &Piece, body: &Meridian, ray: &Ray, t: f64, s: f64, sign: f64, 
         }
         sample = piece.sample(body, ray.at(s), t);
         if sample.f <= REACHED {
-            return Some(End { s, normal: sample.normal });
+            return Some((s, t, sample));
         }
     }
     None

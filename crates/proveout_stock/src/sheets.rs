@@ -91,15 +91,13 @@ fn sheets(config: u8) -> ([u8; EDGES], u8) {
     let mut table = [NONE; EDGES];
     let mut count = 0;
     let mut name = [NONE; EDGES];
-    for e in 0..EDGES {
-        if crossed(e) {
-            let r = root(&parent, e);
-            if name[r] == NONE {
-                name[r] = count;
-                count += 1;
-            }
-            table[e] = name[r];
+    for (e, sheet) in table.iter_mut().enumerate().filter(|(e, _)| crossed(*e)) {
+        let r = root(&parent, e);
+        if name[r] == NONE {
+            name[r] = count;
+            count += 1;
         }
+        *sheet = name[r];
     }
     (table, count)
 }

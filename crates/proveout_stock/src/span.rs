@@ -49,11 +49,8 @@ impl Mark {
         let unpack = |v: u32| f64::from(v as u16 as i16) / FULL;
         let (x, y) = (unpack(self.normal), unpack(self.normal >> 16));
         let z = 1.0 - x.abs() - y.abs();
-        let (x, y) = if z < 0.0 {
-            ((1.0 - y.abs()) * 1_f64.copysign(x), (1.0 - x.abs()) * 1_f64.copysign(y))
-        } else {
-            (x, y)
-        };
+        let (x, y) =
+            if z < 0.0 { ((1.0 - y.abs()) * 1_f64.copysign(x), (1.0 - x.abs()) * 1_f64.copysign(y)) } else { (x, y) };
         Vector::new(x, y, z).normalize()
     }
 

@@ -162,7 +162,8 @@ impl TriDexel {
                 body,
                 id: item.id,
                 removes: item.action == Action::Remove,
-                region: motion::swept_box(path, &bodies[body]),
+                // Smaller as the body is, so that its flat faces lie on the box.
+                region: motion::swept_box(path, &bodies[body]).expanded(-TOUCH),
                 ball,
                 rest,
             });
@@ -364,8 +365,7 @@ impl HalfSpace {
             let change = 0.5 * dot(normal, sub(to, from)).abs();
             return Self { at, normal, value: distance - radius - change, turning: 0.0 };
         }
-        let middle = piece.on_axis(0.5 * (body.z[0] + body.z[1]), 0.5);
-        at[0] = middle[0].clamp(low, low + 2.0 * block.half[0]);
+        at[0] = piece.facing(body, at).clamp(low, low + 2.0 * block.half[0]);
         let sample = piece.sample(body, at, 0.5);
         let mut value = sample.f - 0.5 * sample.ft.abs();
         let mut turning = 0.0;

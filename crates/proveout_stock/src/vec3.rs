@@ -29,6 +29,11 @@ pub(crate) fn along(a: V, d: V, k: f64) -> V {
 }
 
 #[inline]
+pub(crate) fn cross(a: V, b: V) -> V {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[inline]
 pub(crate) fn norm(a: V) -> f64 {
     dot(a, a).sqrt()
 }

@@ -1,4 +1,5 @@
 //! Closed forms and laws of the stock.
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
 mod common;
 
@@ -6,7 +7,7 @@ use std::f64::consts::PI;
 
 use common::{GIB, Random, ball, bull, cuboid, flat, pose, probe, random_cutter, remove};
 use proveout_geom::{Point, ToolPose, Vector, box_mesh, cylinder_mesh};
-use proveout_stock::{StockError, SweepItem, SurfacePoint, TriDexel};
+use proveout_stock::{StockError, SurfacePoint, SweepItem, TriDexel};
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 /// The promise of the crate, mm.
@@ -163,7 +164,7 @@ fn a_probe_reports_what_removal_would_take_and_changes_nothing() {
     let removed = stock.sweep(&[remove(2, &tool, from, to)])[0];
     assert!((probed.volume_mm3 - removed.volume_mm3).abs() < 1e-9 && probed.rays == removed.rays);
     let again = stock.sweep(&[probe(3, &tool, from, to)])[0];
-    // In length along the ray; at 1 degree to the surface the bound of 0.4 micrometres is 23 long.
+    // In length along the ray; at 1 degree to the surface the bound of 0.4 micrometers is 23 long.
     assert!(again.overlap_mm < 0.03 && again.volume_mm3 < 1e-2, "nothing is left in the swept body: {again:?}");
 }
 
@@ -210,7 +211,7 @@ fn dividing_a_motion_does_not_change_its_result() {
         assert!((whole.volume() - parts.volume()).abs() < limit, "{} {}", whole.volume(), parts.volume());
         // What one has removed is free for the other to within the bound.
         let left = parts.sweep(&[probe(2, &tool, from, to)])[0];
-        let shallow = |d: f64| d < 0.2; // along a grazing ray a micrometre is long
+        let shallow = |d: f64| d < 0.2; // along a grazing ray a micrometer is long
         assert!(shallow(left.overlap_mm), "{left:?}");
         assert!(left.volume_mm3 < limit);
     }
@@ -280,7 +281,7 @@ fn cylinders_and_meshes_become_stock() {
 fn bad_stocks_are_refused() {
     let bounds = cuboid([0.0; 3], [100.0, 100.0, 50.0]);
     let Err(StockError::Memory { fitting_cell_mm, .. }) = TriDexel::from_box(&bounds, 0.01, GIB) else {
-        panic!("10 micrometre cells do not fit into a gibibyte")
+        panic!("10 micrometer cells do not fit into a gibibyte")
     };
     assert!(TriDexel::memory_estimate(&bounds, fitting_cell_mm) <= GIB);
     assert!(TriDexel::memory_estimate(&bounds, 0.99 * fitting_cell_mm) > GIB);

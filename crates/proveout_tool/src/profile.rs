@@ -258,6 +258,49 @@ impl Profile {
         std::f64::consts::PI * slices
     }
 
+    /// The curve at distance `distance` (mm, zero or more) outside of this one: the body and everything nearer to it than
+    /// that. Straight pieces move outward, arcs get the larger radius, corners become arcs round themselves.
+    ///
+    /// ```text
+    ///      ____      d: distance
+    ///     /    \  <- arc round the corner
+    ///    |  __  |
+    ///    | |  | |
+    /// ```
+    ///
+    /// # Errors
+    /// [`ProfileError`] for a distance that is negative or not finite.
+    pub fn widened(&self, distance: f64) -> Result<Self, ProfileError> {
+        if !(distance >= 0.0 && distance.is_finite()) {
+            return Err(ProfileError::NotFinite);
+        }
+        if distance <= JOIN_MM {
+            return Ok(self.clone());
+        }
+        let outward = |t: [f64; 2]| [t[1], -t[0]];
+        let moved = |p: [f64; 2], n: [f64; 2]| [(p[0] + distance * n[0]).max(0.0), p[1] + distance * n[1]];
+        let corner = |at: [f64; 2], before: [f64; 2], after: [f64; 2]| {
+            let (from, to) = (moved(at, before), moved(at, after));
+            let apart = (from[0] - to[0]).hypot(from[1] - to[1]) > JOIN_MM;
+            apart.then_some(Segment::Arc { center: at, radius: distance, from, to })
+        };
+        let mut segments: Vec<Segment> = Vec::with_capacity(2 * self.segments.len() + 1);
+        let mut normal = [0.0, -1.0]; // below the lowest axis point
+        for s in &self.segments {
+            let [start, end] = [s.from(), s.to()].map(|p| outward(s.tangent(p)));
+            segments.extend(corner(s.from(), normal, start));
+            let from = segments.last().map_or(moved(s.from(), start), Segment::to);
+            let to = moved(s.to(), end);
+            segments.push(match *s {
+                Segment::Line { .. } => Segment::Line { from, to },
+                Segment::Arc { center, radius, .. } => Segment::Arc { center, radius: radius + distance, from, to },
+            });
+            normal = end;
+        }
+        segments.extend(corner([0.0, self.z_max], normal, [0.0, 1.0]));
+        Self::new(segments)
+    }
+
     /// Points `[r, z]` of the curve with chords nearer than `tolerance` (mm), from axis to axis; for pictures.
     pub fn polyline(&self, tolerance: f64) -> Vec<[f64; 2]> {
         let mut points = vec![self.segments[0].from()];
@@ -334,6 +377,27 @@ mod tests {
         assert_eq!(p.max_radius(), 4.0);
         assert!((p.radius_at(2.0).expect("inside") - 12_f64.sqrt()).abs() < 1e-12);
         assert_eq!(p.radius_at(20.5), None);
+    }
+
+    #[test]
+    fn a_widened_body_is_everything_nearer_than_the_distance() {
+        let line = |from, to| Segment::Line { from, to };
+        let cone = vec![line([0.0, -1.0], [3.0, 2.0]), line([3.0, 2.0], [2.0, 9.0]), line([2.0, 9.0], [0.0, 9.0])];
+        for profile in [ball_end(4.0, 20.0), Profile::new(cone).expect("a cone is convex")] {
+            let wide = profile.widened(1.5).expect("wider");
+            for i in 0..4000 {
+                let p = [f64::from(i % 63) * 0.13, f64::from(i / 63) * 0.45 - 4.0];
+                let outside = profile.signed_distance(p);
+                // Outside the distance to the wide body is less by 1.5 exactly; inside only the sign is told.
+                if outside > 1.5 {
+                    assert!((wide.signed_distance(p) - (outside - 1.5)).abs() < 1e-9, "{p:?}");
+                } else if (outside - 1.5).abs() > 1e-9 {
+                    assert!(wide.signed_distance(p) < 0.0, "{p:?} {outside}");
+                }
+            }
+        }
+        assert_eq!(ball_end(4.0, 20.0).widened(0.0), Ok(ball_end(4.0, 20.0)));
+        assert!(ball_end(4.0, 20.0).widened(-1.0).is_err());
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::{
     apt_words::{Word, Words, statements},
 };
 
-/// Millimetres of an inch.
+/// Millimeters of an inch.
 const INCH: f64 = 25.4;
 /// How far the length of a programmed tool axis may be from one: files carry six digits.
 const AXIS_LENGTH: f64 = 1e-3;
@@ -24,7 +24,7 @@ const KEPT: [&str; 22] = [
 ];
 /// Statements whose motion is not in the CL data.
 const REFUSED: [&str; 12] =
-    ["CIRCLE", "GO", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GOUP", "GODOWN", "INDIRV", "INDIRP", "CYCLE", "COPY"];
+    ["CIRCLE", "GO", "GOLFT", "GORGT", "GOFWD", "GOBACK", "GROUP", "GODOWN", "INDIRV", "INDIRP", "CYCLE", "COPY"];
 
 struct Reader {
     file: Arc<str>,
@@ -325,7 +325,7 @@ FINI
     }
 
     #[test]
-    fn inches_become_millimetres() {
+    fn inches_become_millimeters() {
         let cl = read("UNITS/INCHES\nFEDRAT/10\nGOTO/1,2,3\nFEDRAT/60,MMPM").expect("a good file");
         assert_eq!(cl.motions().next().expect("a motion").1.tip, Point::new(25.4, 50.8, 25.4 * 3.0));
         assert_eq!(cl.records[0].statement, ClStatement::Feed(254.0 / 60.0));

@@ -22,7 +22,9 @@ pub(crate) fn check(paths: &[PathBuf]) -> Result<bool, Failure> {
         let result = match kind(path)? {
             Kind::Scene => check_scene(path),
             Kind::Machine => check_machine(path),
-            Kind::Tools => ToolLibrary::read(path).map(|l| vec![format!("{} tools", l.tools.len())]).map_err(SimError::from),
+            Kind::Tools => {
+                ToolLibrary::read(path).map(|l| vec![format!("{} tools", l.tools.len())]).map_err(SimError::from)
+            }
             Kind::Program => check_program(path),
         };
         match result {

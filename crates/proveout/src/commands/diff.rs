@@ -37,7 +37,8 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     }
     for f in &a.findings {
         if let Some(g) = b.findings.iter().find(|g| same(f, g))
-            && (f.value, f.penetration_mm, f.clearance_mm, f.repeats) != (g.value, g.penetration_mm, g.clearance_mm, g.repeats)
+            && (f.value, f.penetration_mm, f.clearance_mm, f.repeats)
+                != (g.value, g.penetration_mm, g.clearance_mm, g.repeats)
         {
             println!("changed   {}: {} -> {}", f.code, f.message, g.message);
         }
@@ -67,7 +68,11 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     for (name, axis) in &b.axes {
         if let Some(before) = a.axes.get(name) {
             number(&format!("axes.{name}.max_velocity"), Some(before.max_velocity), Some(axis.max_velocity));
-            number(&format!("axes.{name}.max_acceleration"), Some(before.max_acceleration), Some(axis.max_acceleration));
+            number(
+                &format!("axes.{name}.max_acceleration"),
+                Some(before.max_acceleration),
+                Some(axis.max_acceleration),
+            );
             number(&format!("axes.{name}.reversals"), Some(before.reversals as f64), Some(axis.reversals as f64));
         }
     }

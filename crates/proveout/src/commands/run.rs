@@ -51,11 +51,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         RerunArg::Connect => RerunMode::Connect,
     };
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
-    watchers.extend(observers(&mode).map_err(|e| Failure::new(e))?);
+    watchers.extend(observers(&mode).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
-    write_run_json(folder.path(), &run_info(&result, threads))
-        .map_err(|e| Failure::new(format!("run.json: {e}")))?;
+    write_run_json(folder.path(), &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
     print_summary(&result, &place);
     Ok(result.verdict.verdict == State::Pass)
@@ -63,7 +62,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
 
 fn print_summary(result: &RunResult, place: &std::path::Path) {
     let v: &Verdict = &result.verdict;
-    println!("\n{}: {}  ({} {})\n", word(v.verdict).to_uppercase(), v.scene, "program", v.program);
+    println!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
     for gate in &v.gates {
         println!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
     }
@@ -80,10 +79,15 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         println!("\n  inspection");
         for i in &v.inspection {
             let measured = i.measured_mm.map_or_else(|| "no surface".into(), |m| format!("{m:.4}"));
-            println!("    {:<44} nominal {:>9.4}  measured {measured:>9}  +-{} mm", i.name, i.nominal_mm, i.tolerance_mm);
+            println!(
+                "    {:<44} nominal {:>9.4}  measured {measured:>9}  +-{} mm",
+                i.name, i.nominal_mm, i.tolerance_mm
+            );
         }
     }
-    if let (Some(gouge), Some(excess), Some(rms)) = (v.deviation.gouge_max_mm, v.deviation.excess_max_mm, v.deviation.rms_mm) {
+    if let (Some(gouge), Some(excess), Some(rms)) =
+        (v.deviation.gouge_max_mm, v.deviation.excess_max_mm, v.deviation.rms_mm)
+    {
         println!("\n  deviation  gouge {gouge:.5} mm, excess {excess:.5} mm, rms {rms:.5} mm");
     }
     println!(
@@ -108,7 +112,11 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         result.pieces
     );
     println!("  results: {}", place.display());
-    println!("           {} in a browser; `proveout view {}` for the recording", place.join("report.html").display(), place.display());
+    println!(
+        "           {} in a browser; `proveout view {}` for the recording",
+        place.join("report.html").display(),
+        place.display()
+    );
 }
 
 fn word(state: State) -> &'static str {

@@ -94,7 +94,7 @@ pub(crate) fn random_machine(random: &mut Random) -> Machine {
     Machine::from_text(Path::new("random.toml"), &text).expect("a random machine is right")
 }
 
-/// Slides within half a metre, turns within a turn.
+/// Slides within half a meter, turns within a turn.
 pub(crate) fn random_joints(machine: &Machine, random: &mut Random) -> JointValues {
     let mut q = JointValues::ZERO;
     for (j, joint) in machine.joints.iter().enumerate() {

@@ -64,7 +64,7 @@ pub(crate) fn duration(seconds: f64) -> String {
     if hours > 0 { format!("{hours} h {minutes:02} min {rest}") } else { format!("{minutes} min {rest}") }
 }
 
-/// A length in mm in the unit in which a machinist speaks of it: micrometre below 0.1 mm.
+/// A length in mm in the unit in which a machinist speaks of it: micrometer below 0.1 mm.
 pub(crate) fn length(mm: f64) -> String {
     if mm.is_finite() && mm.abs() < 0.1 {
         format!("{} µm", fixed(mm * 1e3, if mm.abs() < 0.01 { 2 } else { 1 }))

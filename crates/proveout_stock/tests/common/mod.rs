@@ -1,6 +1,6 @@
-#![allow(unreachable_pub, reason = "shared by several test files")]
 //! Cutters, random numbers and the oracle that several tests use.
-#![allow(dead_code, reason = "each test file uses a part")]
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
+#![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion};
@@ -91,23 +91,15 @@ pub fn barrel(r: f64, flank: f64, l: f64) -> Profile {
     let flank = flank.max(0.3 * l * l / r); // the ends stay off the axis
     let center = [r - flank, 0.5 * l];
     let end = center[0] + (flank * flank - 0.25 * l * l).sqrt();
-    Profile::new(vec![
-        line([0.0, 0.0], [end, 0.0]),
-        arc(center, flank, [end, 0.0], [end, l]),
-        line([end, l], [0.0, l]),
-    ])
-    .unwrap()
+    Profile::new(vec![line([0.0, 0.0], [end, 0.0]), arc(center, flank, [end, 0.0], [end, l]), line([end, l], [0.0, l])])
+        .unwrap()
 }
 
 /// Lens: a shallow arc across the axis, then a flank.
 pub fn lens(r: f64, bottom: f64, l: f64) -> Profile {
     let h = bottom - (bottom * bottom - r * r).sqrt();
-    Profile::new(vec![
-        arc([0.0, bottom], bottom, [0.0, 0.0], [r, h]),
-        line([r, h], [r, l]),
-        line([r, l], [0.0, l]),
-    ])
-    .unwrap()
+    Profile::new(vec![arc([0.0, bottom], bottom, [0.0, 0.0], [r, h]), line([r, h], [r, l]), line([r, l], [0.0, l])])
+        .unwrap()
 }
 
 /// A cutter of some kind: the kind's index gives the family.

@@ -1,0 +1,216 @@
+//! What the control does while the axes stand: dwell, spindle, tool change, switching of tool length and tool center
+//! point control.
+
+use proveout_machine::MAX_JOINTS;
+use proveout_nc::{Command, Dwell, Location, OrientationInterpolation, Spindle, SpindleDirection, Tcp, ToolName};
+
+use super::{Controller, scope};
+use crate::{
+    error::ControlError,
+    mapping::Mapping,
+    motion::Context,
+    output::{BlockKind, Event, LimitKind, MoveKind},
+    path::PathBlock,
+};
+
+impl<E, I> Controller<'_, I>
+where
+    E: std::error::Error + 'static,
+    I: Iterator<Item = Result<Command, E>>,
+{
+    /// A standstill of some time with its block record.
+    pub(super) fn action(&mut self, location: &Location, kind: BlockKind, duration: f64) -> u32 {
+        self.stop_run();
+        let index = self.next_block;
+        self.next_block += 1;
+        let scope = scope(&self.device, &self.settings, self.mapping);
+        let start = self.out.clock;
+        self.out.stand(&scope, &self.state.position.q, index, duration);
+        self.record(index, &location.file, location.line, kind, start);
+        self.out.meter.bound_s += duration;
+        self.ready = true;
+        index
+    }
+
+    pub(super) fn dwell(&mut self, dwell: Dwell, location: &Location) -> Result<(), Box<ControlError>> {
+        let rpm = self.state.spindle.speed_rpm.unwrap_or(0.0);
+        let duration = match dwell {
+            Dwell::Seconds(s) => s,
+            Dwell::Revolutions(n) if rpm > 0.0 && self.state.spindle.direction != SpindleDirection::Off => {
+                n * 60.0 / rpm
+            }
+            Dwell::Revolutions(n) => {
+                let message = format!("a dwell of {n} revolutions, but the spindle does not turn");
+                let help = "start the spindle before or program the dwell in seconds";
+                return Err(Box::new(ControlError::at(location, "control-dwell", message, help)));
+            }
+        };
+        if !(duration >= 0.0 && duration.is_finite()) {
+            let message = format!("a dwell of {duration} s");
+            let help = "program a time of zero or more";
+            return Err(Box::new(ControlError::at(location, "control-dwell", message, help)));
+        }
+        self.stop_run();
+        let time = self.out.clock;
+        self.out.meter.summary.dwell_s += duration;
+        let block = self.action(location, BlockKind::Dwell, duration);
+        self.out.chunk.events.push(Event::Dwell { time, block, duration });
+        Ok(())
+    }
+
+    pub(super) fn spindle(&mut self, spindle: Spindle) {
+        let before = self.state.spindle;
+        let speed_rpm = spindle.speed_rpm.or(before.speed_rpm);
+        self.state.spindle = Spindle { speed_rpm, ..spindle };
+        let turning = spindle.direction != SpindleDirection::Off;
+        let speed = if turning { speed_rpm.unwrap_or(0.0) } else { 0.0 };
+        let duration = self.device.machine.control.spindle_start_time;
+        if spindle.direction != before.direction && self.settings.spindle_waits && duration > 0.0 {
+            // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed waits.
+            self.stop_run();
+            self.state.spindle_ready = self.state.spindle_ready.max(self.out.clock) + duration;
+        }
+        let block = self.next_block;
+        self.announce(Event::Spindle { time: 0.0, block, direction: spindle.direction, speed_rpm: speed });
+        let tool = self.state.tool.and_then(|i| self.tools[i].max_speed_rpm);
+        for limit in [self.device.machine.spindle.max_speed_rpm, tool].into_iter().flatten() {
+            if speed > limit {
+                let kind = LimitKind::SpindleSpeed;
+                self.announce(Event::Limit { time: 0.0, block, joint: None, value: speed, limit, kind });
+            }
+        }
+    }
+
+    /// What the base coordinates X, Y, Z mean has changed: what the program said about them is void.
+    pub(super) fn forget_linear(&mut self) {
+        self.state.position.base[..3].fill(None);
+    }
+
+    pub(super) fn set_edge(&mut self, on: bool) {
+        if on != self.state.edge_on {
+            self.state.edge_on = on;
+            self.forget_linear();
+        }
+    }
+
+    /// Stands until the spindle has reached its speed (or rest).
+    pub(super) fn await_spindle(&mut self, location: &Location) {
+        if self.state.spindle_ready <= 0.0 {
+            return;
+        }
+        self.stop_run();
+        let wait = self.state.spindle_ready - self.out.clock;
+        self.state.spindle_ready = 0.0;
+        if wait > 0.0 {
+            let time = self.out.clock;
+            self.out.meter.summary.dwell_s += wait;
+            let block = self.action(location, BlockKind::Action, wait);
+            self.out.chunk.events.push(Event::Dwell { time, block, duration: wait });
+        }
+    }
+
+    pub(super) fn switch_tcp(&mut self, tcp: Tcp, location: &Location) -> Result<(), Box<ControlError>> {
+        if tcp.on && self.device.rig.is_none() {
+            let message = format!(
+                "tool center point control on machine {}, which has not exactly three free, independent linear joints",
+                self.device.machine.name
+            );
+            let help = "switch it off in the program, or hold the surplus linear joints in the machine description";
+            return Err(Box::new(ControlError::at(location, "control-tcp", message, help)));
+        }
+        if tcp.on != self.state.tcp.on {
+            self.stop_run();
+            self.forget_linear();
+        }
+        self.state.tcp = tcp;
+        Ok(())
+    }
+
+    pub(super) fn tool_change(&mut self, name: &ToolName, location: &Location) -> Result<(), Box<ControlError>> {
+        let tool = match name {
+            ToolName::Empty => None,
+            ToolName::Number(n) => Some(self.tools.iter().position(|t| t.number == *n)),
+            ToolName::Name(n) => Some(self.tools.iter().position(|t| t.name == *n)),
+        };
+        if tool == Some(None) {
+            let shown = match name {
+                ToolName::Empty => "T0".to_owned(),
+                ToolName::Number(n) => format!("T{n}"),
+                ToolName::Name(n) => format!("\"{n}\""),
+            };
+            let message = format!("tool {shown} is not in the tool library ({} tools)", self.tools.len());
+            let help = "add the tool to the library or correct its name in the program";
+            return Err(Box::new(ControlError::at(location, "control-tool", message, help)));
+        }
+        self.stop_run();
+        self.visit_change_position(location);
+        self.await_spindle(location);
+        let duration = self.device.machine.control.tool_change_time.max(0.0);
+        self.out.meter.summary.tool_change_s += duration;
+        let block = self.action(location, BlockKind::ToolChange, duration);
+        self.state.tool = tool.flatten();
+        self.mapping.tool_length = self.tool_length();
+        self.state.edge_on |= self.settings.length_active_after_change;
+        self.forget_linear();
+        self.out.chunk.events.push(Event::ToolChange { time: self.out.clock, block, tool: self.state.tool });
+        Ok(())
+    }
+
+    /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
+    /// the others together.
+    pub(super) fn visit_change_position(&mut self, location: &Location) {
+        let machine = self.device.machine;
+        let position = machine.control.tool_change_position;
+        let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());
+        let along =
+            |i: usize| machine.joints.get(i).is_some_and(|j| !j.is_rotary() && j.direction.dot(&spindle).abs() > 0.9);
+        for lift in [true, false] {
+            let from = self.state.position.q;
+            let mut to = from;
+            for i in (0..machine.joints.len().min(MAX_JOINTS)).filter(|&i| along(i) == lift) {
+                if let Some(value) = position[i] {
+                    to[i] = value;
+                }
+            }
+            if (to - from).max_abs() <= 1e-9 {
+                continue;
+            }
+            self.mapping = Mapping { tcp_length: None, tool_length: self.tool_length() };
+            let context = Context {
+                machine,
+                rig: None,
+                mapping: self.mapping,
+                active_length: 0.0,
+                orientation: OrientationInterpolation::Axes,
+                location,
+            };
+            let path = context.between(from, to);
+            let index = self.next_block;
+            self.next_block += 1;
+            self.state.position.q = to;
+            let block = PathBlock {
+                index,
+                shape: path.shape,
+                length: path.length,
+                s0: 0.0,
+                kind: MoveKind::Handling,
+                feed: f64::INFINITY,
+                feed_programmed: 0.0,
+                corner: None,
+                tip_moves: path.tip_moves,
+                file: location.file.clone(),
+                line: location.line,
+            };
+            self.push_block(block, from);
+            self.stop_run();
+        }
+    }
+
+    /// The sample after the end: the machine stands.
+    pub(super) fn last_sample(&mut self) {
+        let time = (self.out.clock / self.out.cycle).ceil() * self.out.cycle;
+        let scope = scope(&self.device, &self.settings, self.mapping);
+        let block = self.next_block.saturating_sub(1);
+        self.out.still_sample(&scope, &self.state.position.q, block, time);
+    }
+}

@@ -1,0 +1,126 @@
+//! Cuts spans into cells and bounds the derivatives of the joints in each.
+
+use proveout_machine::{JointKind, JointValues, MAX_JOINTS};
+
+use super::{Frame, PathBlock};
+use crate::{
+    jet::JointJet,
+    limits::{CellLimits, cell_limits},
+    shape::{DerivativeBounds, Quintic, Shape},
+};
+
+/// Largest turn of a rotary joint in one cell, radian: 3 degrees change the direction of the linear axes by 5 percent.
+const CELL_TURN: f64 = 0.052;
+/// Largest angle of an arc in one cell, radian.
+const CELL_ARC: f64 = 0.2;
+/// Surcharge on derivatives that are known only at points of a cell.
+const POINT_SURCHARGE: f64 = 1.02;
+/// Points of a cell at which curved paths are looked at.
+const POINTS: usize = 5;
+
+/// Cells of the exact path of a block over s0..s1: end and limits of each.
+pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<(f64, CellLimits)> {
+    let rapid = block.is_rapid();
+    let tcp = frame.kinematics.is_tcp();
+    let machine = frame.kinematics.machine;
+    let (u0, u1) = (s0 - block.s0, s1 - block.s0);
+    let turn = |slope: &JointValues| {
+        let rotary = machine.joints.iter().enumerate().filter(|(_, j)| j.kind == JointKind::Rotary);
+        rotary.fold(0.0_f64, |m, (i, _)| m.max(slope[i].abs())) * (u1 - u0)
+    };
+    let limits = |a: f64, b: f64, bounds: &DerivativeBounds| {
+        (block.s0 + b, cell_limits(frame.limits, rapid, block.feed, b - a, bounds))
+    };
+    let cut = |n: usize| {
+        (0..n).map(move |i| {
+            let at = |k: usize| if k == n { u1 } else { u0 + (u1 - u0) * k as f64 / n as f64 };
+            (at(i), at(i + 1))
+        })
+    };
+    match &block.shape {
+        Shape::Line { slope, .. } => {
+            let turn = turn(slope);
+            if !tcp || turn == 0.0 {
+                let q = frame.kinematics.joints(&block.shape.jet(u0)).first().map(f64::abs);
+                let zero = JointValues::ZERO;
+                return vec![limits(u0, u1, &DerivativeBounds { first: q, first_low: q, second: zero, third: zero })];
+            }
+            let n = (turn / CELL_TURN).ceil().max(1.0) as usize;
+            cut(n).map(|(a, b)| limits(a, b, &point_bounds(frame, |u| block.shape.jet(u), a, b, 3))).collect()
+        }
+        // Independent joints: their own laws keep the limits, the parameter is time.
+        Shape::Timed(_) => Vec::new(),
+        Shape::Arc(arc) => {
+            let n = (arc.omega.abs() * (u1 - u0) / CELL_ARC).max(turn(&arc.slope) / CELL_TURN).ceil().max(1.0) as usize;
+            cut(n)
+                .map(|(a, b)| {
+                    let bounds =
+                        if tcp { point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS) } else { arc.bounds(a, b) };
+                    limits(a, b, &bounds)
+                })
+                .collect()
+        }
+        Shape::Spline(pieces) => {
+            let mut cells = Vec::with_capacity(pieces.len());
+            for piece in pieces {
+                let (a, b) = (piece.u0.max(u0), piece.u1.min(u1));
+                if b - a > 1e-12 * block.length {
+                    cells.push(limits(a, b, &point_bounds(frame, |u| piece.jet(u), a, b, POINTS)));
+                }
+            }
+            if let Some(last) = cells.last_mut() {
+                last.0 = s1;
+            }
+            cells
+        }
+    }
+}
+
+/// Bounds of the joints' derivatives from points of a cell, with a surcharge for what lies between them.
+fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f64, points: usize) -> DerivativeBounds {
+    let mut bounds = DerivativeBounds {
+        first: JointValues::ZERO,
+        first_low: JointValues([f64::INFINITY; MAX_JOINTS]),
+        second: JointValues::ZERO,
+        third: JointValues::ZERO,
+    };
+    let mut sign = JointValues::ZERO;
+    for i in 0..points {
+        let u = a + (b - a) * i as f64 / (points - 1) as f64;
+        let q = frame.kinematics.joints(&task(u));
+        let high = |m: f64, v: f64| m.max(v.abs());
+        bounds.first = bounds.first.zip_map(q.first(), high);
+        bounds.second = bounds.second.zip_map(q.second(), high);
+        bounds.third = bounds.third.zip_map(q.third(), high);
+        for k in 0..frame.limits.count {
+            let v = q.first()[k];
+            bounds.first_low[k] = if v * sign[k] < 0.0 { 0.0 } else { bounds.first_low[k].min(v.abs()) };
+            sign[k] = v;
+        }
+    }
+    bounds.second = bounds.second * POINT_SURCHARGE;
+    bounds.third = bounds.third * POINT_SURCHARGE;
+    // A function passes its values at points of distance h by at most h^2/8 times its second derivative.
+    let h = (b - a) / (points - 1) as f64;
+    let between = bounds.third * (h * h / 8.0);
+    bounds.first = bounds.first + between;
+    bounds.first_low = bounds.first_low.zip_map(between, |low, e| (low - e).max(0.0));
+    bounds
+}
+
+/// Cells of a corner blend that begins at s0: end and limits of each.
+pub(super) fn blend_cells(
+    frame: &Frame<'_>,
+    rapid: bool,
+    feed: f64,
+    s0: f64,
+    quintic: &Quintic,
+) -> Vec<(f64, CellLimits)> {
+    let s1 = quintic.u1;
+    if frame.kinematics.is_tcp() {
+        let b = point_bounds(frame, |s| quintic.jet(s), s0, s1, POINTS);
+        return vec![(s1, cell_limits(frame.limits, rapid, feed, s1 - s0, &b))];
+    }
+    let halves = quintic.halves();
+    halves.iter().map(|h| (h.u1, cell_limits(frame.limits, rapid, feed, h.u1 - h.u0, &h.bounds()))).collect()
+}

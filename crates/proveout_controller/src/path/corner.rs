@@ -1,0 +1,126 @@
+//! Rounding of the corner between two blocks.
+
+use proveout_machine::{JointKind, JointValues, Machine};
+
+use super::{Frame, PathBlock, Tolerance};
+use crate::{jet::JointJet, shape::Quintic};
+
+/// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend would be
+/// a stop in all but name.
+const NARROWEST: f64 = 1e-6;
+/// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
+const BLEND_SHARE: f64 = 0.5;
+
+pub(super) enum Corner {
+    /// Value, slope and curvature agree: nothing to do.
+    Smooth,
+    Blend {
+        half_width: f64,
+        rounding: f64,
+        quintic: Box<Quintic>,
+    },
+    Stop,
+}
+
+/// Rounding of the corner between two blocks.
+pub(super) fn corner(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, tolerance: Tolerance) -> Corner {
+    let (end, start) = (a.shape.jet(a.length), b.shape.jet(0.0));
+    let slope = start.first() - end.first();
+    let bend = start.second() - end.second();
+    let lines = a.shape.is_line() && b.shape.is_line();
+    let scale = end.first().max_abs().max(start.first().max_abs());
+    let kinked = slope.max_abs() > 1e-9 * scale;
+    if !kinked && (lines || bend.max_abs() < 1e-9 * end.second().max_abs().max(start.second().max_abs())) {
+        return Corner::Smooth;
+    }
+    let machine = frame.kinematics.machine;
+    let room = 0.5 * a.length.min(b.length);
+    let feed = a.feed.min(b.feed);
+    let need = needed_half_width(frame, &end, &start, feed, a.is_rapid() && b.is_rapid());
+    let mut d = room.min(need);
+    if kinked {
+        let (tip, angle) = size(machine, &(slope * (3.0 / 16.0)));
+        d = d.min(tolerance.tip / tip).min(tolerance.angle / angle);
+    }
+    if lines {
+        if d.is_nan() || d <= NARROWEST * room {
+            return Corner::Stop;
+        }
+        let quintic = Box::new(blend(a, b, d));
+        let (tip, _) = size(machine, &(slope * (3.0 / 16.0 * d)));
+        return Corner::Blend { half_width: d, rounding: tip, quintic };
+    }
+    for _ in 0..12 {
+        if d.is_nan() || d <= NARROWEST * room {
+            return Corner::Stop;
+        }
+        let quintic = Box::new(blend(a, b, d));
+        let (tip, angle) = blend_deviation(frame, a, b, &quintic, d);
+        let excess = (tip / tolerance.tip).max(angle / tolerance.angle);
+        if excess <= 1.0 {
+            return Corner::Blend { half_width: d, rounding: tip, quintic };
+        }
+        // Deviation grows with d (kink) or with its square (curvature): the step of the first kind is always enough.
+        d *= (0.98 / excess).max(0.1);
+    }
+    Corner::Stop
+}
+
+fn blend(a: &PathBlock, b: &PathBlock, d: f64) -> Quintic {
+    Quintic::hermite(b.s0 - d, b.s0 + d, &a.shape.jet(a.length - d), &b.shape.jet(d))
+}
+
+/// Largest distance between blend and exact path at equal parameter, tip (or linear joints) and rotary joints.
+fn blend_deviation(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, quintic: &Quintic, d: f64) -> (f64, f64) {
+    const STEPS: i32 = 16;
+    let mut worst = (0.0_f64, 0.0_f64);
+    for i in 1..STEPS {
+        let x = d * (2.0 * f64::from(i) / f64::from(STEPS) - 1.0);
+        let exact = if x < 0.0 { a.shape.jet(a.length + x) } else { b.shape.jet(x) };
+        let difference = quintic.jet(b.s0 + x).0[0] - exact.0[0];
+        let (tip, angle) = size(frame.kinematics.machine, &difference);
+        worst = (worst.0.max(tip), worst.1.max(angle));
+    }
+    (worst.0 * 1.02, worst.1 * 1.02) // between the points: at most 2 percent for a fifth degree
+}
+
+/// Euclidean size of the linear part (mm) and largest rotary part (radian) of a difference of task coordinates.
+fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
+    let (mut linear, mut angle) = (0.0_f64, 0.0_f64);
+    for (i, joint) in machine.joints.iter().enumerate() {
+        match joint.kind {
+            JointKind::Linear => linear += difference[i] * difference[i],
+            JointKind::Rotary => angle = angle.max(difference[i].abs()),
+        }
+    }
+    (linear.sqrt(), angle)
+}
+
+/// Half width at which the joints can take the corner at the feed, or at the highest speed of both blocks if that is
+/// lower: with the largest second and third derivative of the blend from the table above.
+fn needed_half_width(frame: &Frame<'_>, end: &JointJet, start: &JointJet, feed: f64, rapid: bool) -> f64 {
+    let (qa, qb) = (frame.kinematics.joints(end), frame.kinematics.joints(start));
+    let l = frame.limits;
+    let velocity = if rapid { &l.rapid } else { &l.velocity };
+    let mut speed = feed;
+    for i in 0..l.count {
+        let most = qa.first()[i].abs().max(qb.first()[i].abs());
+        if most > 0.0 {
+            speed = speed.min(velocity[i] / most);
+        }
+    }
+    if !speed.is_finite() {
+        return f64::INFINITY;
+    }
+    let mut d = 0.0_f64;
+    for i in 0..l.count {
+        let kink = (qb.first()[i] - qa.first()[i]).abs();
+        let bend = (qb.second()[i] - qa.second()[i]).abs();
+        let (a, j) = (BLEND_SHARE * l.acceleration[i], BLEND_SHARE * l.jerk[i]);
+        d = d.max(0.75 * kink * speed * speed / a).max((1.5 * kink * speed.powi(3) / j).sqrt());
+        // A step of curvature is spread over 2 d: third derivative about 1.5 bend / (2 d).
+        d = d.max(0.75 * bend * speed.powi(3) / j);
+    }
+    // Some width in any case: a kink that needs no rounding at the feed still must not jump in velocity.
+    d.max(1e-3 * end.first().max_abs().max(1e-3))
+}
