@@ -127,6 +127,13 @@ fn a_tool_that_the_library_lacks() {
 }
 
 #[test]
+fn a_work_offset_that_the_scene_does_not_give() {
+    let small = Small::new();
+    small.write("program.mpf", &PROGRAM.replace("G54", "G55"));
+    small.refused(&["program.mpf:1:", "work offset G55", "[work_offsets.G55]"]);
+}
+
+#[test]
 fn a_stock_mesh_with_a_hole() {
     let small = Small::new();
     small.write("open.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 -9\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");

@@ -181,7 +181,10 @@ where
             Op::Dwell(dwell) => self.dwell(*dwell, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
             Op::Spindle(spindle) => self.spindle(*spindle),
-            Op::Tool(ToolAction::Select(_)) | Op::Plane(_) | Op::Frame(_) | Op::Offset(Offset::Work { .. }) => {}
+            Op::Tool(ToolAction::Select(name)) => {
+                self.find_tool(name, location)?; // told at the T word, not only at the change
+            }
+            Op::Plane(_) | Op::Frame(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
             Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
             Op::Tcp(tcp) => self.switch_tcp(*tcp, location)?,

@@ -318,8 +318,8 @@ impl<'a> Engine<'a> {
         let near = self.prepared.scene.file.tolerances.near_miss_mm;
         let (code, message) = match hit.kind {
             HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}{inside}")),
-            HitKind::NearMiss(left) => {
-                (&finding::NEAR_MISS, format!("{a} comes within {left:.3} mm of {b}, wanted are {near:.3} mm"))
+            HitKind::NearMiss(_) => {
+                (&finding::NEAR_MISS, format!("{a} comes nearer to {b} than the wanted {near:.3} mm"))
             }
         };
         let mut f = self.at_piece(FindingLog::of(code, message), piece, hit.time);

@@ -7,7 +7,7 @@
 use std::{path::Path, time::Instant};
 
 use proveout_controller::{Chunk, Controller, RunError};
-use proveout_nc::Program;
+use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Program, Settings};
 
 use crate::{
     engine::Engine,
@@ -80,7 +80,9 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     stages.record += told.elapsed().as_secs_f64();
 
     let settings = prepared.control_settings();
-    let commands = Program::open(&prepared.program_path, &prepared.nc_settings)?;
+    let scene_path = prepared.scene.path.display().to_string();
+    let commands = Program::open(&prepared.program_path, &prepared.nc_settings)?
+        .map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
     let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {
         let planning = Instant::now();
@@ -123,6 +125,25 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     stages.record += telling.elapsed().as_secs_f64();
     let wall = prepared.read_time + begin.elapsed().as_secs_f64();
     Ok(RunResult { verdict, stages, wall, pieces })
+}
+
+/// Refuses a work offset that the scene does not give: it would silently count as zero.
+fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
+    let Op::Offset(Offset::Work { word }) = &command.op else { return Ok(command) };
+    if settings.work_offsets.contains_key(word) || word == "G500" {
+        return Ok(command);
+    }
+    let Location { file, line, column, length, .. } = &command.location;
+    Err(Diagnostic {
+        code: "scene-work-offset",
+        message: format!("the scene gives no values for work offset {word}"),
+        file: file.clone(),
+        line: *line,
+        column: *column,
+        length: *length,
+        help: Some(format!("add [work_offsets.{word}] with X_mm, Y_mm, Z_mm to {scene}")),
+        source_line: String::new(),
+    })
 }
 
 fn from_run_error(e: RunError<proveout_nc::Diagnostic>) -> SimError {

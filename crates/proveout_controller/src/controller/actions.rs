@@ -126,7 +126,8 @@ where
         Ok(())
     }
 
-    pub(super) fn tool_change(&mut self, name: &ToolName, location: &Location) -> Result<(), Box<ControlError>> {
+    /// Index of a tool in the library; none for an empty spindle.
+    pub(super) fn find_tool(&self, name: &ToolName, location: &Location) -> Result<Option<usize>, Box<ControlError>> {
         let tool = match name {
             ToolName::Empty => None,
             ToolName::Number(n) => Some(self.tools.iter().position(|t| t.number == *n)),
@@ -142,13 +143,18 @@ where
             let help = "add the tool to the library or correct its name in the program";
             return Err(Box::new(ControlError::at(location, "control-tool", message, help)));
         }
+        Ok(tool.flatten())
+    }
+
+    pub(super) fn tool_change(&mut self, name: &ToolName, location: &Location) -> Result<(), Box<ControlError>> {
+        let tool = self.find_tool(name, location)?;
         self.stop_run();
         self.visit_change_position(location);
         self.await_spindle(location);
         let duration = self.device.machine.control.tool_change_time.max(0.0);
         self.out.meter.summary.tool_change_s += duration;
         let block = self.action(location, BlockKind::ToolChange, duration);
-        self.state.tool = tool.flatten();
+        self.state.tool = tool;
         self.mapping.tool_length = self.tool_length();
         self.state.edge_on |= self.settings.length_active_after_change;
         self.forget_linear();
