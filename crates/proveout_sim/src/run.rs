@@ -146,7 +146,7 @@ fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Co
     })
 }
 
-fn from_run_error(e: RunError<proveout_nc::Diagnostic>) -> SimError {
+fn from_run_error(e: RunError<Diagnostic>) -> SimError {
     match e {
         RunError::Program(d) => SimError::from(d),
         RunError::Control(c) => SimError::Control(c),
