@@ -4,3 +4,4 @@
 
 mod axis_cross;
 mod cone_frustum;
+mod tool_list;
