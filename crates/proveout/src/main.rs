@@ -1,5 +1,20 @@
 //! The command line of Proveout: arguments, progress, exit codes; no algorithm of its own.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this program talks to people and scripts")]
+
+/// A line on standard output; a reader that went away (`| head`) is no error.
+macro_rules! say {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        writeln!(std::io::stdout(), $($words)*).ok();
+    }};
+}
+
+/// A line on standard error, in the same way.
+macro_rules! tell {
+    ($($words:tt)*) => {{
+        use std::io::Write as _;
+        writeln!(std::io::stderr(), $($words)*).ok();
+    }};
+}
 
 mod args;
 mod commands;
@@ -32,7 +47,7 @@ fn main() -> ExitCode {
     match result {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
-            eprint!("{failure}");
+            tell!("{}", failure.to_string().trim_end());
             ExitCode::from(WRONG)
         }
     }

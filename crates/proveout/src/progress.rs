@@ -42,7 +42,7 @@ impl Observer for Progress {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         self.bar.set_style(style);
         let cells = setup.stock.counts();
-        eprintln!(
+        tell!(
             "{}: {} lines; stock of {} x {} x {} cells, {:.0} MiB",
             setup.program,
             setup.program_lines,
@@ -62,7 +62,7 @@ impl Observer for Progress {
         self.bar.set_message(format!("{:.0} s simulated, {} findings", batch.time, self.findings));
         if !self.terminal && self.last_line.elapsed().as_secs_f64() > LINE_EVERY_S {
             self.last_line = Instant::now();
-            eprintln!("line {}: {:.0} s simulated, {} findings", self.line, batch.time, self.findings);
+            tell!("line {}: {:.0} s simulated, {} findings", self.line, batch.time, self.findings);
         }
         Ok(())
     }

@@ -97,6 +97,18 @@ fn the_small_scene_itself_runs() {
 }
 
 #[test]
+fn a_program_without_motion_passes_nothing_but_its_reading() {
+    let small = Small::new();
+    for (text, program_passes) in [("", false), ("M30\n", true)] {
+        small.write("program.mpf", text);
+        assert_eq!(small.run().status.code(), Some(1));
+        let verdict = fs::read_to_string(small.path().join("result/verdict.json")).expect("written");
+        let passed = verdict.matches("\"state\": \"pass\"").count();
+        assert_eq!(passed, usize::from(program_passes), "{verdict}");
+    }
+}
+
+#[test]
 fn a_missing_program() {
     let small = Small::new();
     fs::remove_file(small.path().join("program.mpf")).expect("removed");

@@ -102,13 +102,14 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
     if result.samples == 0 {
         left_out.push("no point of the cut part lies near the design".into());
     }
+    let measured = |value: f64| (result.samples > 0).then_some(value);
     let deviation = Deviation {
         tolerance_floor_mm: Some(floor),
-        gouge_max_mm: Some(result.gouge_max),
-        excess_max_mm: Some(result.excess_max),
-        mean_mm: Some(result.mean),
-        rms_mm: Some(result.rms),
-        gouge_area_mm2: Some(result.gouge_area),
+        gouge_max_mm: measured(result.gouge_max),
+        excess_max_mm: measured(result.excess_max),
+        mean_mm: measured(result.mean),
+        rms_mm: measured(result.rms),
+        gouge_area_mm2: measured(result.gouge_area),
         samples: Some(result.samples),
         worst_point: result.worst.map(|w| w.point.coords.into()),
     };

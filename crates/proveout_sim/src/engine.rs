@@ -40,6 +40,8 @@ pub(crate) struct Facts {
     pub(crate) clearance: Clearance,
     pub(crate) removed: f64,
     pub(crate) pieces: u64,
+    /// The program told its end (M2, M30).
+    pub(crate) ended: bool,
     /// Block of every piece, by its id in the stock.
     pub(crate) block_of_piece: Vec<u32>,
     /// File and line of every block.
@@ -74,6 +76,7 @@ pub(crate) struct Engine<'a> {
     places: Vec<Option<(Arc<str>, u32)>>,
     removed: f64,
     time: f64,
+    ended: bool,
     /// End of the last piece, and its signals.
     last_signals: (f64, SampleSignals),
 }
@@ -95,6 +98,7 @@ impl<'a> Engine<'a> {
             places: Vec::new(),
             removed: 0.0,
             time: 0.0,
+            ended: false,
             last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
         })
     }
@@ -179,6 +183,7 @@ impl<'a> Engine<'a> {
             clearance: self.bodies.clearance(),
             removed: self.removed,
             pieces: self.block_of_piece.len() as u64,
+            ended: self.ended,
             block_of_piece: self.block_of_piece,
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
@@ -222,6 +227,7 @@ impl<'a> Engine<'a> {
                 }
             }
             Event::Spindle { direction, .. } => self.state.spindle = direction,
+            Event::End { .. } => self.ended = true,
             _ => {}
         }
     }

@@ -196,8 +196,12 @@ fn judge_gates(
         }
         Coverage { checked: (!checked.is_empty()).then(|| checked.join("; ")), left_out }
     };
-    let coverage = [
-        Coverage { checked: Some(format!("executed to its end, {} blocks", summary.blocks)), left_out: vec![] },
+    let program = Coverage {
+        checked: Some(format!("executed to its end, {} blocks", summary.blocks)),
+        left_out: if facts.ended { vec![] } else { vec!["the text ends without M30 or M2: it may be cut off".into()] },
+    };
+    let mut coverage = [
+        program,
         limits,
         process,
         collision,
@@ -206,6 +210,11 @@ fn judge_gates(
         shape("excess", tolerances.excess_mm),
         Coverage { checked: None, left_out: vec!["roughness and scallop are not evaluated".into()] },
     ];
+    if facts.pieces == 0 {
+        for c in &mut coverage[1..5] {
+            *c = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
+        }
+    }
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()
 }

@@ -29,14 +29,14 @@ pub(crate) fn check(paths: &[PathBuf]) -> Result<bool, Failure> {
         };
         match result {
             Ok(notes) => {
-                println!("{}: in order", path.display());
+                say!("{}: in order", path.display());
                 for note in notes {
-                    println!("  {note}");
+                    say!("  {note}");
                 }
             }
             Err(e) => {
                 clean = false;
-                eprint!("{}", Failure::from(&e));
+                tell!("{}", Failure::from(&e).to_string().trim_end());
             }
         }
     }

@@ -22,17 +22,17 @@ fn same(a: &Finding, b: &Finding) -> bool {
 /// Prints what changed from run a to run b.
 pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     let (a, b) = (read(run_a)?, read(run_b)?);
-    println!("verdict   {:?} -> {:?}", a.verdict, b.verdict);
+    say!("verdict   {:?} -> {:?}", a.verdict, b.verdict);
     for gate in &b.gates {
         let before = a.gates.iter().find(|g| g.name == gate.name).map(|g| g.state);
         if before != Some(gate.state) {
             let before = before.map_or_else(|| "missing".to_owned(), |s| format!("{s:?}"));
-            println!("gate      {}: {before} -> {:?} ({})", gate.name, gate.state, gate.reason);
+            say!("gate      {}: {before} -> {:?} ({})", gate.name, gate.state, gate.reason);
         }
     }
     for (label, from, to) in [("gone", &a, &b), ("new", &b, &a)] {
         for f in from.findings.iter().filter(|f| !to.findings.iter().any(|g| same(f, g))) {
-            println!("{label:<9} {} line {}: {}", f.code, f.line.map_or("-".into(), |l| l.to_string()), f.message);
+            say!("{label:<9} {} line {}: {}", f.code, f.line.map_or("-".into(), |l| l.to_string()), f.message);
         }
     }
     for f in &a.findings {
@@ -40,7 +40,7 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
             && (f.value, f.penetration_mm, f.clearance_mm, f.repeats)
                 != (g.value, g.penetration_mm, g.clearance_mm, g.repeats)
         {
-            println!("changed   {}: {} -> {}", f.code, f.message, g.message);
+            say!("changed   {}: {} -> {}", f.code, f.message, g.message);
         }
     }
     let number = |name: &str, x: Option<f64>, y: Option<f64>| {
@@ -50,7 +50,7 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
                 (Some(x), Some(y)) if x != 0.0 => format!(" ({:+.3} %)", 100.0 * (y - x) / x),
                 _ => String::new(),
             };
-            println!("{name:<28} {} -> {}{percent}", show(x), show(y));
+            say!("{name:<28} {} -> {}{percent}", show(x), show(y));
         }
     };
     number("time.total_s", Some(a.time.total_s), Some(b.time.total_s));

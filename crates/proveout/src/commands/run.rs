@@ -62,35 +62,32 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
 
 fn print_summary(result: &RunResult, place: &std::path::Path) {
     let v: &Verdict = &result.verdict;
-    println!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
+    say!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
     for gate in &v.gates {
-        println!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
+        say!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
     }
     let errors: Vec<_> = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).collect();
     if !errors.is_empty() {
-        println!("\n  first findings of {}:", errors.len());
+        say!("\n  first findings of {}:", errors.len());
         for f in errors.iter().take(8) {
             let line = f.line.map_or_else(String::new, |l| format!("line {l}: "));
             let more = if f.repeats > 0 { format!(" (and in {} more blocks)", f.repeats) } else { String::new() };
-            println!("    {line}{}{more} [{}]", f.message, f.code);
+            say!("    {line}{}{more} [{}]", f.message, f.code);
         }
     }
     if !v.inspection.is_empty() {
-        println!("\n  inspection");
+        say!("\n  inspection");
         for i in &v.inspection {
             let measured = i.measured_mm.map_or_else(|| "no surface".into(), |m| format!("{m:.4}"));
-            println!(
-                "    {:<44} nominal {:>9.4}  measured {measured:>9}  +-{} mm",
-                i.name, i.nominal_mm, i.tolerance_mm
-            );
+            say!("    {:<44} nominal {:>9.4}  measured {measured:>9}  +-{} mm", i.name, i.nominal_mm, i.tolerance_mm);
         }
     }
     if let (Some(gouge), Some(excess), Some(rms)) =
         (v.deviation.gouge_max_mm, v.deviation.excess_max_mm, v.deviation.rms_mm)
     {
-        println!("\n  deviation  gouge {gouge:.5} mm, excess {excess:.5} mm, rms {rms:.5} mm");
+        say!("\n  deviation  gouge {gouge:.5} mm, excess {excess:.5} mm, rms {rms:.5} mm");
     }
-    println!(
+    say!(
         "\n  machine time {:.1} s (feed {:.1}, rapid {:.1}, dwell {:.1}, tool change {:.1}); no control can be below {}",
         v.time.total_s,
         v.time.cutting_s,
@@ -100,19 +97,23 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         v.time.lower_bound_s.map_or_else(|| "unchecked".into(), |b| format!("{b:.1} s"))
     );
     for t in &v.tools {
-        println!(
+        say!(
             "    T{:<3} {:<24} {:>8.1} s in the spindle, {:>8.1} s in feed, {:>9.1} mm3",
-            t.number, t.name, t.time_s, t.cut_time_s, t.volume_mm3
+            t.number,
+            t.name,
+            t.time_s,
+            t.cut_time_s,
+            t.volume_mm3
         );
     }
-    println!(
+    say!(
         "\n  computed in {:.1} s: {:.0} times faster than the machine, {} pieces of motion",
         result.wall,
         v.time.total_s / result.wall.max(1e-9),
         result.pieces
     );
-    println!("  results: {}", place.display());
-    println!(
+    say!("  results: {}", place.display());
+    say!(
         "           {} in a browser; `proveout view {}` for the recording",
         place.join("report.html").display(),
         place.display()
