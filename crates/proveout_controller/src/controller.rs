@@ -179,6 +179,9 @@ where
             Op::Linear(motion) => self.straight(motion, MoveKind::Feed, location)?,
             Op::Arc(arc) => self.arc(arc, location)?,
             Op::Dwell(dwell) => self.dwell(*dwell, location)?,
+            Op::Spline(_) | Op::Probe(_) | Op::Thread(_) | Op::CutterComp(_) | Op::Override(_) => {
+                actions::special(&command.op, location)?;
+            }
             Op::Feed(feed) => self.state.feed = Some(*feed),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(name)) => {

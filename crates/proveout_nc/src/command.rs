@@ -85,6 +85,12 @@ pub enum Op {
     Linear(Motion),
     /// Circular or helical motion in feed.
     Arc(ArcMotion),
+    /// Motion in feed along a cubic Bezier curve (G5, G5.1).
+    Spline(SplineMotion),
+    /// Straight motion until a probe switches (G38, G31): the end is the farthest point it may reach.
+    Probe(ProbeMotion),
+    /// Straight motion coupled to the spindle (G33, rigid tapping).
+    Thread(ThreadMotion),
     /// Wait.
     Dwell(Dwell),
     /// Feed value in force from here.
@@ -103,6 +109,10 @@ pub enum Op {
     Tcp(Tcp),
     /// How corners are treated.
     PathMode(PathMode),
+    /// Cutter radius compensation in the working plane.
+    CutterComp(CutterComp),
+    /// What the override switches may do, or a programmed override.
+    Override(Override),
     /// Coolant.
     Coolant(Coolant),
     /// Text for the operator.
@@ -159,6 +169,40 @@ pub struct ArcMotion {
     pub sweep: f64,
 }
 
+/// Cubic Bezier curve from the position before; end and orientation as in [`Motion`]. A quadratic one comes raised to cubic,
+/// which is the same curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplineMotion {
+    /// End of the motion.
+    pub motion: Motion,
+    /// The two inner control points in the active work frame, mm.
+    pub control: [[f64; 3]; 2],
+    /// The same points in base coordinates, mm.
+    pub control_base: [[f64; 3]; 2],
+}
+
+/// Motion towards a probed surface. What the probe finds is not known to the reader: the twin runs to the end and says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProbeMotion {
+    /// Farthest point.
+    pub motion: Motion,
+    /// True where the motion leaves the surface (`G38.4`, `G38.5`).
+    pub away: bool,
+    /// True where a miss is an error of the control (`G38.2`, `G38.4`, `G31` of most controls).
+    pub must_switch: bool,
+}
+
+/// Motion of which the path runs in proportion to the angle of the spindle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThreadMotion {
+    /// End of the motion.
+    pub motion: Motion,
+    /// Path for each spindle revolution, mm, above zero.
+    pub pitch: f64,
+    /// The spindle direction during the motion, where the cycle sets it (tapping in, tapping out); none: as it runs.
+    pub direction: Option<SpindleDirection>,
+}
+
 /// Wait, in one of two units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dwell {
@@ -209,7 +253,7 @@ pub enum ToolAction {
 }
 
 /// Name of a tool in the program.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ToolName {
     /// `T0`: an empty spindle.
     Empty,
@@ -279,6 +323,39 @@ pub enum PathMode {
         /// Tolerance of the tool axis, radian.
         orientation_tolerance: Option<f64>,
     },
+}
+
+/// Cutter radius compensation (G40, G41, G42; R0, RL, RR).
+///
+/// The ends of motions stay as programmed unless [`crate::Settings::compensation`] asks for the path of the tool center.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutterComp {
+    /// On which side of the contour the tool runs, seen along the motion.
+    pub side: CompSide,
+    /// Number of the offset (D) where the word names one.
+    pub offset: Option<u32>,
+    /// Radius, mm: from the block (`G41.1 D`, macro value) or from the settings; none when neither says it.
+    pub radius: Option<f64>,
+}
+
+/// Side of the contour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CompSide {
+    /// G40: on the contour.
+    Off,
+    /// G41: left of it.
+    Left,
+    /// G42: right of it.
+    Right,
+}
+
+/// Overrides of feed and spindle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Override {
+    /// The operator may change feed and speed (M48); false fixes both at 100 percent (M49).
+    pub enabled: bool,
+    /// Programmed feed override, 1 for 100 percent (`OVR=50` is 0.5).
+    pub feed: f64,
 }
 
 /// Coolant state.

@@ -6,7 +6,7 @@ use std::io;
 use serde_json::{Map, Value, json};
 
 use crate::{
-    ArcMotion, AxisValues, Command, Dwell, Feed, Motion, Offset, Op, OrientationInterpolation, PathMode,
+    ArcMotion, AxisValues, Command, CompSide, Dwell, Feed, Motion, Offset, Op, OrientationInterpolation, PathMode,
     SpindleDirection, ToolAction, ToolName,
 };
 
@@ -30,6 +30,11 @@ fn point(p: [f64; 3]) -> Value {
 /// |---|---|
 /// | `rapid` `linear` `arc` | `end`, `end_base`: `{"X": mm, .., "A": degrees, .., "axis": [i, j, k]}`; `machine_coordinates`, `exact_stop` where true; in feed `feed_mm_min`, `feed_mm_rev` or `inverse_time_min` (the F of G93, 1/min) |
 /// | `arc` | also `plane` (`XY`, `ZX`, `YZ`, null for a circle in space), `center`, `normal`, `center_base`, `normal_base`, `turns` (sweep over a full turn), `radius` |
+/// | `spline` | as motions; also `control`, `control_base`: the two inner points of a cubic Bezier curve |
+/// | `probe` | as motions; also `away`, `must_switch` |
+/// | `thread` | as motions; also `pitch_mm`, and `direction` where the cycle sets it |
+/// | `cutter_comp` | `side`: `off`, `left`, `right`; `offset`, `radius_mm`, null where not known |
+/// | `override` | `enabled`, `feed_percent` |
 /// | `dwell` | `seconds` or `revolutions` |
 /// | `feed_mode` | `mode`: `mm_min`, `mm_rev`, `inverse_time`; written when the mode changes |
 /// | `feed` | the feed as in motions |
@@ -74,7 +79,7 @@ impl JsonWriter {
         }
         let mut object = place(command, name(&command.op));
         fill(&mut object, &command.op);
-        if let (Op::Linear(_) | Op::Arc(_), Some(feed)) = (&command.op, self.feed) {
+        if let (Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_), Some(feed)) = (&command.op, self.feed) {
             put_feed(&mut object, feed);
         }
         lines.push(Value::Object(object));
@@ -106,6 +111,11 @@ fn name(op: &Op) -> &'static str {
         Op::Rapid(_) => "rapid",
         Op::Linear(_) => "linear",
         Op::Arc(_) => "arc",
+        Op::Spline(_) => "spline",
+        Op::Probe(_) => "probe",
+        Op::Thread(_) => "thread",
+        Op::CutterComp(_) => "cutter_comp",
+        Op::Override(_) => "override",
         Op::Dwell(_) => "dwell",
         Op::Feed(_) => "feed",
         Op::Spindle(_) => "spindle",
@@ -181,7 +191,41 @@ fn put_arc(object: &mut Map<String, Value>, arc: &ArcMotion) {
     object.insert("radius".to_owned(), json!(rounded(arc.radius)));
 }
 
+fn direction(direction: SpindleDirection) -> &'static str {
+    match direction {
+        SpindleDirection::Off => "off",
+        SpindleDirection::Clockwise => "cw",
+        SpindleDirection::CounterClockwise => "ccw",
+    }
+}
+
+fn put_special(object: &mut Map<String, Value>, op: &Op) {
+    match op {
+        Op::Spline(spline) => {
+            put_motion(object, &spline.motion);
+            object.insert("control".to_owned(), json!(spline.control.map(point)));
+            object.insert("control_base".to_owned(), json!(spline.control_base.map(point)));
+        }
+        Op::Probe(probe) => {
+            put_motion(object, &probe.motion);
+            object.insert("away".to_owned(), json!(probe.away));
+            object.insert("must_switch".to_owned(), json!(probe.must_switch));
+        }
+        Op::Thread(thread) => {
+            put_motion(object, &thread.motion);
+            object.insert("pitch_mm".to_owned(), json!(rounded(thread.pitch)));
+            if let Some(turn) = thread.direction {
+                object.insert("direction".to_owned(), json!(direction(turn)));
+            }
+        }
+        _ => {}
+    }
+}
+
 fn fill(object: &mut Map<String, Value>, op: &Op) {
+    if matches!(op, Op::Spline(_) | Op::Probe(_) | Op::Thread(_)) {
+        return put_special(object, op);
+    }
     let mut put = |key: &str, value: Value| {
         object.insert(key.to_owned(), value);
     };
@@ -192,12 +236,7 @@ fn fill(object: &mut Map<String, Value>, op: &Op) {
         Op::Dwell(Dwell::Revolutions(revolutions)) => put("revolutions", json!(rounded(*revolutions))),
         Op::Feed(feed) => put_feed(object, *feed),
         Op::Spindle(spindle) => {
-            let direction = match spindle.direction {
-                SpindleDirection::Off => "off",
-                SpindleDirection::Clockwise => "cw",
-                SpindleDirection::CounterClockwise => "ccw",
-            };
-            put("direction", json!(direction));
+            put("direction", json!(direction(spindle.direction)));
             put("speed_rpm", json!(spindle.speed_rpm));
         }
         Op::Tool(action) => {
@@ -238,6 +277,21 @@ fn fill(object: &mut Map<String, Value>, op: &Op) {
             put("tolerance_mm", json!(tolerance.map(rounded)));
             put("orientation_tolerance_deg", json!(orientation_tolerance.map(|t| rounded(t.to_degrees()))));
         }
+        Op::CutterComp(comp) => {
+            let side = match comp.side {
+                CompSide::Off => "off",
+                CompSide::Left => "left",
+                CompSide::Right => "right",
+            };
+            put("side", json!(side));
+            put("offset", json!(comp.offset));
+            put("radius_mm", json!(comp.radius.map(rounded)));
+        }
+        Op::Override(change) => {
+            put("enabled", json!(change.enabled));
+            put("feed_percent", json!(rounded(change.feed * 100.0)));
+        }
+        Op::Spline(_) | Op::Probe(_) | Op::Thread(_) => {}
         Op::Coolant(coolant) => {
             put("flood", json!(coolant.flood));
             put("mist", json!(coolant.mist));

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::Command;
-use crate::codes;
+use crate::compensation::Compensated;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::dialect::siemens;
+use crate::dialect::{self, detect};
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 
@@ -19,13 +19,8 @@ impl<T: Iterator<Item = Result<Command, Diagnostic>>> CommandSource for T {}
 /// After an error the program is at its end.
 #[derive(Debug)]
 pub struct Program {
-    reader: Reader,
+    commands: Compensated,
     dialect: Dialect,
-}
-
-#[derive(Debug)]
-enum Reader {
-    Siemens(Box<siemens::Interpreter>),
 }
 
 impl Program {
@@ -53,25 +48,8 @@ impl Program {
             Dialect::Auto => detect(&source.name, &source.text),
             dialect => dialect,
         };
-        match dialect {
-            Dialect::Siemens840d => {
-                let interpreter = siemens::Interpreter::new(source, folder, settings)?;
-                Ok(Self { reader: Reader::Siemens(Box::new(interpreter)), dialect })
-            }
-            Dialect::Iso | Dialect::Auto => {
-                let message = format!("{} is no Siemens 840D program, and no other dialect is read yet", source.name);
-                Err(Diagnostics::from(Diagnostic {
-                    code: codes::DIALECT,
-                    message,
-                    file: source.name,
-                    line: 1,
-                    column: 1,
-                    length: 0,
-                    help: Some("name the file .mpf or .spf, or set the dialect".to_owned()),
-                    source_line: source.text.lines().next().unwrap_or_default().to_owned(),
-                }))
-            }
-        }
+        let reader = dialect::open(dialect, source, folder, settings)?;
+        Ok(Self { commands: Compensated::new(reader, settings), dialect })
     }
 
     /// The dialect that is read.
@@ -84,33 +62,8 @@ impl Iterator for Program {
     type Item = Result<Command, Diagnostic>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        match &mut self.reader {
-            Reader::Siemens(interpreter) => interpreter.next().map(|item| item.map_err(|diagnostic| *diagnostic)),
-        }
+        self.commands.next().map(|item| item.map_err(|diagnostic| *diagnostic))
     }
-}
-
-/// Tells the dialect from the ending of the name, then from the text; [`Dialect::Auto`] where neither says.
-pub fn detect(name: &str, text: &str) -> Dialect {
-    let ending = Path::new(name).extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    match ending.as_deref() {
-        Some("mpf" | "spf" | "arc") => return Dialect::Siemens840d,
-        Some("h" | "i" | "apt" | "cls") => return Dialect::Auto,
-        _ => {}
-    }
-    for line in text.lines().take(200) {
-        let line = line.trim_start().to_ascii_uppercase();
-        let code = line.split(';').next().unwrap_or_default();
-        let siemens =
-            ["%_N_", ";$PATH", "DEF REAL", "DEF INT", "TRAORI", "TRAFOOF", "CYCLE8", "SUPA", "G710", "AROT ", "MSG("];
-        if siemens.iter().any(|mark| line.starts_with(mark) || code.contains(mark)) {
-            return Dialect::Siemens840d;
-        }
-        if line.starts_with('%') || line.starts_with('O') && line[1..].starts_with(|c: char| c.is_ascii_digit()) {
-            return Dialect::Iso;
-        }
-    }
-    if text.lines().take(200).any(|line| line.trim_start().starts_with('(')) { Dialect::Iso } else { Dialect::Auto }
 }
 
 /// Everything that can be found wrong with a program: all faults of single lines and of structure, then the first fault of
@@ -136,10 +89,7 @@ pub fn check_text(name: &str, text: &str, settings: &Settings) -> Vec<Diagnostic
 }
 
 fn check_program(program: Program, name: &str, text: String) -> Vec<Diagnostic> {
-    let mut list = match program.dialect {
-        Dialect::Siemens840d => siemens::line_faults(&Source::new(name, text)),
-        _ => Vec::new(),
-    };
+    let mut list = dialect::line_faults(program.dialect, &Source::new(name, text));
     if let Some(fault) = program.filter_map(Result::err).next() {
         let known = list.iter().any(|d| d.file == fault.file && d.line == fault.line && d.code == fault.code);
         if !known {
@@ -150,10 +100,11 @@ fn check_program(program: Program, name: &str, text: String) -> Vec<Diagnostic> 
 }
 
 fn with_lines(name: &str, text: String, settings: &Settings, mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let siemens = settings.dialect == Dialect::Siemens840d || detect(name, &text) == Dialect::Siemens840d;
-    if siemens {
-        list.extend(siemens::line_faults(&Source::new(name, text)));
-        list.sort_by_key(|d| (d.line, d.column));
-    }
+    let dialect = match settings.dialect {
+        Dialect::Auto => detect(name, &text),
+        dialect => dialect,
+    };
+    list.extend(dialect::line_faults(dialect, &Source::new(name, text)));
+    list.sort_by_key(|d| (d.line, d.column));
     list
 }

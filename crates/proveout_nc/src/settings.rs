@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::OrientationInterpolation;
+use crate::{OrientationInterpolation, ToolName};
 
 /// Language of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,8 +13,74 @@ pub enum Dialect {
     Auto,
     /// Siemens Sinumerik 840D sl.
     Siemens840d,
-    /// RS274 as spoken by Fanuc, Haas and `LinuxCNC`.
+    /// ISO 6983 / RS274; which control speaks it is told from the text, Fanuc where nothing tells.
     Iso,
+    /// ISO with the words of Fanuc Series 30i and macro B.
+    Fanuc,
+    /// ISO with the words of Haas NGC.
+    Haas,
+    /// RS274/NGC with the words of `LinuxCNC`.
+    LinuxCnc,
+    /// Heidenhain TNC, Klartext.
+    Heidenhain,
+    /// Heidenhain TNC, DIN/ISO.
+    HeidenhainIso,
+    /// APT cutter location data (ISO 4343 words).
+    Apt,
+}
+
+impl Dialect {
+    /// Every dialect with its name on the command line and in scenes.
+    pub const NAMES: [(&'static str, Self); 8] = [
+        ("siemens-840d", Self::Siemens840d),
+        ("iso", Self::Iso),
+        ("fanuc", Self::Fanuc),
+        ("haas", Self::Haas),
+        ("linuxcnc", Self::LinuxCnc),
+        ("heidenhain", Self::Heidenhain),
+        ("heidenhain-iso", Self::HeidenhainIso),
+        ("apt", Self::Apt),
+    ];
+
+    /// The dialect of this name; `auto` and the usual short forms are taken too.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let name = name.trim().to_ascii_lowercase().replace('_', "-");
+        let found = Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, dialect)| dialect);
+        found.or(match name.as_str() {
+            "auto" => Some(Self::Auto),
+            "siemens" | "840d" | "sinumerik" | "siemens-840d-sl" => Some(Self::Siemens840d),
+            "rs274" | "rs274ngc" | "rs274/ngc" | "ngc" | "emc" => Some(Self::LinuxCnc),
+            "gcode" | "g-code" | "din" | "din66025" => Some(Self::Iso),
+            "klartext" | "tnc" | "heidenhain-klartext" | "itnc" => Some(Self::Heidenhain),
+            "heidenhain-din" => Some(Self::HeidenhainIso),
+            "cl" | "apt-cl" | "cls" => Some(Self::Apt),
+            _ => None,
+        })
+    }
+
+    /// Name of the dialect; `auto` for [`Dialect::Auto`].
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(_, dialect)| *dialect == self).map_or("auto", |(name, _)| name)
+    }
+}
+
+/// What is done with cutter radius compensation.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Compensation {
+    /// Motions stay as programmed; [`crate::Op::CutterComp`] says that the control would offset them.
+    #[default]
+    Programmed,
+    /// `end_base` and centers of motions are those of the tool center; a radius that is not known is an error.
+    ToolCenter(ToolRadii),
+}
+
+/// Radii that the control has in its tool table, mm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ToolRadii {
+    /// By the number of a radius offset (D of an ISO control).
+    pub by_offset: BTreeMap<u32, f64>,
+    /// By the tool in the spindle; used where the program names no offset, or one that is not in `by_offset`.
+    pub by_tool: BTreeMap<ToolName, f64>,
 }
 
 /// Values of one work offset.
@@ -68,6 +134,8 @@ pub struct Settings {
     pub arc_tolerance_mm: f64,
     /// Path of the orientation before the program says otherwise.
     pub orientation_interpolation: OrientationInterpolation,
+    /// Cutter radius compensation.
+    pub compensation: Compensation,
     /// Limits of loops, calls and memory.
     pub limits: Limits,
 }
@@ -83,6 +151,7 @@ impl Default for Settings {
             skipped_levels: 0,
             arc_tolerance_mm: 0.01,
             orientation_interpolation: OrientationInterpolation::GreatCircle,
+            compensation: Compensation::Programmed,
             limits: Limits::default(),
         }
     }

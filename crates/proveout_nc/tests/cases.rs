@@ -7,31 +7,49 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use proveout_nc::{CODES, JsonWriter, Program, Settings, WorkOffset, check};
+use proveout_nc::{CODES, Dialect, JsonWriter, Program, Settings, WorkOffset, check};
 
-fn folder(name: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|e| e == "mpf"))
-        .collect();
-    files.sort();
+/// Folders of `tests/cases` and `tests/bad` with the dialect of their programs.
+const DIALECTS: [(&str, Dialect); 8] = [
+    ("siemens", Dialect::Siemens840d),
+    ("iso", Dialect::Iso),
+    ("fanuc", Dialect::Fanuc),
+    ("haas", Dialect::Haas),
+    ("linuxcnc", Dialect::LinuxCnc),
+    ("heidenhain", Dialect::Heidenhain),
+    ("heidenhain-iso", Dialect::HeidenhainIso),
+    ("apt", Dialect::Apt),
+];
+
+/// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`), are left out.
+fn programs(kind: &str) -> Vec<(PathBuf, Dialect)> {
+    let mut files = Vec::new();
+    for (name, dialect) in DIALECTS {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(kind).join(name);
+        let Ok(entries) = fs::read_dir(folder) else { continue };
+        let mut found: Vec<PathBuf> = entries
+            .map(|entry| entry.unwrap().path())
+            .filter(|p| p.is_file() && p.extension().is_some_and(|e| e != "jsonl"))
+            .filter(|p| !p.file_name().unwrap().to_string_lossy().starts_with("sub_"))
+            .collect();
+        found.sort();
+        files.extend(found.into_iter().map(|path| (path, dialect)));
+    }
     files
 }
 
-fn settings() -> Settings {
-    let mut settings = Settings::default();
+fn settings(dialect: Dialect) -> Settings {
+    let mut settings = Settings { dialect, ..Settings::default() };
     settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
     settings.variables.insert("R1".to_owned(), 1.0);
     settings
 }
 
 /// The JSON lines of a program without the file name; an error ends them.
-fn lines(path: &Path) -> String {
+fn lines(path: &Path, dialect: Dialect) -> String {
     let mut writer = JsonWriter::new();
     let mut text = String::new();
-    for command in Program::open(path, &settings()).unwrap() {
+    for command in Program::open(path, &settings(dialect)).unwrap_or_else(|e| panic!("{e}")) {
         match command {
             Ok(command) => {
                 for mut value in writer.values(&command) {
@@ -49,8 +67,8 @@ fn lines(path: &Path) -> String {
 #[test]
 fn programs_give_the_expected_commands() {
     let bless = std::env::var_os("PROVEOUT_BLESS").is_some();
-    for path in folder("cases/siemens") {
-        let got = lines(&path);
+    for (path, dialect) in programs("cases") {
+        let got = lines(&path, dialect);
         let expected = path.with_extension("jsonl");
         if bless {
             fs::write(&expected, &got).unwrap();
@@ -66,10 +84,13 @@ fn programs_give_the_expected_commands() {
 #[test]
 fn bad_programs_raise_the_error_they_name() {
     let mut seen = std::collections::BTreeSet::new();
-    for path in folder("bad") {
+    for (path, dialect) in programs("bad") {
         let text = fs::read_to_string(&path).unwrap();
-        let code = text.lines().next().unwrap().trim_start_matches(';').trim().to_owned();
-        let faults = check(&path, &Settings::default());
+        // The first line is a comment of the dialect: `; code`, `(code)`, `$$ code`.
+        let code = text.lines().next().unwrap();
+        let code =
+            code.trim_matches(|c: char| matches!(c, ';' | '(' | ')' | '$' | '%') || c.is_whitespace()).to_owned();
+        let faults = check(&path, &Settings { dialect, ..Settings::default() });
         let fault = faults.first().unwrap_or_else(|| panic!("{} raises nothing", path.display()));
         assert_eq!(fault.code, code, "{}: {fault}", path.display());
         assert!(fault.help.as_ref().is_some_and(|h| !h.is_empty()), "{} has no remedy", path.display());

@@ -205,12 +205,11 @@ fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> 
 fn dialect(scene: &Scene, entry: Option<&ProgramFile>) -> Result<Dialect, ConfigError> {
     match entry.and_then(|e| e.dialect.as_deref()) {
         None => Ok(Dialect::Auto),
-        Some("siemens-840d") => Ok(Dialect::Siemens840d),
-        Some("iso") => Ok(Dialect::Iso),
-        Some(other) => {
-            let message = format!("dialect {other:?} is not known");
-            Err(ConfigError::file(&scene.path, message, "write \"siemens-840d\" or \"iso\", or leave it out"))
-        }
+        Some(name) => Dialect::from_name(name).ok_or_else(|| {
+            let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
+            let message = format!("dialect {name:?} is not known");
+            ConfigError::file(&scene.path, message, format!("write one of {}, or leave it out", names.join(", ")))
+        }),
     }
 }
 

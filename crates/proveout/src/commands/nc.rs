@@ -10,12 +10,11 @@ use crate::{args::NcArgs, failure::Failure};
 pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     let dialect = match args.dialect.as_deref() {
         None => Dialect::Auto,
-        Some("siemens-840d") => Dialect::Siemens840d,
-        Some("iso") => Dialect::Iso,
-        Some(other) => {
-            return Err(Failure::new(format!("dialect {other:?} is not known"))
-                .with_help("write siemens-840d or iso, or leave it out"));
-        }
+        Some(name) => Dialect::from_name(name).ok_or_else(|| {
+            let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
+            Failure::new(format!("dialect {name:?} is not known"))
+                .with_help(format!("write one of {}, or leave it out", names.join(", ")))
+        })?,
     };
     let tools = args.tools.as_ref().map(|t| ToolLibrary::read(t)).transpose();
     let tools = tools.map_err(|e| Failure::from(&SimError::from(e)))?;

@@ -2,7 +2,10 @@
 //! point control.
 
 use proveout_machine::MAX_JOINTS;
-use proveout_nc::{Command, Dwell, Location, OrientationInterpolation, Spindle, SpindleDirection, Tcp, ToolName};
+use proveout_nc::{
+    Command, CompSide, Dwell, Location, Op, OrientationInterpolation, Override, Spindle, SpindleDirection, Tcp,
+    ToolName,
+};
 
 use super::{Controller, scope};
 use crate::{
@@ -12,6 +15,20 @@ use crate::{
     output::{BlockKind, Event, LimitKind, MoveKind},
     path::PathBlock,
 };
+
+/// Commands that this control does not execute are refused by name.
+pub(super) fn special(op: &Op, location: &Location) -> Result<(), Box<ControlError>> {
+    let what = match op {
+        Op::Spline(_) => "a spline motion",
+        Op::Probe(_) => "a probing motion",
+        Op::Thread(_) => "a motion coupled to the spindle",
+        Op::CutterComp(comp) if comp.side != CompSide::Off => "a contour that is not yet the path of the tool center",
+        Op::Override(Override { feed, .. }) if *feed != 1.0 => "a programmed feed override",
+        _ => return Ok(()),
+    };
+    let message = format!("{what} is not executed by this control");
+    Err(Box::new(ControlError::at(location, "control-unsupported", message, "program the motion in another way")))
+}
 
 impl<E, I> Controller<'_, I>
 where

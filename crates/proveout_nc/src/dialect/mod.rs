@@ -1,3 +1,67 @@
-//! Readers, one folder for each dialect.
+//! The languages of programs. Each reader lives in a folder of its own and gives the same canonical commands.
 
-pub(crate) mod siemens;
+mod apt;
+mod detect;
+mod heidenhain;
+mod iso;
+mod siemens;
+
+use std::fmt::Debug;
+use std::path::PathBuf;
+
+use crate::Command;
+use crate::codes;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::settings::{Dialect, Settings};
+use crate::source::Source;
+
+pub use detect::detect;
+
+/// A program being executed. After an error or the end it gives nothing more.
+pub(crate) trait Reader: Debug {
+    /// The next command, or what ended the run.
+    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>>;
+}
+
+/// The reader of a program. `folder`: where the main program lies, if it is a file. `dialect` is not [`Dialect::Auto`].
+pub(crate) fn open(
+    dialect: Dialect,
+    source: Source,
+    folder: Option<PathBuf>,
+    settings: &Settings,
+) -> Result<Box<dyn Reader>, Diagnostics> {
+    match dialect {
+        Dialect::Siemens840d => siemens::open(source, folder, settings),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
+            iso::open(dialect, source, folder, settings)
+        }
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::open(dialect, source, folder, settings),
+        Dialect::Apt => apt::open(source, folder, settings),
+        Dialect::Auto => Err(unknown(&source)),
+    }
+}
+
+/// All faults of single lines: grammar, and words that are refused wherever they stand.
+pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+    match dialect {
+        Dialect::Siemens840d => siemens::line_faults(source),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => iso::line_faults(dialect, source),
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::line_faults(dialect, source),
+        Dialect::Apt => apt::line_faults(source),
+        Dialect::Auto => Vec::new(),
+    }
+}
+
+fn unknown(source: &Source) -> Diagnostics {
+    let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
+    Diagnostics::from(Diagnostic {
+        code: codes::DIALECT,
+        message: format!("the language of {} could not be told from its ending and its text", source.name),
+        file: source.name.clone(),
+        line: 1,
+        column: 1,
+        length: 0,
+        help: Some(format!("name the dialect: {}", names.join(", "))),
+        source_line: source.text.lines().next().unwrap_or_default().to_owned(),
+    })
+}

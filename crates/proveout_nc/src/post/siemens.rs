@@ -6,7 +6,7 @@ use std::io::Write;
 use super::{PostError, PostSettings, decimal, positive};
 use crate::frame::{self, Frame};
 use crate::{
-    AXIS_LETTERS, ArcMotion, AxisValues, Command, Coolant, Dwell, Feed, FrameChange, Motion, Offset, Op,
+    AXIS_LETTERS, ArcMotion, AxisValues, Command, CompSide, Coolant, Dwell, Feed, FrameChange, Motion, Offset, Op,
     OrientationInterpolation, PathMode, SpindleDirection, Tcp, ToolAction, ToolName,
 };
 
@@ -106,6 +106,15 @@ impl<W: Write> SiemensPost<W> {
                 None => Err(unsupported("a frame with shear", "use rotations, mirrors and scales")),
             },
             Op::Tcp(tcp) => self.tcp(*tcp),
+            Op::CutterComp(comp) => self.line(match comp.side {
+                CompSide::Off => "G40",
+                CompSide::Left => "G41",
+                CompSide::Right => "G42",
+            }),
+            Op::Override(change) => self.line(&format!("OVR={}", decimal(change.feed * 100.0, 3))),
+            Op::Spline(_) => Err(unsupported("a Bezier curve", "write it as short straight blocks")),
+            Op::Probe(_) => Err(unsupported("a probing motion", "write the measuring cycle by hand")),
+            Op::Thread(_) => Err(unsupported("a motion coupled to the spindle", "write the tapping cycle by hand")),
             Op::PathMode(PathMode::ExactStop) => self.line("G60"),
             Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance }) => {
                 // A negative tolerance is the word for "as set up on the machine".

@@ -18,10 +18,30 @@ mod pending;
 mod statement;
 mod words;
 
-pub(crate) use interpreter::Interpreter;
+use std::path::PathBuf;
 
-use crate::diagnostic::Diagnostic;
+use interpreter::Interpreter;
+
+use super::Reader;
+use crate::Command;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::settings::Settings;
 use crate::source::{Mark, Source};
+
+/// The reader of a program.
+pub(crate) fn open(
+    source: Source,
+    folder: Option<PathBuf>,
+    settings: &Settings,
+) -> Result<Box<dyn Reader>, Diagnostics> {
+    Ok(Box::new(Interpreter::new(source, folder, settings)?))
+}
+
+impl Reader for Interpreter {
+    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
+        self.next()
+    }
+}
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
 pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
