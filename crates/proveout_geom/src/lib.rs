@@ -5,12 +5,14 @@
 //!
 //! * [`Pose`] – rigid transform whose right angles are exact.
 //! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid.
+//! * [`blade`] – blades with closed forms and their meshes.
 //! * [`read_mesh`], [`write_stl`] – STL, OBJ and glTF binary files.
 //!
 //! A type enters this crate when two crates need it.
 
 mod aabb;
 mod angle;
+pub mod blade;
 mod mesh;
 mod mesh_io;
 mod pose;

@@ -1,0 +1,8 @@
+//! Blades with closed forms: a section as the envelope of circles on a circular camber line, extruded, twisted, on a platform.
+
+mod body;
+mod mesh;
+mod section;
+
+pub use body::{Blade, BladeError, BladeSpec, Platform, SurfacePoint};
+pub use section::{CamberSection, SectionCurve, SectionError, SectionPoint};
