@@ -4,6 +4,9 @@
 //!   writes it.
 //! * [`ClStatement`] – one statement; motions carry a [`proveout_geom::ToolPose`] in the frame of the part program, mm.
 //!
+//! * [`HelicalPass`] – a ball end mill round a blade, as a CAM system posts it.
+//! * [`reschedule`] – published methods that re-plan the tool axes of a path.
+//!
 //! Units of the file (`UNITS/MM`, `UNITS/INCHES`) are converted while reading: mm, mm/s, radian, second inside.
 //!
 //! Limits: circular and surface motions of APT source (`CIRCLE`, `GORGT`, `TLLFT`) are refused, since their meaning
@@ -13,6 +16,9 @@ mod apt;
 mod apt_words;
 mod cl;
 mod error;
+mod helix;
+pub mod reschedule;
 
 pub use cl::{ClFile, ClRecord, ClStatement, CoolantState, SpindleState};
 pub use error::ClError;
+pub use helix::{HelicalPass, PassError, PassPoint};

@@ -110,8 +110,9 @@ impl Blade {
         self.raised(point.position, point.normal_angle, x)
     }
 
-    /// A point of an offset outline in the plane X, with the normal of the airfoil there.
-    pub(super) fn raised(&self, position: [f64; 2], normal_angle: f64, x: f64) -> SurfacePoint {
+    /// A point of an outline (y, z and angle of its normal, as [`SectionCurve::at`] gives them) in the plane X, turned with
+    /// the blade, with the normal of the airfoil there.
+    pub fn raised(&self, position: [f64; 2], normal_angle: f64, x: f64) -> SurfacePoint {
         let turn = self.spec.twist * x;
         let (s, c) = turn.sin_cos();
         let [y, z] = [c * position[0] - s * position[1], s * position[0] + c * position[1]];
