@@ -45,6 +45,7 @@
 #![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
 
 mod controller;
+pub mod dynamics;
 mod emit;
 mod error;
 mod jet;
@@ -59,6 +60,7 @@ mod plan;
 mod profile;
 mod rig;
 mod scurve;
+pub mod servo;
 mod settings;
 mod shape;
 mod stretch;
@@ -66,6 +68,7 @@ mod summary;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
-pub use output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample};
+pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
 pub use settings::{Dynamics, Settings};
-pub use summary::{JointSummary, Summary, UnlimitedJoint};
+pub use servo::Plant;
+pub use summary::{DriveUse, JointSummary, LoadTrust, Summary, UnlimitedJoint};
