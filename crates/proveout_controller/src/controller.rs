@@ -3,7 +3,7 @@
 mod actions;
 mod check;
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use proveout_machine::{JointValues, Machine, RapidMode};
 use proveout_nc::{
@@ -78,6 +78,7 @@ pub struct Controller<'m, I> {
     out: Emitter,
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
+    servo_wall: f64,
     next_block: u32,
     ready: bool,
     ended: bool,
@@ -130,6 +131,7 @@ where
             v_start: 0.0,
             out: Emitter::new(cycle, &home),
             servo,
+            servo_wall: 0.0,
             next_block: 0,
             ready: false,
             ended: false,
@@ -145,7 +147,10 @@ where
     pub fn next_chunk(&mut self) -> Result<Option<Chunk>, RunError<E>> {
         let Some(chunk) = self.next_planned()? else { return Ok(None) };
         let Some(servo) = &mut self.servo else { return Ok(Some(chunk)) };
-        match servo.follow(chunk, self.finished) {
+        let begin = Instant::now();
+        let followed = servo.follow(chunk, self.finished);
+        self.servo_wall += begin.elapsed().as_secs_f64();
+        match followed {
             Ok(chunk) => Ok(Some(chunk)),
             Err(e) => {
                 self.finished = true;
@@ -192,6 +197,11 @@ where
             servo.complete(&mut summary);
         }
         summary
+    }
+
+    /// Wall time spent on the drives so far, s.
+    pub fn servo_wall_s(&self) -> f64 {
+        self.servo_wall
     }
 
     /// Control cycle in use, s.

@@ -70,5 +70,4 @@ pub use controller::Controller;
 pub use error::{ControlError, RunError};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
 pub use settings::{Dynamics, Settings};
-pub use servo::Plant;
 pub use summary::{DriveUse, JointSummary, LoadTrust, Summary, UnlimitedJoint};
