@@ -50,6 +50,9 @@ pub(crate) struct RunArgs {
     /// Which motion cuts (default: the scene's)
     #[arg(long, value_enum)]
     pub(crate) dynamics: Option<DynamicsArg>,
+    /// What moves under the forces of the drives, with --dynamics servo (default: the scene's)
+    #[arg(long, value_enum)]
+    pub(crate) plant: Option<PlantArg>,
     /// Where the Rerun recording goes
     #[arg(long, value_enum, default_value = "file")]
     pub(crate) rerun: RerunArg,
@@ -61,6 +64,16 @@ pub(crate) enum DynamicsArg {
     Ideal,
     /// The set points of the control, corners rounded within the tolerance
     Planned,
+    /// What the drives make of the set points
+    Servo,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum PlantArg {
+    /// One mass a joint, loaded by recursive Newton-Euler
+    NewtonEuler,
+    /// Coupled rigid bodies in Rapier
+    Rapier,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -40,7 +40,7 @@ fn machine() -> Machine {
 
 fn body(machine: &Machine, name: &str, on: Option<&str>, mesh: TriMesh) -> MachineBody {
     let attached_to = on.map_or(Attachment::Base, |j| Attachment::Joint(machine.joint(j).expect("joint")));
-    MachineBody { name: name.into(), role: name.into(), attached_to, mesh, color: [0; 4], check: true }
+    MachineBody { name: name.into(), role: name.into(), attached_to, mesh, mass: None, color: [0; 4], check: true }
 }
 
 const GAUGE: f64 = 120.0;

@@ -3,7 +3,7 @@
 mod actions;
 mod check;
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use proveout_machine::{JointValues, Machine, RapidMode};
 use proveout_nc::{
@@ -23,7 +23,8 @@ use crate::{
     profile::Law,
     rig::Rig,
     scurve::{Rates, peak_speed},
-    settings::Settings,
+    servo::stage::ServoStage,
+    settings::{Dynamics, Settings},
     shape::{Shape, Timed},
     stretch::{self, Stretch},
     summary::Summary,
@@ -75,6 +76,9 @@ pub struct Controller<'m, I> {
     /// Speed at the begin of the path's first cell.
     v_start: f64,
     out: Emitter,
+    /// The drives, where they are simulated.
+    servo: Option<Box<ServoStage<'m>>>,
+    servo_wall: f64,
     next_block: u32,
     ready: bool,
     ended: bool,
@@ -89,7 +93,8 @@ where
     /// A control with all joints at home, no tool, and the path mode "continuous".
     ///
     /// # Errors
-    /// [`ControlError`] when a setting or a limit of the machine is not a number above zero.
+    /// [`ControlError`] when a setting or a limit of the machine is not a number above zero, or when the axis dynamics are
+    /// asked for and a drive is not described, is not stable, or moves an unknown mass.
     pub fn new(
         commands: I,
         machine: &'m Machine,
@@ -100,6 +105,10 @@ where
         check::check_limits(machine)?;
         check::check_cycle(machine)?;
         let cycle = settings.sample_time.unwrap_or(machine.control.cycle_time);
+        let servo = match settings.dynamics {
+            Dynamics::Servo => Some(Box::new(ServoStage::new(machine, tools, &settings, cycle)?)),
+            Dynamics::Ideal | Dynamics::Planned => None,
+        };
         let home = machine.home();
         let mapping = Mapping { tcp_length: None, tool_length: 0.0 };
         Ok(Self {
@@ -121,6 +130,8 @@ where
             mapping,
             v_start: 0.0,
             out: Emitter::new(cycle, &home),
+            servo,
+            servo_wall: 0.0,
             next_block: 0,
             ready: false,
             ended: false,
@@ -134,6 +145,22 @@ where
     /// What the source of commands reports, and commands that the control refuses. After an error there is no further
     /// chunk.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk>, RunError<E>> {
+        let Some(chunk) = self.next_planned()? else { return Ok(None) };
+        let Some(servo) = &mut self.servo else { return Ok(Some(chunk)) };
+        let begin = Instant::now();
+        let followed = servo.follow(chunk, self.finished);
+        self.servo_wall += begin.elapsed().as_secs_f64();
+        match followed {
+            Ok(chunk) => Ok(Some(chunk)),
+            Err(e) => {
+                self.finished = true;
+                Err(RunError::Control(e))
+            }
+        }
+    }
+
+    /// The next stretch of the plan.
+    fn next_planned(&mut self) -> Result<Option<Chunk>, RunError<E>> {
         while !self.finished {
             if self.ended {
                 self.stop_run();
@@ -164,7 +191,17 @@ where
 
     /// What the run took so far; complete after the last chunk.
     pub fn summary(&self) -> Summary {
-        self.out.meter.summary(self.device.machine, &self.device.limits, self.out.clock, &self.state.position.q)
+        let mut summary =
+            self.out.meter.summary(self.device.machine, &self.device.limits, self.out.clock, &self.state.position.q);
+        if let Some(servo) = &self.servo {
+            servo.complete(&mut summary);
+        }
+        summary
+    }
+
+    /// Wall time spent on the drives so far, s.
+    pub fn servo_wall_s(&self) -> f64 {
+        self.servo_wall
     }
 
     /// Control cycle in use, s.

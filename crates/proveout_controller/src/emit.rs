@@ -84,7 +84,7 @@ impl Emitter {
         self.meter.bound_s += if bounds.is_empty() { stretch.law.duration } else { bound_time(&bounds, open) };
         self.meter.summary.planned_contour_error_mm =
             self.meter.summary.planned_contour_error_mm.max(path.max_rounding);
-        if scope.settings.dynamics == Dynamics::Planned {
+        if scope.settings.dynamics != Dynamics::Ideal {
             self.meter.summary.max_contour_error_mm = self.meter.summary.max_contour_error_mm.max(path.max_rounding);
         }
         self.samples(scope, path, &stretch.samples);
@@ -122,7 +122,7 @@ impl Emitter {
         for m in samples {
             let block = &path.blocks[path.block_at(m.state.s, &mut at)];
             let actual = match scope.settings.dynamics {
-                Dynamics::Planned => m.q,
+                Dynamics::Planned | Dynamics::Servo => m.q,
                 Dynamics::Ideal => {
                     let u = (m.state.s - block.s0).clamp(0.0, block.length);
                     scope.kinematics.position(&block.shape.jet(u).0[0])
@@ -144,6 +144,7 @@ impl Emitter {
                 feed_programmed: block.feed_programmed,
                 feed: m.state.v * if block.tip_moves { rate } else { 1.0 },
                 kind: block.kind,
+                drive: None,
             };
             self.meter.sample(&sample);
             self.chunk.samples.push(sample);
@@ -166,7 +167,7 @@ impl Emitter {
         let stance = |s: f64| {
             let task = match scope.settings.dynamics {
                 Dynamics::Ideal => block.shape.jet((s - block.s0).clamp(0.0, block.length)).0[0],
-                Dynamics::Planned => {
+                Dynamics::Planned | Dynamics::Servo => {
                     let mut at = cursor.get();
                     let task = path.rounded(s, &mut at).0[0];
                     cursor.set(at);
@@ -177,7 +178,7 @@ impl Emitter {
             Stance { s, q, pose: scope.kinematics.pose(&q) }
         };
         let mut places = vec![a];
-        if scope.settings.dynamics == Dynamics::Planned {
+        if scope.settings.dynamics != Dynamics::Ideal {
             let first = path.spans.partition_point(|p| p.s1 <= a);
             places.extend(path.spans[first..].iter().map(|p| p.s1).take_while(|s| *s < b));
         }
@@ -286,6 +287,7 @@ impl Emitter {
             feed_programmed: 0.0,
             feed: 0.0,
             kind: MoveKind::Handling,
+            drive: None,
         };
         self.meter.sample(&sample);
         self.chunk.samples.push(sample);

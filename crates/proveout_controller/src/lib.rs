@@ -45,6 +45,7 @@
 #![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
 
 mod controller;
+pub mod dynamics;
 mod emit;
 mod error;
 mod jet;
@@ -60,6 +61,7 @@ mod profile;
 mod reprogram;
 mod rig;
 mod scurve;
+pub mod servo;
 mod settings;
 mod shape;
 mod stretch;
@@ -69,5 +71,6 @@ pub use controller::Controller;
 pub use error::{ControlError, RunError};
 pub use output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample};
 pub use reprogram::{Reprogrammed, ReprogrammedRun, Reprogramming};
+pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
 pub use settings::{Dynamics, Settings};
-pub use summary::{JointSummary, Summary, UnlimitedJoint};
+pub use summary::{DriveUse, JointSummary, LoadTrust, Summary, UnlimitedJoint};

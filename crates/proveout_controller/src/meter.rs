@@ -85,6 +85,7 @@ impl Meter {
                 acceleration_utilisation: use_of(self.acceleration[i], limits.acceleration[i]),
                 jerk_utilisation: use_of(self.jerk[i], limits.jerk[i]),
                 reversals: self.reversals[i],
+                drive: None,
             })
             .collect();
         s.unlimited_joints = (0..limits.count)

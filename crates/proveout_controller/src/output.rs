@@ -63,6 +63,21 @@ pub struct Sample {
     pub feed: f64,
     /// Purpose.
     pub kind: MoveKind,
+    /// What the drives do; none where they are not simulated.
+    pub drive: Option<DriveSample>,
+}
+
+/// The drives at one cycle of the control.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveSample {
+    /// Actual velocity of the load, mm/s and radian/s.
+    pub velocity: JointValues,
+    /// Force or torque of the motor, N and N mm.
+    pub force: JointValues,
+    /// Mechanical power of the motor, W; below zero while it brakes.
+    pub power: JointValues,
+    /// Work that the motor has drawn since the start, J; what braking gives back is not taken off.
+    pub energy: JointValues,
 }
 
 /// What passed its limit.
@@ -72,6 +87,9 @@ pub enum LimitKind {
     Travel,
     /// The spindle turns faster than spindle or tool allow; the value is in 1/min.
     SpindleSpeed,
+    /// The control asks the drive for more force (N) or torque (N mm) than it has; it gives its most, and the joint leaves
+    /// its set point.
+    DriveForce,
 }
 
 /// Something that happens at a time.
@@ -149,7 +167,7 @@ pub enum Event {
         /// Index of the [`BlockRecord`].
         block: u32,
     },
-    /// A limit is passed; the motion is executed as programmed. One event a block and joint, with the worst value.
+    /// A limit is passed; the motion is executed as programmed (where a drive lacks force, as far as it can follow). One event a block and joint, with the worst value.
     Limit {
         /// Time of the worst value, s.
         time: f64,
@@ -157,7 +175,7 @@ pub enum Event {
         block: u32,
         /// Joint; none for the spindle.
         joint: Option<usize>,
-        /// Worst value, mm, radian or 1/min.
+        /// Worst value, mm, radian, 1/min, N or N mm.
         value: f64,
         /// The limit that it passes.
         limit: f64,

@@ -1,3 +1,5 @@
+use crate::servo::Plant;
+
 /// Which motion the tool makes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Dynamics {
@@ -6,6 +8,8 @@ pub enum Dynamics {
     /// The set points of the plan: corners rounded within the tolerance.
     #[default]
     Planned,
+    /// What the drives make of the set points: lag, friction, backlash, elasticity, force limits.
+    Servo,
 }
 
 /// How the control is set up, where neither program nor machine say it.
@@ -13,6 +17,8 @@ pub enum Dynamics {
 pub struct Settings {
     /// Motion of the tool.
     pub dynamics: Dynamics,
+    /// What moves under the forces of the drives, for [`Dynamics::Servo`].
+    pub plant: Plant,
     /// Rounding of corners where the program states none, mm; none: as the machine's control.
     pub default_tolerance: Option<f64>,
     /// Rounding of the orientation where the program states none, radian; none: as the machine's control, else
@@ -48,6 +54,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             dynamics: Dynamics::Planned,
+            plant: Plant::NewtonEuler,
             default_tolerance: None,
             default_orientation_tolerance: None,
             piece_tolerance: 0.0005,

@@ -21,6 +21,34 @@ pub struct JointSummary {
     pub jerk_utilisation: Option<f64>,
     /// Changes of the direction of motion.
     pub reversals: u32,
+    /// What the drive did; none where drives are not simulated.
+    pub drive: Option<DriveUse>,
+}
+
+/// What a drive did over the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveUse {
+    /// Largest distance of the load from the set point at a control sample, mm or radian.
+    pub max_following_error: f64,
+    /// Largest force (N) or torque (N mm) at a control sample.
+    pub max_force: f64,
+    /// The same over the limit of the drive; none where no limit is stated.
+    pub force_utilisation: Option<f64>,
+    /// Largest mechanical power to either side, W.
+    pub max_power: f64,
+    /// Work drawn, J, without what braking gives back.
+    pub energy: f64,
+}
+
+/// How far the forces of the drives can be trusted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LoadTrust {
+    /// Bodies whose mass, center or inertia was found from their shape.
+    pub estimated: Vec<String>,
+    /// Joints without known weight and coupling, and why.
+    pub unknown: Vec<(String, String)>,
+    /// Joints whose drive states no limit of force: saturation is not seen there.
+    pub no_force_limit: Vec<String>,
 }
 
 /// A joint with a missing limit, and which.
@@ -61,8 +89,14 @@ pub struct Summary {
     pub length_mm: f64,
     /// Largest deviation of a piece from the motion that it stands for, mm.
     pub max_chord_error_mm: f64,
-    /// Largest rounding of a corner, measured at the tip, mm; zero for [`crate::Dynamics::Ideal`].
+    /// Largest rounding of a corner, measured at the tip, mm; zero for [`crate::Dynamics::Ideal`];
+    /// with drives, plus their part.
     pub max_contour_error_mm: f64,
+    /// Largest distance of the actual tip from the planned path, at the control samples, mm; none without drives. Part of
+    /// `max_contour_error_mm`, which bounds the distance from the programmed path by the sum.
+    pub max_servo_contour_error_mm: Option<f64>,
+    /// Trust in the drives' forces; none where drives are not simulated.
+    pub loads: Option<LoadTrust>,
     /// Largest rounding of a corner in the plan, whatever the dynamics, mm.
     pub planned_contour_error_mm: f64,
     /// Lowest part of the programmed feed that joint limits allowed in the middle of a feed block.

@@ -90,6 +90,7 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
     Ok(Machine {
         name: content.name.clone(),
         description: content.description.clone(),
+        up: content.up.map(|v| unit(source, &[Key("up")], v)).transpose()?,
         joints,
         tool_chain,
         work_chain,

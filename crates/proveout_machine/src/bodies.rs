@@ -9,6 +9,7 @@ use crate::{
     assemble::{Checked, finite_vector},
     description::{AlongFile, BodyFile, BoxFile, CylinderFile, MachineFile, PrismFile},
     locate::{Source, Step, Step::Item, Step::Key},
+    mass::read_mass,
     model::Model,
 };
 
@@ -54,8 +55,9 @@ pub(crate) fn read_bodies(
             }
         };
         let mesh = body_mesh(source, i, body, model.as_ref(), &bound)?;
+        let mass = read_mass(source, i, body.mass.as_ref(), &mesh)?;
         let (name, role) = (body.name.clone(), body.role.clone());
-        bodies.push(MachineBody { name, role, attached_to, mesh, color, check: body.check });
+        bodies.push(MachineBody { name, role, attached_to, mesh, mass, color, check: body.check });
     }
     Ok((bodies, model.map_or_else(Vec::new, |m| m.nodes_without(&bound))))
 }

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::{drive::DriveFile, mass::MassFile};
+
 /// Notes on numbers: key of the same table, or `*` for all others, to a text.
 pub(crate) type Notes = BTreeMap<String, String>;
 
@@ -18,6 +20,8 @@ pub(crate) struct MachineFile {
     /// Words for people.
     #[serde(default)]
     pub(crate) description: String,
+    /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without it.
+    pub(crate) up: Option<[f64; 3]>,
     /// glTF file with the meshes of bodies that name a node, beside machine.toml.
     pub(crate) model: Option<String>,
     /// Axes, in the order of tables and reports.
@@ -115,6 +119,8 @@ pub(crate) struct JointFile {
     pub(crate) moving_mass_kg: Option<f64>,
     /// Moment of inertia about the axis that the drive of a rotary joint moves.
     pub(crate) moving_inertia_kg_m2: Option<f64>,
+    /// The drive: needed where the axis dynamics are simulated.
+    pub(crate) drive: Option<DriveFile>,
     /// Where numbers of this table come from.
     #[serde(default)]
     pub(crate) source: Notes,
@@ -212,6 +218,8 @@ pub(crate) struct BodyFile {
     pub(crate) color: Option<Vec<u8>>,
     /// False for a body that is only drawn.
     pub(crate) check: bool,
+    /// Mass, for drive loads.
+    pub(crate) mass: Option<MassFile>,
     /// Node of the model file whose meshes, children included, make the body.
     pub(crate) node: Option<String>,
     /// Boxes.

@@ -2,6 +2,8 @@ use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
 use proveout_geom::{Point, Vector};
 
+use crate::Drive;
+
 /// Largest number of joints of a machine, held ones included.
 pub const MAX_JOINTS: usize = 8;
 
@@ -148,6 +150,8 @@ pub struct Joint {
     pub tool_change: Option<f64>,
     /// Mass (kg) or moment of inertia about the axis (kg mm²) that the drive moves, where known.
     pub moving_inertia: Option<f64>,
+    /// The drive, where it is known.
+    pub drive: Option<Drive>,
 }
 
 impl Joint {

@@ -6,6 +6,7 @@ use crate::{
     Attachment, Carries, Joint, JointKind,
     assemble::{Checked, attachment, finite_vector, positive, unit},
     description::{CarriesFile, JointFile, KindFile},
+    drive::read_drive,
     locate::{Source, Step::Item, Step::Key},
 };
 
@@ -109,6 +110,7 @@ pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, al
         } else {
             positive(source, &at("moving_mass_kg"), file.moving_mass_kg)?
         },
+        drive: read_drive(source, index, file.drive.as_ref(), rotary)?,
     };
     for (key, value) in [(home_key, Some(home)), (tool_change_key, tool_change)] {
         let Some(value) = value else { continue };

@@ -1,6 +1,6 @@
 use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
 
-use crate::{Joint, JointValues, MAX_JOINTS, chain::Chain, solver::Solver};
+use crate::{BodyMass, Joint, JointValues, MAX_JOINTS, chain::Chain, solver::Solver};
 
 /// What a body or a chain hangs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -22,6 +22,8 @@ pub struct MachineBody {
     pub attached_to: Attachment,
     /// Closed shells in M with all joints at zero, mm.
     pub mesh: TriMesh,
+    /// Mass, center and inertia, where they are known.
+    pub mass: Option<BodyMass>,
     /// Red, green, blue, alpha.
     pub color: [u8; 4],
     /// False for bodies that are only drawn.
@@ -105,6 +107,8 @@ pub struct Machine {
     pub description: String,
     /// All joints, in the order of the file; the index is the place in [`JointValues`].
     pub joints: Vec<Joint>,
+    /// Direction against gravity in M, a unit vector; none where nobody has stated it.
+    pub up: Option<Vector>,
     /// Joints from the base to the spindle.
     pub tool_chain: Vec<usize>,
     /// Joints from the base to the table.

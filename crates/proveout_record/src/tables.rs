@@ -41,6 +41,9 @@ pub(crate) fn signal_columns(joints: &[JointUnit]) -> Vec<Column> {
             Column::real(format!("acceleration_{name}_{unit}_s2"), derived[1]),
             Column::real(format!("jerk_{name}_{unit}_s3"), derived[2]),
             Column::real(format!("following_error_{name}_{unit}"), unit),
+            Column::real(format!("{}_{name}_{}", if unit == "deg" { "torque" } else { "force" }, j.force_unit), j.force_unit),
+            Column::real(format!("power_{name}_W"), "W"),
+            Column::real(format!("energy_{name}_J"), "J"),
         ]);
     }
     columns.extend(["x", "y", "z"].map(|a| Column::real(format!("tip_{a}_mm"), "mm")));
@@ -71,6 +74,10 @@ fn signal_row(
             [commanded, actual, sample.velocity[i], sample.acceleration[i], sample.jerk[i], actual - commanded]
                 .map(|v| v * j.factor),
         );
+        let drive = sample.drive.as_ref();
+        row.real(drive.map(|d| d.force[i] * j.force_factor))
+            .real(drive.map(|d| d.power[i]))
+            .real(drive.map(|d| d.energy[i]));
     }
     let pose = sample.pose.transformed(work_from_table);
     row.reals([pose.tip.x, pose.tip.y, pose.tip.z, pose.axis.x, pose.axis.y, pose.axis.z]);

@@ -9,12 +9,17 @@ pub(crate) struct JointUnit {
     /// `mm` or `deg`.
     pub(crate) unit: &'static str,
     pub(crate) factor: f64,
+    /// `N` or `Nm`.
+    pub(crate) force_unit: &'static str,
+    /// From N or N mm to it.
+    pub(crate) force_factor: f64,
 }
 
 impl JointUnit {
     fn of(joint: &Joint) -> Self {
         let (unit, factor) = if joint.is_rotary() { ("deg", 1_f64.to_degrees()) } else { ("mm", 1.0) };
-        Self { name: joint.name.clone(), unit, factor }
+        let (force_unit, force_factor) = if joint.is_rotary() { ("Nm", 1e-3) } else { ("N", 1.0) };
+        Self { name: joint.name.clone(), unit, factor, force_unit, force_factor }
     }
 
     /// Units of all joints, in machine order.

@@ -357,6 +357,21 @@ impl<'a> Engine<'a> {
                     f.bodies = vec![name.into()];
                     f
                 }
+                Event::Limit { joint, value, limit, kind: LimitKind::DriveForce, .. } => {
+                    let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
+                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
+                    let (word, unit, scale) = if linear { ("force", "N", 1.0) } else { ("torque", "Nm", 1e-3) };
+                    let name = joint.map_or("a joint", |j| j.name.as_str());
+                    let (value, limit) = (value * scale, limit * scale);
+                    let message = format!(
+                        "the control asks the drive of {name} for a {word} of {value:.1} {unit}; it has {limit:.1} {unit}, \
+                         and the joint leaves its set points"
+                    );
+                    let mut f = FindingLog::of(&finding::DRIVE_SATURATED, message);
+                    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit.into()));
+                    f.bodies = vec![name.into()];
+                    f
+                }
                 Event::Limit { value, limit, kind: LimitKind::SpindleSpeed, .. } => {
                     let message = format!("spindle speed {value:.0} 1/min is above the limit of {limit:.0} 1/min");
                     let mut f = FindingLog::of(&finding::SPINDLE_SPEED, message);

@@ -88,7 +88,12 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
                 acceleration_utilisation: s.acceleration_utilisation,
                 jerk_utilisation: s.jerk_utilisation,
                 reversals: s.reversals.into(),
-                max_following_error: None,
+                max_following_error: s.drive.map(|d| scale(d.max_following_error)),
+                max_drive_force: s.drive.map(|d| d.max_force * if rotary { 1e-3 } else { 1.0 }),
+                drive_force_unit: s.drive.map(|_| if rotary { "Nm" } else { "N" }.into()),
+                drive_utilisation: s.drive.and_then(|d| d.force_utilisation),
+                max_drive_power_w: s.drive.map(|d| d.max_power),
+                drive_energy_j: s.drive.map(|d| d.energy),
             };
             (joint.name.clone(), axis)
         })
@@ -142,10 +147,19 @@ fn judge_gates(
         });
         let no_travel = prepared.machine.joints.iter().filter(|j| j.travel.is_none() && !j.endless);
         let no_travel = no_travel.map(|j| format!("{} has no travel", j.name));
-        Coverage {
-            checked: Some("travel, velocity, acceleration and jerk of every joint; spindle speed".into()),
-            left_out: left_out.chain(no_travel).collect(),
+        let mut checked = "travel, velocity, acceleration and jerk of every joint; spindle speed".to_owned();
+        let mut left_out: Vec<String> = left_out.chain(no_travel).collect();
+        if let Some(loads) = &summary.loads {
+            checked += "; force of every drive, without workpiece, fixtures, tool and cutting";
+            if !loads.estimated.is_empty() {
+                checked += &format!(", with masses spread over the shape of {}", loads.estimated.join(", "));
+            }
+            let unlimited = loads.no_force_limit.iter().map(|j| format!("the drive of {j} states no limit of force"));
+            left_out.extend(unlimited);
+            let unknown = loads.unknown.iter();
+            left_out.extend(unknown.map(|(j, why)| format!("weight and coupling on the drive of {j}: {why}")));
         }
+        Coverage { checked: Some(checked), left_out }
     };
     let process = Coverage {
         checked: Some("rapid in material, spindle, and rubbing of neck and shank, on every piece of motion".into()),

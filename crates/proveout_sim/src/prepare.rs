@@ -6,7 +6,7 @@ use std::{
     time::Instant,
 };
 
-use proveout_controller::{Dynamics, Settings as ControlSettings};
+use proveout_controller::{Dynamics, Settings as ControlSettings, servo::Plant};
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Settings as NcSettings, WorkOffset};
@@ -17,7 +17,7 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
-    scene::{BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, ProgramFile, Scene},
+    scene::{BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene},
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
@@ -37,6 +37,8 @@ pub struct Choice {
     pub resolution_mm: Option<f64>,
     /// Dynamics instead of those of the scene.
     pub dynamics: Option<DynamicsFile>,
+    /// Plant instead of that of the scene.
+    pub plant: Option<PlantFile>,
 }
 
 /// A program on its scene, ready to run.
@@ -68,6 +70,8 @@ pub struct Prepared {
     pub table_from_work: Pose,
     /// Which motion cuts.
     pub dynamics: Dynamics,
+    /// What moves under the forces of the drives.
+    pub plant: Plant,
     /// SHA-256 of the input files by role.
     pub digests: BTreeMap<String, String>,
     /// Wall time of reading, s.
@@ -145,6 +149,11 @@ impl Prepared {
             dynamics: match dynamics {
                 DynamicsFile::Ideal => Dynamics::Ideal,
                 DynamicsFile::Planned => Dynamics::Planned,
+                DynamicsFile::Servo => Dynamics::Servo,
+            },
+            plant: match choice.plant.unwrap_or(scene.file.control.plant) {
+                PlantFile::NewtonEuler => Plant::NewtonEuler,
+                PlantFile::Rapier => Plant::Rapier,
             },
             digests,
             scene,
@@ -157,6 +166,7 @@ impl Prepared {
         let defaults = ControlSettings::default();
         ControlSettings {
             dynamics: self.dynamics,
+            plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
             ..defaults
         }

@@ -87,7 +87,9 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     loop {
         let planning = Instant::now();
         let chunk = controller.next_chunk().map_err(from_run_error)?;
-        stages.plan += planning.elapsed().as_secs_f64();
+        let servo = controller.servo_wall_s() - stages.servo;
+        stages.plan += planning.elapsed().as_secs_f64() - servo;
+        stages.servo += servo;
         let Some(chunk) = chunk else { break };
         for stretch in stretches(&chunk) {
             let batch = engine.step(&stretch, &mut stages);

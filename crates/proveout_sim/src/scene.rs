@@ -203,6 +203,19 @@ pub enum DynamicsFile {
     /// The set points of the control: corners rounded within the tolerance.
     #[default]
     Planned,
+    /// What the drives make of the set points; the machine must describe its drives.
+    Servo,
+}
+
+/// What moves under the forces of the drives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlantFile {
+    /// One mass a joint, loaded by recursive Newton-Euler.
+    #[default]
+    NewtonEuler,
+    /// Coupled rigid bodies in Rapier; every body needs a mass.
+    Rapier,
 }
 
 /// Control and dynamics.
@@ -212,6 +225,9 @@ pub struct ControlFile {
     /// Which motion cuts the stock.
     #[serde(default)]
     pub dynamics: DynamicsFile,
+    /// What moves under the forces of the drives, for dynamics = "servo".
+    #[serde(default)]
+    pub plant: PlantFile,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
 }

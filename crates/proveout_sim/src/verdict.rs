@@ -114,6 +114,21 @@ pub struct Axis {
     pub reversals: u64,
     /// Largest distance of the actual from the commanded position; null when the drives are not simulated.
     pub max_following_error: Option<f64>,
+    /// Largest force or torque of the drive; null when the drives are not simulated.
+    #[serde(default)]
+    pub max_drive_force: Option<f64>,
+    /// Unit of the force: `N` or `Nm`.
+    #[serde(default)]
+    pub drive_force_unit: Option<String>,
+    /// Largest force over the limit of the drive; null without a limit.
+    #[serde(default)]
+    pub drive_utilisation: Option<f64>,
+    /// Largest mechanical power of the drive to either side, W.
+    #[serde(default)]
+    pub max_drive_power_w: Option<f64>,
+    /// Work that the drive has drawn, J, without what braking gives back.
+    #[serde(default)]
+    pub drive_energy_j: Option<f64>,
 }
 
 /// Path figures.

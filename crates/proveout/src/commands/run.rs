@@ -4,12 +4,12 @@ use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
     Choice, Observer, Prepared, RunFolder, SimError,
     run::{RunResult, run as prove},
-    scene::DynamicsFile,
+    scene::{DynamicsFile, PlantFile},
     verdict::{State, Verdict},
 };
 
 use crate::{
-    args::{DynamicsArg, RerunArg, RunArgs},
+    args::{DynamicsArg, PlantArg, RerunArg, RunArgs},
     failure::Failure,
     host::run_info,
     progress::Progress,
@@ -37,6 +37,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         dynamics: args.dynamics.map(|d| match d {
             DynamicsArg::Ideal => DynamicsFile::Ideal,
             DynamicsArg::Planned => DynamicsFile::Planned,
+            DynamicsArg::Servo => DynamicsFile::Servo,
+        }),
+        plant: args.plant.map(|p| match p {
+            PlantArg::NewtonEuler => PlantFile::NewtonEuler,
+            PlantArg::Rapier => PlantFile::Rapier,
         }),
     };
     let prepared = pool.install(|| Prepared::read(&args.scene, &choice)).map_err(|e| Failure::from(&e))?;

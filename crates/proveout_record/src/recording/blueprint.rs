@@ -82,6 +82,8 @@ pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) 
                     signal("Velocity", "velocity"),
                     signal("Acceleration", "acceleration"),
                     signal("Jerk", "jerk"),
+                    signal("Following error", "following_error"),
+                    signal("Drive force", "force"),
                 ])
                 .into(),
                 TimeSeriesView::new("Feed")

@@ -77,6 +77,8 @@ struct Open {
     thinner: MotionThinner,
     movers: Vec<Mover>,
     joints: Vec<[Signal; 5]>,
+    /// Force of the drives; without rows where they are not simulated.
+    forces: Vec<Signal>,
     process: [Signal; 4],
     tool: Option<usize>,
     tiles: StockTiles,
@@ -182,6 +184,10 @@ impl Open {
                 sink.signal_style(signal.path(), &format!("{} {symbol}{per}", unit.name), *color, false)?;
             }
         }
+        let forces: Vec<Signal> = units.iter().map(|u| Signal::new(["axes", &u.name, "force"])).collect();
+        for ((signal, unit), color) in forces.iter().zip(&units).zip(LINES.iter().cycle()) {
+            sink.signal_style(signal.path(), &format!("{} {}", unit.name, unit.force_unit), *color, false)?;
+        }
         let process = ["feed", "feed_programmed", "removal", "clearance"].map(|s| Signal::new(["process", s, ""]));
         let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "clearance, mm"];
         for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
@@ -199,6 +205,7 @@ impl Open {
             thinner: MotionThinner::default(),
             movers,
             joints,
+            forces,
             process,
             tool: None,
             tiles,
@@ -235,6 +242,11 @@ impl Open {
                     signal.push(sample.time, value * unit.factor);
                 }
             }
+            if let Some(drive) = &sample.drive {
+                for (k, (signal, unit)) in self.forces.iter_mut().zip(&self.units).enumerate() {
+                    signal.push(sample.time, drive.force[k] * unit.force_factor);
+                }
+            }
             let beside = batch.signals.get(i).copied().unwrap_or_default();
             let programmed = if sample.kind == MoveKind::Feed { sample.feed_programmed } else { 0.0 };
             let values = [sample.feed * PER_MINUTE, programmed * PER_MINUTE, beside.removal_rate];
@@ -261,7 +273,7 @@ impl Open {
         if let Some((time, joints)) = self.last_joints {
             self.place(setup, time, &joints);
         }
-        for signal in self.joints.iter_mut().flatten().chain(&mut self.process) {
+        for signal in self.joints.iter_mut().flatten().chain(&mut self.forces).chain(&mut self.process) {
             signal.finish();
         }
         self.send(1)?;
@@ -395,7 +407,7 @@ impl Open {
         for mover in self.movers.iter_mut().filter(|m| m.rows.len() >= least || self.live) {
             mover.send(&self.sink)?;
         }
-        for signal in self.joints.iter_mut().flatten().chain(&mut self.process) {
+        for signal in self.joints.iter_mut().flatten().chain(&mut self.forces).chain(&mut self.process) {
             if signal.rows.len() >= least || self.live {
                 signal.send(&self.sink)?;
             }

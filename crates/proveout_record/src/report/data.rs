@@ -14,6 +14,14 @@ pub(crate) struct JointSignals {
     pub(crate) limits: [Option<f64>; 3],
     /// Commanded position, velocity, acceleration, jerk.
     pub(crate) signals: [Envelope; 4],
+    /// Actual less commanded position, mm or degrees; empty where drives are not simulated.
+    pub(crate) following: Envelope,
+    /// Force (N) or torque (Nm) of the drive; empty where drives are not simulated.
+    pub(crate) force: Envelope,
+    /// `N` or `Nm`.
+    pub(crate) force_unit: &'static str,
+    /// Highest force or torque of the drive, where it is stated.
+    pub(crate) force_limit: Option<f64>,
 }
 
 /// Signals of the process over the run.

@@ -50,7 +50,9 @@ impl Observer for ReportObserver {
             name: unit.name.clone(),
             unit: unit.unit,
             limits: [joint.max_velocity, joint.max_acceleration, joint.max_jerk].map(|l| l.map(|l| l * unit.factor)),
-            signals: Default::default(),
+            force_unit: unit.force_unit,
+            force_limit: joint.drive.as_ref().and_then(|d| d.max_force).map(|f| f * unit.force_factor),
+            ..JointSignals::default()
         };
         self.joints = self.units.iter().zip(&setup.machine.joints).map(signals).collect();
         self.process = ProcessSignals::default();
@@ -63,6 +65,10 @@ impl Observer for ReportObserver {
                 let values = [s.commanded[k], s.velocity[k], s.acceleration[k], s.jerk[k]];
                 for (signal, value) in joint.signals.iter_mut().zip(values) {
                     signal.push(s.time, value * unit.factor);
+                }
+                if let Some(drive) = &s.drive {
+                    joint.following.push(s.time, (s.actual[k] - s.commanded[k]) * unit.factor);
+                    joint.force.push(s.time, drive.force[k] * unit.force_factor);
                 }
             }
             let beside = batch.signals.get(i).copied().unwrap_or_default();
@@ -176,6 +182,7 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
         match file.control.dynamics {
             DynamicsFile::Ideal => "the programmed path without corner rounding".into(),
             DynamicsFile::Planned => "the set points of the control, corners rounded within its tolerance".into(),
+            DynamicsFile::Servo => "the joints as the drives bring them: lag, friction, backlash, elasticity, loads".into(),
         },
     );
     if let Some(chord) = v.path.max_chord_error_mm {

@@ -244,7 +244,7 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let unit = symbol(joint.unit);
     let names = ["Position", "Velocity", "Acceleration", "Jerk"];
     let per = ["", "/s", "/s²", "/s³"];
-    let strips: Vec<Strip<'_>> = (0..4)
+    let mut strips: Vec<Strip<'_>> = (0..4)
         .map(|k| Strip {
             name: format!("{}, {unit}{}", names[k], per[k]),
             signal: &joint.signals[k],
@@ -253,9 +253,18 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
             height: if k == 0 { 84.0 } else { 62.0 },
         })
         .collect();
+    let mut what = "position, velocity, acceleration and jerk".to_owned();
+    if joint.following.range().is_some() {
+        let more = [
+            (format!("Following error, {unit}"), &joint.following, None),
+            (format!("Drive, {}", joint.force_unit), &joint.force, joint.force_limit),
+        ];
+        strips.extend(more.map(|(name, signal, limit)| Strip { name, signal, second: None, limit, height: 62.0 }));
+        what = "position, velocity, acceleration, jerk, following error and drive force".to_owned();
+    }
     let name = format!("Axis {}", joint.name);
     Plot {
-        svg: svg(&strips, 560.0, end, &[], &format!("{name}: position, velocity, acceleration and jerk over time")),
+        svg: svg(&strips, 560.0, end, &[], &format!("{name}: {what} over time")),
         name,
     }
 }

@@ -50,6 +50,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
         jerk_utilisation: None,
         reversals: 211,
         max_following_error: None,
+        ..Axis::default()
     };
     Verdict {
         schema_version: 1,

@@ -247,6 +247,7 @@ fn step(
                 feed_programmed: if leg.kind == MoveKind::Feed { leg.speed } else { 0.0 },
                 feed: leg.speed * (1.0 - 0.4 * (state.time * 0.7).sin().powi(8)),
                 kind: leg.kind,
+                drive: None,
             });
             let clearance = Some(40.0 + 25.0 * (state.time * 0.2).sin());
             out.signals.push(SampleSignals { removal_rate: rate, clearance, tool: Some(tool as u32) });

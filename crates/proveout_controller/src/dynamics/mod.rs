@@ -1,0 +1,13 @@
+//! Forces that a machine's bodies put on its drives: recursive Newton-Euler, and Rapier as an alternative plant.
+//!
+//! Everything is in mm, kg, s; forces come out in N, torques in N mm. The tree of joints is taken as it stands in
+//! [`proveout_machine::Machine`]: tool side and table side hang on the same base. Masses are those of the machine file;
+//! what is estimated or missing is told by [`MassReport`]. Workpiece, fixtures, tool and cutting forces are not in it.
+
+mod newton_euler;
+mod rapier_plant;
+mod tree;
+
+pub use newton_euler::{MassMatrix, STANDARD_GRAVITY};
+pub use rapier_plant::RapierPlant;
+pub use tree::{MassReport, RigidTree};

@@ -1,0 +1,18 @@
+//! The drives behind the set points: what the joints do in fact.
+//!
+//! * [`DriveModel`] – one joint: cascade control, friction, backlash, one elastic mode, force limit, in exact discrete
+//!   form; [`DriveState`] is all that changes.
+//! * [`Plant`] – how the machine's bodies load the drives.
+//! * `stage` – the stream of the planned run turned into the actual one.
+
+pub(crate) mod contour;
+mod linear;
+mod model;
+mod plant_run;
+pub(crate) mod stage;
+mod step;
+pub(crate) mod trail;
+
+pub use model::{DriveFault, DriveModel};
+pub use plant_run::Plant;
+pub use step::{DriveState, Reference};

@@ -1,0 +1,332 @@
+//! The changing part of a drive and its inner step.
+//!
+//! *Dry friction* is a set at rest: any force up to the static one. It is taken at the end of the step (implicit, Acary
+//! and Brogliato 2008, chapter 14): the linear map gives the velocity without friction and what a constant friction force
+//! adds to it, `v = free + gain f` with gain > 0, so that
+//!
+//! ```text
+//!   |free / gain| <= level   it sticks: f = -free / gain, v = 0 exactly
+//!   else                     it slips:  f = -level sign(free), and v keeps the sign of free
+//! ```
+//!
+//! has one solution at any step: no chatter, no threshold of velocity. The level follows the Stribeck curve
+//! `Fc + (Fs - Fc) exp(-(v / vs)^2)` (Tustin 1947; Armstrong-Hélouvry 1994) at the velocity before the step.
+//!
+//! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end beyond it is
+//! taken again with the limit, so that the force never passes it.
+//!
+//! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the load is
+//! pushed by the flanks and stays or falls between them.
+
+use proveout_machine::Encoder;
+
+use super::{
+    linear::{INPUTS, LOAD, MOTOR, OFFSET},
+    model::{DriveModel, Friction, Mechanics, Pair},
+};
+
+/// The set point's derivatives; the jerk is constant over the time for which they are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reference {
+    /// mm/s or rad/s.
+    pub velocity: f64,
+    /// mm/s² or rad/s².
+    pub acceleration: f64,
+    /// mm/s³ or rad/s³.
+    pub jerk: f64,
+}
+
+impl Reference {
+    /// Way within a time.
+    pub(crate) fn way(&self, h: f64) -> f64 {
+        h * (self.velocity + h * (0.5 * self.acceleration + h * self.jerk / 6.0))
+    }
+
+    pub(crate) fn after(&self, h: f64) -> Self {
+        Self {
+            velocity: self.velocity + h * (self.acceleration + 0.5 * h * self.jerk),
+            acceleration: self.acceleration + h * self.jerk,
+            jerk: self.jerk,
+        }
+    }
+}
+
+/// All that changes in a drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DriveState {
+    /// Set point minus motor position, mm or radian.
+    pub(crate) motor_error: f64,
+    pub(crate) motor_velocity: f64,
+    /// Set point minus load position.
+    pub(crate) load_error: f64,
+    pub(crate) load_velocity: f64,
+    /// Integral part over M.
+    pub(crate) integral: f64,
+    /// Motor minus load of a stiff drive with lost motion.
+    pub(crate) play: f64,
+    /// Force over M.
+    pub(crate) force: f64,
+    /// Mechanical power of the motor, W.
+    power: f64,
+    /// Work drawn by the motor, J; what it gives back when it brakes is not taken off.
+    energy: f64,
+    /// Largest force over M that the control has asked for beyond the limit since [`DriveState::take_excess`].
+    excess: f64,
+    /// Extremes of the load's acceleration since [`DriveState::take_accelerations`].
+    extremes: Option<[f64; 2]>,
+}
+
+impl DriveState {
+    /// Set point minus load position, mm or radian.
+    pub fn error(&self) -> f64 {
+        self.load_error
+    }
+
+    /// Velocity of the load.
+    pub fn velocity(&self) -> f64 {
+        self.load_velocity
+    }
+
+    /// Velocity of the motor, at the joint.
+    pub fn motor_velocity(&self) -> f64 {
+        self.motor_velocity
+    }
+
+    /// Mechanical power of the motor, W.
+    pub fn power(&self) -> f64 {
+        self.power
+    }
+
+    /// Work drawn so far, J, without what braking gives back.
+    pub fn energy(&self) -> f64 {
+        self.energy
+    }
+
+    /// The set point jumps.
+    pub fn jump(&mut self, way: f64) {
+        self.motor_error += way;
+        self.load_error += way;
+    }
+
+    /// True when every number is finite.
+    pub fn is_finite(&self) -> bool {
+        let all = [self.motor_error, self.motor_velocity, self.load_error, self.load_velocity, self.integral];
+        all.iter().chain(&[self.play, self.force, self.power, self.energy]).all(|v| v.is_finite())
+    }
+
+    pub(crate) fn take_excess(&mut self) -> f64 {
+        std::mem::take(&mut self.excess)
+    }
+
+    pub(crate) fn take_accelerations(&mut self) -> [f64; 2] {
+        self.extremes.take().unwrap_or([0.0; 2])
+    }
+
+    pub(crate) fn note_excess(&mut self, demand: f64) {
+        if demand.abs() > self.excess.abs() {
+            self.excess = demand;
+        }
+    }
+
+    pub(crate) fn note_acceleration(&mut self, a: f64) {
+        let [low, high] = self.extremes.unwrap_or([a, a]);
+        self.extremes = Some([low.min(a), high.max(a)]);
+    }
+
+    /// Books force and motor velocity at the end of a step of length `h`.
+    pub(crate) fn book(&mut self, model: &DriveModel, force: f64, h: f64) {
+        self.force = force;
+        let power = force * self.motor_velocity * model.inertia() * 1e-6; // kg mm²/s³ to W
+        self.energy += (0.5 * (power + self.power)).max(0.0) * h;
+        self.power = power;
+    }
+}
+
+impl Friction {
+    /// Level at a velocity.
+    pub(crate) fn level(&self, velocity: f64) -> f64 {
+        if self.stiction <= self.coulomb || self.stribeck <= 0.0 {
+            return self.coulomb;
+        }
+        let x = velocity / self.stribeck;
+        self.coulomb + (self.stiction - self.coulomb) * (-x * x).exp()
+    }
+
+    /// Force of friction, and whether the mass sticks.
+    #[inline]
+    pub(crate) fn force(&self, free: f64, gain: f64, velocity: f64) -> (f64, bool) {
+        if self.stiction == 0.0 {
+            return (0.0, false);
+        }
+        let level = self.level(velocity);
+        let need = -free / gain;
+        if need.abs() <= level { (need, true) } else { (level * need.signum(), false) }
+    }
+}
+
+impl DriveModel {
+    /// A drive at rest on its set point that holds the load's force (N or N mm, positive in the direction of growing
+    /// values): the integral part carries it; without one the drive sags.
+    pub fn rest(&self, load: f64) -> DriveState {
+        let w = self.from_newton(load) + self.counterbalance;
+        let mut s = DriveState { force: -w, ..DriveState::default() };
+        let sag = if self.law.integral_rate > 0.0 {
+            s.integral = -w;
+            0.0
+        } else {
+            -w / (self.law.velocity_gain * self.law.position_gain)
+        };
+        // The load leans on the flank to which its force pushes it.
+        let lean = match self.spring {
+            None => 0.0,
+            Some(k) => -w / k.stiffness,
+        } - if w == 0.0 { 0.0 } else { self.half_backlash * w.signum() };
+        if self.spring.is_none() {
+            s.play = lean;
+        }
+        (s.motor_error, s.load_error) = match self.encoder {
+            Encoder::Motor => (sag, sag + lean),
+            Encoder::Load => (sag - lean, sag),
+        };
+        s
+    }
+
+    /// Motor force in N or N mm.
+    pub fn force(&self, state: &DriveState) -> f64 {
+        self.to_newton(state.force)
+    }
+
+    /// One control cycle: the reference runs on from `reference` with constant jerk; `load` is the force on the load, N or
+    /// N mm.
+    pub fn cycle(&self, state: &mut DriveState, reference: Reference, load: f64) {
+        let w = self.from_newton(load) + self.counterbalance;
+        let mut r = reference;
+        for _ in 0..self.steps {
+            self.advance(state, &r, w);
+            r = r.after(self.step);
+        }
+    }
+
+    /// One inner step; `w` over M.
+    #[inline]
+    fn advance(&self, s: &mut DriveState, r: &Reference, w: f64) {
+        let before = s.load_velocity;
+        let next = r.after(self.step);
+        let force = match &self.mechanics {
+            Mechanics::Stiff(pair) => self.stiff(pair, s, r, &next, w),
+            Mechanics::Elastic { touching, apart } => {
+                let d = s.load_error - s.motor_error;
+                let (pair, offset) = if self.half_backlash == 0.0 {
+                    (touching, 0.0)
+                } else if d.abs() >= self.half_backlash {
+                    (touching, self.half_backlash.copysign(d))
+                } else {
+                    (apart, 0.0)
+                };
+                self.elastic(pair, s, r, &next, w, offset)
+            }
+        };
+        s.book(self, force, self.step);
+        s.note_acceleration((s.load_velocity - before) / self.step);
+    }
+
+    /// Steps the map of a mode: `error` and `moving` are the states of the encoder and of the mass with friction, `at` is
+    /// added to the encoder's error.
+    #[expect(clippy::too_many_arguments, reason = "one step of a mode needs what the mode is")]
+    #[inline]
+    fn through<const N: usize>(
+        &self,
+        pair: &Pair<N>,
+        s: &mut DriveState,
+        z: [f64; N],
+        u: &mut [f64; INPUTS],
+        [error, moving]: [usize; 2],
+        at: f64,
+        next: &Reference,
+    ) -> ([f64; N], f64) {
+        let law = &self.law;
+        let begin = law.demand(z[error] + at, z[1], z[N - 1], u[0], u[1]);
+        let mut saturated = begin.abs() > law.limit;
+        let mut motor = begin;
+        loop {
+            let map = if saturated {
+                s.note_excess(motor);
+                motor = law.limit.copysign(motor);
+                u[MOTOR] = motor;
+                &pair.saturated
+            } else {
+                &pair.closed
+            };
+            let mut end = map.apply(&z, u);
+            let gain = map.b[moving][super::linear::FRICTION];
+            let (f, sticks) = self.friction.force(end[moving], gain, z[moving]);
+            if f != 0.0 {
+                for k in 0..N {
+                    end[k] += map.b[k][super::linear::FRICTION] * f;
+                }
+            }
+            if sticks {
+                end[moving] = 0.0;
+            }
+            if saturated {
+                return (end, motor);
+            }
+            motor = law.demand(end[error] + at, end[1], end[N - 1], next.velocity, next.acceleration);
+            if motor.abs() <= law.limit {
+                return (end, motor);
+            }
+            saturated = true;
+        }
+    }
+
+    fn stiff(&self, pair: &Pair<3>, s: &mut DriveState, r: &Reference, next: &Reference, w: f64) -> f64 {
+        let at = if self.encoder == Encoder::Load { s.play } else { 0.0 };
+        let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, w, 0.0, at];
+        let z = [s.motor_error, s.motor_velocity, s.integral];
+        let (end, force) = self.through(pair, s, z, &mut u, [0, 1], at, next);
+        let way = r.way(self.step) - (end[0] - s.motor_error);
+        [s.motor_error, s.motor_velocity, s.integral] = end;
+        self.push_load(s, way, w);
+        s.load_error = s.motor_error + s.play;
+        force
+    }
+
+    /// Moves the load of a stiff drive behind its lost motion.
+    pub(crate) fn push_load(&self, s: &mut DriveState, motor_way: f64, w: f64) {
+        if self.half_backlash == 0.0 {
+            s.load_velocity = s.motor_velocity;
+            return;
+        }
+        let held = w.abs() <= self.friction.stiction;
+        let own = if held {
+            0.0
+        } else {
+            let pull = (w - self.friction.coulomb * w.signum()) / self.share[1];
+            s.load_velocity + pull * self.step
+        };
+        s.play += motor_way - own * self.step;
+        s.load_velocity = own;
+        if s.play.abs() >= self.half_backlash {
+            s.play = self.half_backlash.copysign(s.play);
+            s.load_velocity = s.motor_velocity;
+        }
+    }
+
+    fn elastic(
+        &self,
+        pair: &Pair<5>,
+        s: &mut DriveState,
+        r: &Reference,
+        next: &Reference,
+        w: f64,
+        offset: f64,
+    ) -> f64 {
+        let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, 0.0, 0.0, 0.0];
+        (u[LOAD], u[OFFSET]) = (w, offset);
+        let z = [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral];
+        let error = if self.encoder == Encoder::Load { 2 } else { 0 };
+        let (end, force) = self.through(pair, s, z, &mut u, [error, 3], 0.0, next);
+        [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral] = end;
+        force
+    }
+}
