@@ -57,6 +57,10 @@ pub struct Solution {
     pub branch: usize,
     /// A rotary joint is not determined by the pose and keeps its previous value, or two branches meet.
     pub singular: bool,
+    /// Distance between wanted and reached tip, mm: zero in closed form, the residual of a numerical solution.
+    pub tip_error: f64,
+    /// Angle between wanted and reached tool axis, radian.
+    pub axis_error: f64,
 }
 
 /// Why a machine cannot take a pose.
@@ -186,13 +190,24 @@ impl Machine {
             let better = best
                 .is_none_or(|(was_inside, was, _)| (inside && !was_inside) || (inside == was_inside && distance < was));
             if better {
-                best = Some((inside, distance, Solution { q, branch: branch.index, singular: branch.singular }));
+                best = Some((
+                    inside,
+                    distance,
+                    Solution {
+                        q,
+                        branch: branch.index,
+                        singular: branch.singular,
+                        tip_error: 0.0,
+                        axis_error: branch.axis_error,
+                    },
+                ));
             }
         }
         let Some((_, _, mut solution)) = best else {
             return Err(KinematicsError::AxisUnreachable { angle: branches.axis_error });
         };
         let distance = self.solver.place_tip(&self.chain, &mut solution.q, &pose_in_table.tip, tool_length);
+        solution.tip_error = distance;
         if distance > TIP_TOLERANCE {
             return Err(KinematicsError::TipUnreachable { distance });
         }

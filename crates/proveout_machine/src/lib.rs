@@ -25,6 +25,7 @@
 //! errors of the joints are not described yet. The rounding of angles near a singular pose is that of the pose: with the
 //! tool axis known to 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
 
+mod actual;
 mod assemble;
 mod axis_pair;
 mod bodies;
@@ -32,6 +33,8 @@ mod chain;
 mod description;
 mod diagnose;
 mod error;
+mod errors;
+mod errors_reader;
 mod inverse;
 mod jacobian;
 mod joint;
@@ -39,6 +42,9 @@ mod joint_reader;
 mod locate;
 mod machine;
 mod model;
+mod places;
+mod platform;
+mod platform_reader;
 mod solver;
 mod structure;
 mod table;
@@ -48,8 +54,10 @@ mod testing;
 pub use description::machine_schema;
 pub use diagnose::{Diagnosis, MissingLimit};
 pub use error::{ContentError, MachineError};
+pub use errors::{ConstantErrors, ErrorOf, ErrorTable, GeometricErrors};
 pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, TIP_TOLERANCE};
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
+pub use platform::{Leg, Platform, PlatformError, TurnShift};
 pub use table::{Direction, TableError, kinematics_csv};

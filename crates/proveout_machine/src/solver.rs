@@ -194,7 +194,7 @@ impl LinearBlock {
     fn offset(&self, chain: &Chain, q: &JointValues, tip: &Point, tool_length: f64, linear: &[usize]) -> Vector {
         let mut wanted = *tip;
         for link in &chain.links[..self.first] {
-            wanted = link.moved(&wanted, -q[link.joint]);
+            wanted = link.moved_back(&wanted, q[link.joint]);
         }
         let s0 = &chain.spindle_at_zero;
         let mut reached = Point::from(s0.translation - s0.rotation.column(2) * tool_length);
