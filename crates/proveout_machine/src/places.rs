@@ -57,4 +57,17 @@ impl Places {
             }
         }
     }
+
+    /// The key of a table that states the quantity of `key`, perhaps in another unit.
+    pub(crate) fn given<'k>(&self, table: &str, key: &'k str) -> &'k str {
+        match key {
+            "max_velocity_deg_s" if self.lines.contains_key(&format!("{table}.max_velocity_rev_min")) => {
+                "max_velocity_rev_min"
+            }
+            "rapid_velocity_deg_s" if self.lines.contains_key(&format!("{table}.rapid_velocity_rev_min")) => {
+                "rapid_velocity_rev_min"
+            }
+            _ => key,
+        }
+    }
 }
