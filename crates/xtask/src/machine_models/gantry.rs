@@ -78,6 +78,11 @@ impl Gantry<'_> {
         let bands = [[-outside - 22.0, -outside + 5.0], [outside - 5.0, outside + 22.0]]
             .map(|[a, b]| block([a, y0 + 10.0, wall_top - 60.0], [b, y1 - 10.0, wall_top - 10.0], 8.0));
         let bed = block([-inside - 2.0, bed_front, floor - bed_depth], [inside + 2.0, bed_back, floor], 16.0);
+        let rear_wall = block(
+            [-inside - 3.0, y1 - 60.0, floor - bed_depth + 12.0],
+            [inside + 3.0, y1 - 12.0, floor + 0.55 * (wall_top - floor)],
+            10.0,
+        );
         let feet = [-0.8, 0.8].into_iter().flat_map(|fx| {
             [bed_front + 60.0, 0.5 * (bed_front + bed_back), bed_back - 60.0].map(|fy| {
                 cylinder([fx * inside, fy, floor - bed_depth - 40.0], Axis::Z.unit(), 45.0, 45.0, 6.0)
@@ -89,6 +94,7 @@ impl Gantry<'_> {
             Part::new("bed", "bed", "base", Paint::Frame, bed),
             Part::new("left_wall", "column", "base", Paint::Casting, walls[0].clone()),
             Part::new("right_wall", "column", "base", Paint::Casting, walls[1].clone()),
+            Part::new("rear_wall", "column", "base", Paint::Casting, rear_wall),
             Part::drawn("ribs", "column", "base", Paint::Frame, Solid::all(ribs).and(Solid::all(bands)).and(Solid::all(feet))),
         ];
 

@@ -5,6 +5,7 @@ use crate::{
     machine_models::{
         c_frame::CFrame,
         gantry::Gantry,
+        hybrid,
         heads::{Fork, Spindle, fork, nutating, spindle},
         numbers::Numbers,
         part::Part,
@@ -24,6 +25,7 @@ pub(crate) const LIBRARY: &[(&str, Build)] = &[
     ("jdgr200t", jdgr200t),
     ("linuxcnc-bridge-mill", bridge_mill),
     ("linuxcnc-xyzac-trt", xyzac_trt),
+    ("lu-hybrid-ii", hybrid::lu_hybrid),
     ("lu-serial-i", singles::lu_serial),
     ("ma-ac-trunnion", ma_ac_trunnion),
     ("nutating-head-45", nutating_head),

@@ -47,7 +47,7 @@ pub(crate) fn y_slide(numbers: &Numbers, deck: f64, half: [f64; 2]) -> Result<Ve
 pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let accent = [150, 40, 44];
     let [x, y, z] = ["X", "Y", "Z"].map(|n| numbers.travel(n));
-    let (x, y, z) = (x?, y?, z?);
+    let (_, y, z) = (x?, y?, z?);
     let pivot = numbers.point("B")?;
     let size = Spindle { nose: 42.0, housing: 76.0, top: 330.0 };
     let centers = 2805.0; // mm between centers, Li et al. 2022, Table 1
@@ -110,7 +110,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     parts.push(Part::new("face_plate", "table", "A", Paint::Steel, plate));
     parts.push(Part::drawn("face_plate_bolts", "table", "A", Paint::Dark, Solid::all(jaws)));
 
-    // Column on the rear bed; slide on its left face? no: the slide climbs its front and the ram goes through it.
+    // Column on the rear bed; the slide climbs its front, and the ram goes through both.
     let front = rear + 30.0;
     let top = z[1] + pivot[2] + 420.0;
     let foot = floor + 130.0;
@@ -162,16 +162,12 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let cradle = block([-100.0, -96.0, numbers.gauge[2] + 110.0], [100.0, gap - 56.0, numbers.gauge[2] + 300.0], 20.0);
     parts.push(Part::new("head", "head", "B", Paint::Accent(accent), disc.and(cradle)));
     parts.extend(spindle(numbers, size));
-    let _ = x;
     Ok(parts)
 }
 
 /// Desktop mill with a horizontal spindle along z; y is up in the room.
 pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let accent = [34, 110, 150];
-    let [x, y, z] = ["X", "Y", "Z"].map(|n| numbers.travel(n));
-    let (x, y, z) = (x?, y?, z?);
-    let _ = (x, y, z);
     let face = numbers.table[1];
     let gauge = numbers.gauge[2];
 
@@ -192,8 +188,8 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
 
     // Spindle side: cross slide, upright, spindle slide, spindle.
     let saddle = block([-60.0, floor + 52.0, 158.0], [60.0, floor + 72.0, 292.0], 4.0)
-        .and(block([-60.0, floor + 70.0, 250.0], [60.0, -62.0, 292.0], 4.0))
-        .and(block([-60.0, -82.0, 130.0], [60.0, -62.0, 292.0], 4.0));
+        .and(block([-54.0, floor + 70.0, 160.0], [54.0, -70.0, 290.0], 10.0))
+        .and(block([-58.0, -82.0, 130.0], [58.0, -62.0, 292.0], 4.0));
     let z_rails = rail_pair([-6.0, -64.0, 134.0], [6.0, -52.0, 288.0], [42.0, 0.0, 0.0]);
     parts.push(Part::new("saddle", "saddle", "X", Paint::Accent(accent), saddle));
     parts.push(Part::drawn("z_rails", "guide", "X", Paint::Rail, z_rails));
@@ -214,7 +210,7 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         .and(block([-68.0, low, -30.0], [44.0, low + 12.0, 30.0], 3.0))
         .and(cylinder([0.0, low + 10.0, 0.0], [0.0, 1.0, 0.0], 34.0, 30.0, 3.0));
     parts.push(Part::new("arm", "cradle", "A", Paint::Casting, arm));
-    let disc = slotted_disc([0.0, 0.0], 44.0, face, 14.0, 3).laid_back().at([0.0; 3]);
+    let disc = slotted_disc([0.0, 0.0], 44.0, face, 14.0, 3).laid_back();
     // Laid back, z of the disc is y of the machine.
     let hub = cylinder([0.0, face - 24.0, 0.0], [0.0, 1.0, 0.0], 28.0, 12.0, 1.0);
     parts.push(Part::new("table", "table", "B", Paint::Steel, disc));

@@ -35,14 +35,10 @@ pub(crate) enum Axis {
 }
 
 impl Axis {
-    fn number(self) -> usize {
-        self as usize
-    }
-
     /// Unit vector.
     pub(crate) fn unit(self) -> V3 {
         let mut v = [0.0; 3];
-        v[self.number()] = 1.0;
+        v[self as usize] = 1.0;
         v
     }
 
@@ -104,15 +100,6 @@ impl Solid {
     pub(crate) fn laid_back(mut self) -> Self {
         for p in &mut self.points {
             *p = [p[0], p[2], -p[1]];
-        }
-        self
-    }
-
-    /// Turned by a quarter about y: z becomes x, x becomes -z.
-    #[must_use]
-    pub(crate) fn laid_along_x(mut self) -> Self {
-        for p in &mut self.points {
-            *p = [p[2], p[1], -p[0]];
         }
         self
     }
@@ -395,9 +382,9 @@ mod tests {
 
     #[test]
     fn quarter_turns_keep_solids_right_side_out() {
-        let solid = block([1.0, 2.0, 3.0], [4.0, 6.0, 8.0], 0.0);
-        for turned in [solid.clone().quarter_turned(), solid.clone().laid_back(), solid.clone().laid_along_x()] {
-            assert!((volume(&turned) - 60.0).abs() < 1e-9);
+        let solid = block([1.0, 2.0, 3.0], [4.0, 6.0, 8.0], 0.5);
+        for turned in [solid.clone().quarter_turned(), solid.clone().laid_back()] {
+            assert!((volume(&turned) - volume(&solid)).abs() < 1e-9);
         }
     }
 }
