@@ -46,7 +46,11 @@ const STEPS: &[Step] = &[
     Step { name: "test-command", why: "one test command: in the README, in .ci/run, here", run: test_command },
     Step { name: "clippy", why: "no warning in any target; each exception carries its reason", run: clippy },
     Step { name: "docs", why: "public items are documented and their links work", run: docs },
-    Step { name: "generated", why: "generated programs, models and schemas are those that the code makes", run: generated },
+    Step {
+        name: "generated",
+        why: "generated programs, models and schemas are those that the code makes",
+        run: generated,
+    },
     Step { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
     Step { name: "typos", why: "American spelling, and names without slips", run: typos },
     Step {

@@ -38,7 +38,16 @@ pub(crate) struct CFrame<'a> {
 
 impl CFrame<'_> {
     pub(crate) fn parts(&self) -> Vec<Part> {
-        let Self { on: [on_table, on_saddle, on_head], travel: [x, y, z], half: [hx, hy], deck, head, foot, accent, .. } = *self;
+        let Self {
+            on: [on_table, on_saddle, on_head],
+            travel: [x, y, z],
+            half: [hx, hy],
+            deck,
+            head,
+            foot,
+            accent,
+            ..
+        } = *self;
         let thick = (0.12 * hx).max(24.0);
         let slide = (0.16 * hx).max(36.0);
         let under = deck - thick;
@@ -62,25 +71,42 @@ impl CFrame<'_> {
         });
         let back_low = column_back;
         let back_high = column + 0.62 * (column_back - column);
-        let side = [[column, bed_top - 2.0], [back_low, bed_top - 2.0], [back_low, bed_top + 60.0], [back_high, column_top], [column, column_top]];
+        let side = [
+            [column, bed_top - 2.0],
+            [back_low, bed_top - 2.0],
+            [back_low, bed_top + 60.0],
+            [back_high, column_top],
+            [column, column_top],
+        ];
         let post = prism(Axis::X, [-column_half, column_half], &side);
-        let ribs = [[-column_half - 14.0, -column_half + 3.0], [column_half - 3.0, column_half + 14.0]].into_iter().flat_map(|range| {
-            let step = (column_top - bed_top - 140.0) / 3.0;
-            let (w, level) = (26.0, |k: f64| bed_top + 60.0 + k * step);
-            let cross_ribs = (0..4).map(move |k| {
-                let h = level(f64::from(k));
-                let b = back_low + (back_high - back_low) * (h - bed_top) / (column_top - bed_top);
-                block([range[0], column + 10.0, h], [range[1], b - 8.0, h + w], 5.0)
+        let ribs = [[-column_half - 14.0, -column_half + 3.0], [column_half - 3.0, column_half + 14.0]]
+            .into_iter()
+            .flat_map(|range| {
+                let step = (column_top - bed_top - 140.0) / 3.0;
+                let (w, level) = (26.0, |k: f64| bed_top + 60.0 + k * step);
+                let cross_ribs = (0..4).map(move |k| {
+                    let h = level(f64::from(k));
+                    let b = back_low + (back_high - back_low) * (h - bed_top) / (column_top - bed_top);
+                    block([range[0], column + 10.0, h], [range[1], b - 8.0, h + w], 5.0)
+                });
+                let upright = block(
+                    [range[0], column + 10.0, bed_top + 20.0],
+                    [range[1], column + 10.0 + w, column_top - 20.0],
+                    5.0,
+                );
+                cross_ribs.chain([upright]).collect::<Vec<_>>()
             });
-            let upright = block([range[0], column + 10.0, bed_top + 20.0], [range[1], column + 10.0 + w, column_top - 20.0], 5.0);
-            cross_ribs.chain([upright]).collect::<Vec<_>>()
-        });
         let z_low = z[0] + foot - 10.0;
         let z_high = z[1] + foot + head_height + 10.0;
         let z_rails = rail_pair([-14.0, column - 16.0, z_low], [14.0, column + 2.0, z_high], [0.75 * head, 0.0, 0.0]);
         let screw = cylinder([0.0, column - 12.0, z_low + 10.0], Axis::Z.unit(), 8.0, z_high - z_low - 20.0, 1.0);
-        let z_cover = block([-0.55 * head, column - 6.0, bed_top + 10.0], [0.55 * head, column + 2.0, z_low + 4.0], 2.0);
-        let z_motor = block([-0.3 * head, column + 10.0, column_top - 4.0], [0.3 * head, column + 10.0 + 0.6 * head, column_top + 0.9 * head], 8.0);
+        let z_cover =
+            block([-0.55 * head, column - 6.0, bed_top + 10.0], [0.55 * head, column + 2.0, z_low + 4.0], 2.0);
+        let z_motor = block(
+            [-0.3 * head, column + 10.0, column_top - 4.0],
+            [0.3 * head, column + 10.0 + 0.6 * head, column_top + 0.9 * head],
+            8.0,
+        );
         let y_rails = rail_pair(
             [-18.0, -hy - reach_y - 20.0, bed_top - 2.0],
             [18.0, hy + reach_y + 20.0, bed_top + 13.0],
@@ -104,7 +130,11 @@ impl CFrame<'_> {
             })
         });
         let saddle = block([-saddle_x, -hy - 10.0, saddle_low], [saddle_x, hy + 10.0, saddle_top], 8.0);
-        let x_rails = rail_pair([-saddle_x + 8.0, -16.0, saddle_top - 2.0], [saddle_x - 8.0, 16.0, saddle_top + 12.0], [0.0, 0.6 * hy, 0.0]);
+        let x_rails = rail_pair(
+            [-saddle_x + 8.0, -16.0, saddle_top - 2.0],
+            [saddle_x - 8.0, 16.0, saddle_top + 12.0],
+            [0.0, 0.6 * hy, 0.0],
+        );
         parts.push(Part::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
         parts.push(Part::drawn("y_carriages", "guide", on_saddle, Paint::Dark, Solid::all(y_blocks)));
         parts.push(Part::drawn("x_rails", "guide", on_saddle, Paint::Rail, x_rails));

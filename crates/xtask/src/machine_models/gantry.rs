@@ -71,9 +71,8 @@ impl Gantry<'_> {
         let walls = [[-outside, -inside], [inside, outside]].map(|range| prism(Axis::X, range, &outline));
         let ribs = (0..4).flat_map(|k| {
             let at = y0 + 30.0 + (y1 - y0 - 90.0) * f64::from(k) / 3.0;
-            [[-outside - 22.0, -outside + 5.0], [outside - 5.0, outside + 22.0]].map(|[a, b]| {
-                block([a, at, floor - bed_depth + 10.0], [b, at + 30.0, wall_top - 30.0], 6.0)
-            })
+            [[-outside - 22.0, -outside + 5.0], [outside - 5.0, outside + 22.0]]
+                .map(|[a, b]| block([a, at, floor - bed_depth + 10.0], [b, at + 30.0, wall_top - 30.0], 6.0))
         });
         let bands = [[-outside - 22.0, -outside + 5.0], [outside - 5.0, outside + 22.0]]
             .map(|[a, b]| block([a, y0 + 10.0, wall_top - 60.0], [b, y1 - 10.0, wall_top - 10.0], 8.0));
@@ -84,9 +83,8 @@ impl Gantry<'_> {
             10.0,
         );
         let feet = [-0.8, 0.8].into_iter().flat_map(|fx| {
-            [bed_front + 60.0, 0.5 * (bed_front + bed_back), bed_back - 60.0].map(|fy| {
-                cylinder([fx * inside, fy, floor - bed_depth - 40.0], Axis::Z.unit(), 45.0, 45.0, 6.0)
-            })
+            [bed_front + 60.0, 0.5 * (bed_front + bed_back), bed_back - 60.0]
+                .map(|fy| cylinder([fx * inside, fy, floor - bed_depth - 40.0], Axis::Z.unit(), 45.0, 45.0, 6.0))
         });
         let tops = [[-outside + 0.25 * wall, -outside + 0.6 * wall], [outside - 0.6 * wall, outside - 0.25 * wall]];
         let y_rails = tops.map(|[a, b]| block([a, y0 + 5.0, wall_top - 2.0], [b, y1 - 5.0, wall_top + 16.0], 3.0));
@@ -95,7 +93,13 @@ impl Gantry<'_> {
             Part::new("left_wall", "column", "base", Paint::Casting, walls[0].clone()),
             Part::new("right_wall", "column", "base", Paint::Casting, walls[1].clone()),
             Part::new("rear_wall", "column", "base", Paint::Casting, rear_wall),
-            Part::drawn("ribs", "column", "base", Paint::Frame, Solid::all(ribs).and(Solid::all(bands)).and(Solid::all(feet))),
+            Part::drawn(
+                "ribs",
+                "column",
+                "base",
+                Paint::Frame,
+                Solid::all(ribs).and(Solid::all(bands)).and(Solid::all(feet)),
+            ),
         ];
 
         // The beam with its end carriages, ribs behind and rails in front.
@@ -117,14 +121,23 @@ impl Gantry<'_> {
             2.0,
         );
         parts.push(Part::new("beam", "beam", on_beam, Paint::Casting, beam));
-        parts.push(Part::drawn("beam_ribs", "beam", on_beam, Paint::Frame, Solid::all(beam_ribs).and(Solid::all(flanges))));
+        parts.push(Part::drawn(
+            "beam_ribs",
+            "beam",
+            on_beam,
+            Paint::Frame,
+            Solid::all(beam_ribs).and(Solid::all(flanges)),
+        ));
         parts.push(Part::drawn("x_rails", "guide", on_beam, Paint::Rail, x_rails));
         parts.push(Part::drawn("x_bellows", "cover", on_beam, Paint::Bellows, cover));
         if on_beam == "base" {
-            let pads = tops.map(|[a, b]| block([a - 15.0, beam_front, wall_top - 4.0], [b + 15.0, beam_back, low + 4.0], 3.0));
+            let pads =
+                tops.map(|[a, b]| block([a - 15.0, beam_front, wall_top - 4.0], [b + 15.0, beam_back, low + 4.0], 3.0));
             parts.push(Part::drawn("portal_pads", "column", "base", Paint::Frame, Solid::all(pads)));
         } else {
-            let carriages = tops.map(|[a, b]| block([a - 18.0, beam_front - 10.0, wall_top + 4.0], [b + 18.0, beam_back + 10.0, low + 4.0], 5.0));
+            let carriages = tops.map(|[a, b]| {
+                block([a - 18.0, beam_front - 10.0, wall_top + 4.0], [b + 18.0, beam_back + 10.0, low + 4.0], 5.0)
+            });
             parts.push(Part::drawn("y_rails", "guide", "base", Paint::Rail, Solid::all(y_rails)));
             parts.push(Part::drawn("y_carriages", "guide", on_beam, Paint::Dark, Solid::all(carriages)));
         }
@@ -153,7 +166,11 @@ impl Gantry<'_> {
 
         // The ram with its rails at the back and the drive on top.
         let body = block([-ram, -ram, foot], [ram, ram, foot + length], 14.0);
-        let z_rails = rail_pair([-12.0, ram - 2.0, foot + 30.0], [12.0, ram + 17.0, foot + length - 30.0], [0.62 * ram, 0.0, 0.0]);
+        let z_rails = rail_pair(
+            [-12.0, ram - 2.0, foot + 30.0],
+            [12.0, ram + 17.0, foot + length - 30.0],
+            [0.62 * ram, 0.0, 0.0],
+        );
         let drive = cylinder([0.0, 0.0, foot + length - 2.0], Axis::Z.unit(), 0.5 * ram, 0.9 * ram, 8.0);
         parts.push(Part::new("ram", "ram", on_ram, Paint::Casting, body));
         parts.push(Part::drawn("z_rails", "guide", on_ram, Paint::Rail, z_rails));

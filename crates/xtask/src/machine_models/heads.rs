@@ -84,7 +84,8 @@ pub(crate) fn fork(numbers: &Numbers, fork: Fork<'_>) -> Result<Vec<Part>, crate
     let yoke = Solid::all(arms)
         .and(block([-width, -1.3 * r, bridge], [width, 1.3 * r, fork.top - 14.0], 12.0))
         .and(cylinder([0.0, 0.0, fork.top - 20.0], Axis::Z.unit(), 1.25 * r, 20.0, 4.0));
-    let pivots = [-1.0, 1.0].map(|side| cylinder([side * 0.6 * r, 0.0, reach], [side, 0.0, 0.0], 0.72 * r, half - 0.6 * r, 3.0));
+    let pivots =
+        [-1.0, 1.0].map(|side| cylinder([side * 0.6 * r, 0.0, reach], [side, 0.0, 0.0], 0.72 * r, half - 0.6 * r, 3.0));
     let place = |solid: Solid| {
         let turned = if about_y { solid.quarter_turned() } else { solid };
         turned.at([pivot[0], pivot[1], numbers.gauge[2]])
@@ -114,7 +115,13 @@ pub(crate) fn nutating(
     let lower = revolved(
         along(0.0),
         axis,
-        &[[0.0, -0.2 * face], [0.75 * size.housing, -0.2 * face], [flange, 0.6 * face], [flange, face - 1.0], [0.0, face - 1.0]],
+        &[
+            [0.0, -0.2 * face],
+            [0.75 * size.housing, -0.2 * face],
+            [flange, 0.6 * face],
+            [flange, face - 1.0],
+            [0.0, face - 1.0],
+        ],
     );
     let height = numbers.gauge[2] + top;
     let upper = revolved(

@@ -64,10 +64,14 @@ pub(crate) fn lu_hybrid(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         let (up, _) = way(fixed, add(moving, [0.0, 0.0, middle]));
         let along_ring = [-s, c, 0.0];
         sleeves.push(cylinder(add(fixed, scaled(along_ring, -46.0)), along_ring, 30.0, 92.0, 4.0));
-        sleeves.push(block([fixed[0] - 38.0, fixed[1] - 38.0, deck + 28.0], [fixed[0] + 38.0, fixed[1] + 38.0, -8.0], 6.0));
-        sleeves.push(cylinder(add(fixed, scaled(up, 8.0)), up, 34.0, 232.0, 4.0));
+        sleeves.push(block(
+            [fixed[0] - 38.0, fixed[1] - 38.0, deck + 28.0],
+            [fixed[0] + 38.0, fixed[1] + 38.0, -8.0],
+            6.0,
+        ));
+        sleeves.push(cylinder(add(fixed, scaled(up, 8.0)), up, 36.0, 248.0, 4.0));
         let (down, _) = way(moving, add(fixed, [0.0, 0.0, -middle]));
-        rods.push(cylinder(add(moving, scaled(down, 6.0)), down, 18.0, 262.0, 2.0));
+        rods.push(cylinder(add(moving, scaled(down, 6.0)), down, 20.0, 168.0, 2.0));
         let ball = [[0.0, -26.0], [15.0, -22.0], [26.0, -9.0], [26.0, 9.0], [15.0, 22.0], [0.0, 26.0]];
         rods.push(revolved(moving, Axis::Z.unit(), &ball));
     }

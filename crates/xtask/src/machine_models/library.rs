@@ -5,8 +5,8 @@ use crate::{
     machine_models::{
         c_frame::CFrame,
         gantry::Gantry,
-        hybrid,
         heads::{Fork, Spindle, fork, nutating, spindle},
+        hybrid,
         numbers::Numbers,
         part::Part,
         singles,

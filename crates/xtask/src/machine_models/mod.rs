@@ -23,8 +23,7 @@ use std::path::Path;
 use crate::{Failure, files};
 
 /// The line of `machine.toml` from which on the bodies are written by this program.
-const MARK: &str =
-    "# Bodies: written by `cargo xtask machine-models`, which also makes their shapes in model.glb. Edit nothing below.";
+const MARK: &str = "# Bodies: written by `cargo xtask machine-models`, which also makes their shapes in model.glb. Edit nothing below.";
 
 const COMMAND: &str = "cargo xtask machine-models";
 
@@ -34,9 +33,9 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
     for (folder, build) in library::LIBRARY {
         let path = root.join("machines").join(folder).join("machine.toml");
         let text = files::get(&path)?;
-        let (head, _) = text
-            .split_once(MARK)
-            .ok_or_else(|| Failure(format!("{}: the line that begins the bodies is missing:\n{MARK}", path.display())))?;
+        let (head, _) = text.split_once(MARK).ok_or_else(|| {
+            Failure(format!("{}: the line that begins the bodies is missing:\n{MARK}", path.display()))
+        })?;
         let numbers = numbers::Numbers::read(&path, head)?;
         let parts = build(&numbers)?;
         let model = glb::bytes(&numbers, &parts);

@@ -25,7 +25,8 @@ pub(crate) fn y_slide(numbers: &Numbers, deck: f64, half: [f64; 2]) -> Result<Ve
     let travel = numbers.travel("Y")?;
     let reach = half[1] + travel[0].abs().max(travel[1].abs());
     let floor = deck - 74.0;
-    let rails = rail_pair([-16.0, -reach + 20.0, floor - 2.0], [16.0, reach - 20.0, floor + 14.0], [0.6 * half[0], 0.0, 0.0]);
+    let rails =
+        rail_pair([-16.0, -reach + 20.0, floor - 2.0], [16.0, reach - 20.0, floor + 14.0], [0.6 * half[0], 0.0, 0.0]);
     let blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
         [-0.7, 0.7].map(|v| {
             let (cx, cy) = (u * 0.6 * half[0], v * half[1]);
@@ -98,7 +99,8 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         110.0,
         6.0,
     ));
-    let center = revolved([centers, 0.0, 0.0], [1.0, 0.0, 0.0], &[[0.0, 0.0], [28.0, 48.0], [28.0, 100.0], [0.0, 100.0]]);
+    let center =
+        revolved([centers, 0.0, 0.0], [1.0, 0.0, 0.0], &[[0.0, 0.0], [28.0, 48.0], [28.0, 100.0], [0.0, 100.0]]);
     parts.push(Part::new("tailstock", "tailstock", "base", Paint::Accent(accent), tail));
     parts.push(Part::new("center", "tailstock", "base", Paint::Steel, center));
     let face = [[0.0, -90.0], [150.0, -90.0], [150.0, -40.0], [130.0, -34.0], [130.0, -4.0], [126.0, 0.0], [0.0, 0.0]];
@@ -114,7 +116,11 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let front = rear + 30.0;
     let top = z[1] + pivot[2] + 420.0;
     let foot = floor + 130.0;
-    let tower = prism(Axis::X, [-430.0, 430.0], &[[front, foot], [front + 540.0, foot], [front + 540.0, foot + 160.0], [front + 380.0, top], [front, top]]);
+    let tower = prism(
+        Axis::X,
+        [-430.0, 430.0],
+        &[[front, foot], [front + 540.0, foot], [front + 540.0, foot + 160.0], [front + 380.0, top], [front, top]],
+    );
     let tower_ribs = [[-446.0, -426.0], [426.0, 446.0]].into_iter().flat_map(|[a, b]| {
         (0..4).map(move |k| {
             let h = foot + 120.0 + (top - foot - 260.0) * f64::from(k) / 3.0;
@@ -122,9 +128,16 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         })
     });
     let x_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
-        [-1.0, 1.0].map(|v| block([u * 330.0 - 70.0, rear + 300.0 + v * 220.0 - 50.0, floor + 98.0], [u * 330.0 + 70.0, rear + 300.0 + v * 220.0 + 50.0, foot + 4.0], 6.0))
+        [-1.0, 1.0].map(|v| {
+            block(
+                [u * 330.0 - 70.0, rear + 300.0 + v * 220.0 - 50.0, floor + 98.0],
+                [u * 330.0 + 70.0, rear + 300.0 + v * 220.0 + 50.0, foot + 4.0],
+                6.0,
+            )
+        })
     });
-    let z_rails = rail_pair([-20.0, front - 20.0, z[0] + pivot[2] - 330.0], [20.0, front + 2.0, top - 20.0], [330.0, 0.0, 0.0]);
+    let z_rails =
+        rail_pair([-20.0, front - 20.0, z[0] + pivot[2] - 330.0], [20.0, front + 2.0, top - 20.0], [330.0, 0.0, 0.0]);
     parts.push(Part::new("column", "column", "X", Paint::Casting, tower));
     parts.push(Part::drawn("column_ribs", "column", "X", Paint::Frame, Solid::all(tower_ribs)));
     parts.push(Part::drawn("x_carriages", "guide", "X", Paint::Dark, Solid::all(x_blocks)));
@@ -142,7 +155,9 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         block([ram + 8.0, slide_front, h - ram - 40.0], [400.0, front - 22.0, h + ram + 40.0], 6.0),
     ]);
     let z_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
-        [-220.0, 220.0].map(|v| block([u * 330.0 - 40.0, front - 26.0, h + v - 60.0], [u * 330.0 + 40.0, front - 3.0, h + v + 60.0], 4.0))
+        [-220.0, 220.0].map(|v| {
+            block([u * 330.0 - 40.0, front - 26.0, h + v - 60.0], [u * 330.0 + 40.0, front - 3.0, h + v + 60.0], 4.0)
+        })
     });
     parts.push(Part::new("slide", "saddle", "Z", Paint::Accent(accent), slide));
     parts.push(Part::drawn("z_carriages", "guide", "Z", Paint::Dark, Solid::all(z_blocks)));
@@ -151,8 +166,10 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let gap = 150.0;
     let ram_back = front - 40.0 - y[0] + y[0].min(0.0);
     let ram_body = block([-ram, gap, h - ram], [ram, ram_back, h + ram], 14.0);
-    let y_rails = rail_pair([-ram - 6.0, gap + 40.0, h - 14.0], [-ram + 2.0, ram_back - 10.0, h + 14.0], [0.0, 0.0, 70.0])
-        .and(rail_pair([ram - 2.0, gap + 40.0, h - 14.0], [ram + 6.0, ram_back - 10.0, h + 14.0], [0.0, 0.0, 70.0]));
+    let y_rails =
+        rail_pair([-ram - 6.0, gap + 40.0, h - 14.0], [-ram + 2.0, ram_back - 10.0, h + 14.0], [0.0, 0.0, 70.0]).and(
+            rail_pair([ram - 2.0, gap + 40.0, h - 14.0], [ram + 6.0, ram_back - 10.0, h + 14.0], [0.0, 0.0, 70.0]),
+        );
     let collar = cylinder([0.0, gap + 2.0, h], [0.0, -1.0, 0.0], 0.95 * ram, 30.0, 4.0);
     parts.push(Part::new("ram", "ram", "Y", Paint::Casting, ram_body.and(collar)));
     parts.push(Part::drawn("y_rails", "guide", "Y", Paint::Rail, y_rails));
@@ -193,14 +210,22 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let z_rails = rail_pair([-6.0, -64.0, 134.0], [6.0, -52.0, 288.0], [42.0, 0.0, 0.0]);
     parts.push(Part::new("saddle", "saddle", "X", Paint::Accent(accent), saddle));
     parts.push(Part::drawn("z_rails", "guide", "X", Paint::Rail, z_rails));
-    let carrier = block([-55.0, -50.0, gauge + 48.0], [55.0, -34.0, gauge + 150.0], 4.0)
-        .and(block([-42.0, -36.0, gauge + 50.0], [42.0, 38.0, gauge + 130.0], 8.0));
+    let carrier = block([-55.0, -50.0, gauge + 48.0], [55.0, -34.0, gauge + 150.0], 4.0).and(block(
+        [-42.0, -36.0, gauge + 50.0],
+        [42.0, 38.0, gauge + 130.0],
+        8.0,
+    ));
     parts.push(Part::new("spindle_slide", "headstock", "Z", Paint::Casting, carrier));
     parts.extend(spindle(numbers, Spindle { nose: 14.0, housing: 27.0, top: 170.0 }));
 
     // Table side: console on the tower, arm about A, table about B.
-    let console = block([-116.0, -46.0, -84.0], [-98.0, 46.0, 10.0], 4.0)
-        .and(cylinder([-100.0, 0.0, 0.0], [1.0, 0.0, 0.0], 36.0, 24.0, 3.0));
+    let console = block([-116.0, -46.0, -84.0], [-98.0, 46.0, 10.0], 4.0).and(cylinder(
+        [-100.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        36.0,
+        24.0,
+        3.0,
+    ));
     let y_blocks = [-1.0, 1.0].map(|v| block([-126.0, 22.0 * v - 14.0, -90.0], [-114.0, 22.0 * v + 14.0, 20.0], 2.0));
     parts.push(Part::new("console", "bearing", "Y", Paint::Accent(accent), console));
     parts.push(Part::drawn("y_carriages", "guide", "Y", Paint::Dark, Solid::all(y_blocks)));
@@ -243,8 +268,11 @@ pub(crate) fn lu_serial(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         clear: [half[0] + x[1].abs().max(x[0].abs()) + 60.0, half[1] + y[1].abs().max(y[0].abs()) + 60.0],
         accent,
     };
-    let mut parts: Vec<Part> =
-        portal.parts().into_iter().filter(|p| !["z_rails", "x_rails", "x_bellows", "x_carriages"].contains(&p.name.as_str())).collect();
+    let mut parts: Vec<Part> = portal
+        .parts()
+        .into_iter()
+        .filter(|p| !["z_rails", "x_rails", "x_bellows", "x_carriages"].contains(&p.name.as_str()))
+        .collect();
     parts.extend(spindle(numbers, Spindle { nose: 34.0, housing: 58.0, top: 242.0 }));
 
     // Cross slides with the sleeve on top, post and console below the trunnion.
@@ -252,12 +280,28 @@ pub(crate) fn lu_serial(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let rails_x = rail_pair([-reach_x, -16.0, floor - 2.0], [reach_x, 16.0, floor + 14.0], [0.0, 0.6 * half[1], 0.0]);
     let reach_y = half[1] + y[0].abs().max(y[1].abs());
     let plate_x = block([-half[0], -reach_y, floor + 24.0], [half[0], reach_y, x_deck], 8.0);
-    let rails_y = rail_pair([-16.0, -reach_y + 10.0, x_deck - 2.0], [16.0, reach_y - 10.0, x_deck + 14.0], [0.6 * half[0], 0.0, 0.0]);
+    let rails_y = rail_pair(
+        [-16.0, -reach_y + 10.0, x_deck - 2.0],
+        [16.0, reach_y - 10.0, x_deck + 14.0],
+        [0.6 * half[0], 0.0, 0.0],
+    );
     let blocks_x = [-1.0, 1.0].into_iter().flat_map(|u| {
-        [-1.0, 1.0].map(|v| block([u * 0.7 * half[0] - 34.0, v * 0.6 * half[1] - 30.0, floor + 4.0], [u * 0.7 * half[0] + 34.0, v * 0.6 * half[1] + 30.0, floor + 26.0], 4.0))
+        [-1.0, 1.0].map(|v| {
+            block(
+                [u * 0.7 * half[0] - 34.0, v * 0.6 * half[1] - 30.0, floor + 4.0],
+                [u * 0.7 * half[0] + 34.0, v * 0.6 * half[1] + 30.0, floor + 26.0],
+                4.0,
+            )
+        })
     });
     let blocks_y = [-1.0, 1.0].into_iter().flat_map(|u| {
-        [-1.0, 1.0].map(|v| block([u * 0.6 * half[0] - 30.0, v * 0.7 * half[1] - 34.0, x_deck + 4.0], [u * 0.6 * half[0] + 30.0, v * 0.7 * half[1] + 34.0, x_deck + 26.0], 4.0))
+        [-1.0, 1.0].map(|v| {
+            block(
+                [u * 0.6 * half[0] - 30.0, v * 0.7 * half[1] - 34.0, x_deck + 4.0],
+                [u * 0.6 * half[0] + 30.0, v * 0.7 * half[1] + 34.0, x_deck + 26.0],
+                4.0,
+            )
+        })
     });
     let sleeve = block([-half[0], -half[1], x_deck + 24.0], [half[0], half[1], y_deck], 8.0)
         .and(block([-150.0, -150.0, y_deck - 2.0], [150.0, 150.0, y_deck + 120.0], 16.0))

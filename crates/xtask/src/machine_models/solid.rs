@@ -236,7 +236,8 @@ pub(crate) fn revolved(foot: V3, axis: V3, profile: &[[f64; 2]]) -> Solid {
 /// A cylinder with chamfered ends.
 pub(crate) fn cylinder(foot: V3, axis: V3, radius: f64, height: f64, chamfer: f64) -> Solid {
     let c = chamfer.min(0.3 * height).min(0.5 * radius).max(0.1);
-    let profile = [[0.0, 0.0], [radius - c, 0.0], [radius, c], [radius, height - c], [radius - c, height], [0.0, height]];
+    let profile =
+        [[0.0, 0.0], [radius - c, 0.0], [radius, c], [radius, height - c], [radius - c, height], [0.0, height]];
     revolved(foot, axis, &profile)
 }
 
@@ -342,7 +343,8 @@ mod tests {
 
     #[test]
     fn a_concave_prism_has_the_area_of_its_outline() {
-        let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [6.0, 10.0], [6.0, 3.0], [4.0, 3.0], [4.0, 10.0], [0.0, 10.0]];
+        let outline =
+            [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [6.0, 10.0], [6.0, 3.0], [4.0, 3.0], [4.0, 10.0], [0.0, 10.0]];
         for along in [Axis::X, Axis::Y, Axis::Z] {
             assert!((volume(&prism(along, [-1.0, 4.0], &outline)) - 5.0 * 86.0).abs() < 1e-9);
         }

@@ -34,7 +34,11 @@ fn every_machine_reads_without_remarks_and_is_described() {
             assert!(readme.contains(part), "{name}: README.md lacks {part}");
         }
         for joint in &machine.joints {
-            assert!(readme.contains(&format!("| {} `", joint.name)), "{name}: README.md says nothing of {}", joint.name);
+            assert!(
+                readme.contains(&format!("| {} `", joint.name)),
+                "{name}: README.md says nothing of {}",
+                joint.name
+            );
         }
     }
 }
@@ -64,7 +68,9 @@ fn every_joint_moves_a_closed_body_and_every_node_is_bound() {
         }
         for (j, joint) in machine.joints.iter().enumerate() {
             // The heave of a platform on legs moves the tilting plate alone.
-            if machine.joints.iter().any(|tilt| tilt.parent == Some(j)) && (name, joint.name.as_str()) == ("lu-hybrid-ii", "Z") {
+            if machine.joints.iter().any(|tilt| tilt.parent == Some(j))
+                && (name, joint.name.as_str()) == ("lu-hybrid-ii", "Z")
+            {
                 continue;
             }
             let checked = |b: &proveout_machine::MachineBody| b.attached_to == Attachment::Joint(j) && b.check;
@@ -108,7 +114,9 @@ fn the_spindle_nose_ends_at_the_gauge_line_and_the_table_at_its_face() {
 fn journals_and_pivots_are_round_about_their_axis() {
     let mut seen = 0;
     for (name, machine) in all() {
-        for body in machine.bodies.iter().filter(|b| ["journals", "spindle_pivots", "table_hub"].contains(&b.name.as_str())) {
+        for body in
+            machine.bodies.iter().filter(|b| ["journals", "spindle_pivots", "table_hub"].contains(&b.name.as_str()))
+        {
             let Attachment::Joint(j) = body.attached_to else { panic!("{name}: {} does not turn", body.name) };
             let joint = &machine.joints[j];
             let sum = body.mesh.positions.iter().fold(Vector::zeros(), |s, p| s + (p - joint.point));
@@ -162,4 +170,98 @@ fn models_are_small() {
         total += size;
     }
     assert!(total < 3_000_000, "{total} bytes");
+}
+
+/// Rows of a table of reference values, by column name; texts stay texts.
+fn rows(name: &str) -> Vec<std::collections::BTreeMap<String, String>> {
+    let path = workspace_root().join("crates/proveout_machine/tests/reference").join(name);
+    let text = std::fs::read_to_string(&path).expect("reference values");
+    let mut lines = text.lines();
+    let head: Vec<&str> = lines.next().expect("head").split(',').collect();
+    lines.map(|l| head.iter().map(|h| (*h).to_owned()).zip(l.split(',').map(str::to_owned)).collect()).collect()
+}
+
+/// The reference values have nine decimals: half a unit of the last one in each of three slides, and in two angles at
+/// no more than 700 mm from the axes.
+const REFERENCE_MM: f64 = 1e-8;
+
+#[test]
+fn machines_of_the_papers_reproduce_the_reference_values() {
+    let kinds = [
+        ("ab_table_head", "starrag-lx-451"),
+        ("bc_head_table", "bc-head-table-grinder"),
+        ("ac_table_table", "ma-ac-trunnion"),
+        ("bc_table_table", "jdgr200t"),
+    ];
+    for (kind, name) in kinds {
+        let machine = machine(name);
+        let all: Vec<_> = rows("kinematics_golden.csv").into_iter().filter(|r| r["machine"] == kind).collect();
+        assert!(all.len() >= 8, "{kind}: {}", all.len());
+        for row in all {
+            let number = |key: &str| -> f64 { row[key].parse().expect("number") };
+            let mut q = JointValues::ZERO;
+            for key in ["X", "Y", "Z"] {
+                q[machine.joint(key).expect("slide")] = number(&format!("{key}_mm"));
+            }
+            for key in ["1", "2"] {
+                let joint = machine.joint(&row[&format!("axis_r{key}")]).expect("rotary joint");
+                q[joint] = number(&format!("r{key}_deg")).to_radians();
+            }
+            let pose = machine.forward(&q, 0.0);
+            let tip = Point::new(number("px_mm"), number("py_mm"), number("pz_mm"));
+            let axis = Vector::new(number("ti"), number("tj"), number("tk"));
+            assert!((pose.tip - tip).norm() < REFERENCE_MM, "{name}: {} {tip}", pose.tip);
+            assert!((pose.axis - axis).norm() < REFERENCE_MM, "{name}: {} {axis}", pose.axis);
+        }
+    }
+}
+
+#[test]
+fn the_hybrid_machine_reproduces_its_reference_values() {
+    let machine = machine("lu-hybrid-ii");
+    let all = rows("hybrid_3rps_golden.csv");
+    assert!(all.len() >= 8);
+    for row in all {
+        let number = |key: &str| -> f64 { row[key].parse().expect("number") };
+        let mut q = JointValues::ZERO;
+        for (joint, key) in [("X", "X_mm"), ("Y", "Y_mm"), ("Z", "heave_mm"), ("A", "alpha_deg"), ("B", "beta_deg")] {
+            let value = number(key);
+            q[machine.joint(joint).expect("joint")] = if key.ends_with("deg") { value.to_radians() } else { value };
+        }
+        let pose = machine.forward(&q, 0.0);
+        // The blade's origin stands at (0, 0, 460) with all joints at zero.
+        let tip = Point::new(number("px_mm"), number("py_mm"), 460.0 + number("pz_mm"));
+        let axis = Vector::new(number("ti"), number("tj"), number("tk"));
+        assert!((pose.tip - tip).norm() < REFERENCE_MM, "{} {tip}", pose.tip);
+        assert!((pose.axis - axis).norm() < REFERENCE_MM, "{} {axis}", pose.axis);
+    }
+}
+
+/// Closed forms of the documentation of LinuxCNC: the tip of the bridge mill, the tool axis of the tilting table.
+#[test]
+fn machines_of_linuxcnc_move_as_documented() {
+    let (bridge, trunnion) = (machine("linuxcnc-bridge-mill"), machine("linuxcnc-xyzac-trt"));
+    for k in 0..40 {
+        let turn = |n: f64| (f64::from(k) * n).sin();
+        let (b, c, a) = (2.0 * turn(0.7), 3.0 * turn(1.3), 1.5 * turn(0.9));
+        let (x, y, z) = (400.0 * turn(0.31), 300.0 * turn(0.53), -200.0 + 200.0 * turn(0.17));
+        let mut q = JointValues::ZERO;
+        for (joint, value) in [("X", x), ("Y", y), ("Z", z), ("B", b), ("C", c)] {
+            q[bridge.joint(joint).expect("joint")] = value;
+        }
+        let tool_length = 100.0;
+        let pivot = 250.0 + tool_length;
+        let tip = Point::new(
+            x + pivot * b.sin() * c.cos(),
+            y + pivot * b.sin() * c.sin(),
+            z - tool_length + pivot * (1.0 - b.cos()),
+        );
+        assert!((bridge.forward(&q, tool_length).tip - tip).norm() < 1e-9);
+        let mut q = JointValues::ZERO;
+        for (joint, value) in [("A", a), ("C", c)] {
+            q[trunnion.joint(joint).expect("joint")] = value;
+        }
+        let axis = Vector::new(a.sin() * c.sin(), a.sin() * c.cos(), a.cos());
+        assert!((trunnion.forward(&q, 0.0).axis - axis).norm() < 1e-12);
+    }
 }

@@ -72,16 +72,15 @@ impl Trunnion<'_> {
         let cradle = Solid::all(arms)
             .and(block([-outer + 4.0, -0.62 * r, low], [outer - 4.0, 0.62 * r, low + self.plate()], 10.0))
             .and(cylinder([0.0, 0.0, low + 4.0], Axis::Z.unit(), 0.62 * r, self.plate() + self.drive() - 8.0, 6.0));
-        let journals = [-1.0, 1.0]
-            .map(|s| cylinder([s * (outer - 4.0), 0.0, height], [s, 0.0, 0.0], 0.7 * round, 0.3 * r, 3.0));
+        let journals =
+            [-1.0, 1.0].map(|s| cylinder([s * (outer - 4.0), 0.0, height], [s, 0.0, 0.0], 0.7 * round, 0.3 * r, 3.0));
         let bearing = tongue(0.7 * r, floor - 2.0, height, 1.15 * round);
         let gap = (0.012 * r).max(2.0);
         let bearings = [[-outer - gap - 0.42 * r, -outer - gap], [outer + gap, outer + gap + 0.42 * r]]
             .map(|range| prism(Axis::X, range, &bearing));
         let motor = cylinder([outer + gap + 0.41 * r, 0.0, height], Axis::X.unit(), 0.8 * round, 0.3 * r, 8.0);
-        let caps = [-1.0, 1.0].map(|s| {
-            cylinder([s * (outer + gap + 0.41 * r), 0.0, height], [s, 0.0, 0.0], 0.95 * round, 0.06 * r, 3.0)
-        });
+        let caps = [-1.0, 1.0]
+            .map(|s| cylinder([s * (outer + gap + 0.41 * r), 0.0, height], [s, 0.0, 0.0], 0.95 * round, 0.06 * r, 3.0));
         // The tilt axis lies in the plane of the table's middle or beside it: its own y (or x) counts across.
         let place = |solid: Solid| {
             if about_y {
@@ -115,9 +114,19 @@ pub(crate) fn rotary_table(numbers: &Numbers, on: &str, radius: f64, floor: f64,
     let [x, y, face] = numbers.table;
     let thickness = (0.2 * radius).max(10.0);
     let under = face - thickness;
-    let pedestal = block([x - 0.95 * radius, y - 0.95 * radius, floor - 2.0], [x + 0.95 * radius, y + 0.95 * radius, under - 24.0], 14.0)
-        .and(cylinder([x, y, under - 30.0], Axis::Z.unit(), 0.8 * radius, 27.0, 3.0))
-        .and(cylinder([x + 0.7 * radius, y - 0.2 * radius, 0.5 * (floor + under)], Axis::X.unit(), 0.22 * radius, 0.6 * radius, 6.0));
+    let pedestal = block(
+        [x - 0.95 * radius, y - 0.95 * radius, floor - 2.0],
+        [x + 0.95 * radius, y + 0.95 * radius, under - 24.0],
+        14.0,
+    )
+    .and(cylinder([x, y, under - 30.0], Axis::Z.unit(), 0.8 * radius, 27.0, 3.0))
+    .and(cylinder(
+        [x + 0.7 * radius, y - 0.2 * radius, 0.5 * (floor + under)],
+        Axis::X.unit(),
+        0.22 * radius,
+        0.6 * radius,
+        6.0,
+    ));
     vec![
         Part::new("table", "table", &numbers.table_on, Paint::Steel, slotted_disc([x, y], radius, face, thickness, 5)),
         Part::new("pedestal", "pedestal", on, Paint::Accent(accent), pedestal),
@@ -130,7 +139,11 @@ pub(crate) fn fixed_table(numbers: &Numbers, half: [f64; 2], floor: f64) -> Vec<
     let on = numbers.table_on.as_str();
     let under = face - (0.08 * half[0]).clamp(40.0, 120.0);
     let plate = slotted_plate([x - half[0], y - half[1], under], [x + half[0], y + half[1], face], 7);
-    let foot = block([x - half[0] + 30.0, y - half[1] + 30.0, floor - 2.0], [x + half[0] - 30.0, y + half[1] - 30.0, under + 2.0], 10.0);
+    let foot = block(
+        [x - half[0] + 30.0, y - half[1] + 30.0, floor - 2.0],
+        [x + half[0] - 30.0, y + half[1] - 30.0, under + 2.0],
+        10.0,
+    );
     let ribs = (0..5).map(|k| {
         let at = y - half[1] + 60.0 + (2.0 * half[1] - 140.0) * f64::from(k) / 4.0;
         block([x - half[0] + 6.0, at, floor - 2.0], [x + half[0] - 6.0, at + 30.0, under + 2.0], 6.0)
