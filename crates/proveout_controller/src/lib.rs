@@ -69,8 +69,7 @@ mod summary;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
-pub use output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample};
-pub use reprogram::{Reprogrammed, ReprogrammedRun, Reprogramming};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
+pub use reprogram::{Reprogrammed, ReprogrammedRun, Reprogramming};
 pub use settings::{Dynamics, Settings};
 pub use summary::{DriveUse, JointSummary, LoadTrust, Summary, UnlimitedJoint};

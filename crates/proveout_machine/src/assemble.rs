@@ -5,13 +5,17 @@ use std::path::{Path, PathBuf};
 use proveout_geom::{Point, Pose, Vector, rad};
 
 use crate::{
-    Attachment, Carries, Control, Joint, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData, TableData, Trust,
+    Attachment, Carries, Control, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData,
+    TableData, Trust,
     bodies::read_bodies,
     chain::Chain,
     description::{JointFile, MachineFile, Notes, RapidFile},
     error::ContentError,
+    errors_reader::read_errors,
     joint_reader::read_joint,
     locate::{Source, Step, Step::Item, Step::Key},
+    places::Places,
+    platform_reader::read_platforms,
     solver::Solver,
     structure::{chain_to, check_kinematics},
 };
@@ -61,6 +65,9 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
         joints.push(read_joint(source, i, joint, &content.joint)?);
     }
     let spindle_on = attachment(source, &content.joint, &[Key("spindle"), Key("on")], &content.spindle.on)?;
+    let platforms = read_platforms(source, &content.platform, &joints)?;
+    let errors =
+        content.errors.as_ref().map_or_else(|| Ok(GeometricErrors::default()), |e| read_errors(source, e, &joints))?;
     let table_on = attachment(source, &content.joint, &[Key("table"), Key("on")], &content.table.on)?;
     let tool_chain = chain_to(source, &joints, spindle_on, Carries::Tool)?;
     let work_chain = chain_to(source, &joints, table_on, Carries::Workpiece)?;
@@ -87,13 +94,15 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
     let trust = read_trust(source, content)?;
     let (bodies, unused_nodes) =
         read_bodies(source, content, |path, name| attachment(source, &content.joint, path, name))?;
-    Ok(Machine {
+    let machine = Machine {
         name: content.name.clone(),
         description: content.description.clone(),
         up: content.up.map(|v| unit(source, &[Key("up")], v)).transpose()?,
         joints,
         tool_chain,
         work_chain,
+        platforms,
+        errors,
         bodies,
         control,
         spindle: spindle_data,
@@ -102,7 +111,10 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
         unused_nodes,
         chain,
         solver,
-    })
+        actual: None,
+        places: Places::new(source),
+    };
+    Ok(machine.recompiled())
 }
 
 pub(crate) fn attachment(
@@ -210,6 +222,20 @@ fn read_trust(source: &Source<'_>, content: &MachineFile) -> Checked<Vec<Trust>>
     ];
     for (i, j) in content.joint.iter().enumerate() {
         tables.push((vec![Key("joint"), Item(i)], format!("joint.{}", j.name), &j.source, &j.chosen));
+    }
+    for (i, p) in content.platform.iter().enumerate() {
+        tables.push((vec![Key("platform"), Item(i)], format!("platform.{}", p.name), &p.source, &p.chosen));
+        for (k, leg) in p.leg.iter().enumerate() {
+            let path = vec![Key("platform"), Item(i), Key("leg"), Item(k)];
+            tables.push((path, format!("platform.{}.leg.{}", p.name, leg.name), &leg.source, &leg.chosen));
+        }
+    }
+    if let Some(errors) = &content.errors {
+        tables.push((vec![Key("errors")], "errors".into(), &errors.source, &errors.chosen));
+        for (i, t) in errors.table.iter().enumerate() {
+            let path = vec![Key("errors"), Key("table"), Item(i)];
+            tables.push((path, format!("errors.table.{}", t.joint), &t.source, &t.chosen));
+        }
     }
     for (i, b) in content.body.iter().enumerate() {
         tables.push((vec![Key("body"), Item(i)], format!("body.{}", b.name), &b.source, &b.chosen));

@@ -30,6 +30,8 @@ use std::f64::consts::{PI, TAU};
 
 use proveout_geom::Vector;
 
+use crate::arc::Arc;
+
 /// Below this angle (radian) between the tool axis and the first rotary axis, the first angle is free; also the
 /// distance from the end of reach at which two branches count as one. 1e-10 rad moves a tool of 1 m by 0.1 nm, so what is
 /// dropped here is below the precision promised for poses.
@@ -119,6 +121,46 @@ impl AxisPair {
             e: arc(&second, &tool_at_zero),
             branch_sign: side.signum(),
         })
+    }
+
+    /// Angle between `u` and the nearest axis at which the first angle is free or the branches meet.
+    pub(crate) fn cone_angle(&self, u: &Vector) -> f64 {
+        let f = arc(&self.first, u);
+        let (low, high) = ((self.d - self.e).abs(), (self.d + self.e).min(TAU - self.d - self.e));
+        (f - low).abs().min((high - f).abs())
+    }
+
+    /// Part of an arc of tool axes at which it is nearest to a singular one, and the angle between them there.
+    pub(crate) fn cone_on_arc(&self, way: &Arc) -> (f64, f64) {
+        let (low, high) = ((self.d - self.e).abs(), (self.d + self.e).min(TAU - self.d - self.e));
+        // f runs between its least and greatest value on the arc; where it crosses an end of the reach, bisect.
+        let (near, far) = (way.nearest(&self.first), way.nearest(&-self.first));
+        let f = |part: f64| arc(&self.first, &way.at(part));
+        let mut best = (near, self.cone_angle(&way.at(near)));
+        for part in [0.0, 1.0, far] {
+            let angle = self.cone_angle(&way.at(part));
+            if angle < best.1 {
+                best = (part, angle);
+            }
+        }
+        for (a, b) in [(0.0, near), (near, 1.0), (0.0, far), (far, 1.0)] {
+            for end in [low, high] {
+                let (mut a, mut b) = (a, b);
+                if (f(a) - end) * (f(b) - end) >= 0.0 {
+                    continue;
+                }
+                let sign = f(a) - end;
+                for _ in 0..60 {
+                    let middle = 0.5 * (a + b);
+                    if (f(middle) - end) * sign > 0.0 { a = middle } else { b = middle }
+                }
+                let angle = self.cone_angle(&way.at(a));
+                if angle < best.1 {
+                    best = (a, angle);
+                }
+            }
+        }
+        best
     }
 
     /// All pairs of angles for the unit vector `u`. Outside the reach the nearest direction is solved and `error` tells

@@ -9,11 +9,12 @@
 //! With every joint given by its line in M at zero, the pose is a product of exponentials (Brockett 1984; Lynch and
 //! Park 2017, section 4.1): no frames between the joints are needed. A work joint enters with the opposite sign, since
 //! its motion is undone. Each factor then is a slide or turn by the joint value about a signed direction, and the
-//! chain is handled alike whatever is on which side.
+//! chain is handled alike whatever is on which side. The tilt joint of a platform shifts sideways as it turns
+//! ([`TurnShift`]): after the turn on the tool side, before the undone turn on the work side.
 
 use proveout_geom::{Point, Pose, ToolPose, Vector, sin_cos};
 
-use crate::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
+use crate::{Carries, Joint, JointKind, JointValues, MAX_JOINTS, TurnShift};
 
 /// One joint in the chain, sign applied: a positive joint value moves what is nearer to the tool by +value about
 /// `direction`.
@@ -23,6 +24,15 @@ pub(crate) struct Link {
     pub(crate) rotary: bool,
     pub(crate) direction: Vector,
     pub(crate) point: Point,
+    pub(crate) shift: Option<Shift>,
+}
+
+/// Sideways motion of a link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shift {
+    motion: TurnShift,
+    /// Work side: the shift is taken back before the turn is.
+    undone: bool,
 }
 
 /// The links in order from the table to the spindle.
@@ -41,24 +51,74 @@ fn turned(v: &Vector, direction: &Vector, (s, c): (f64, f64)) -> Vector {
 impl Link {
     fn new(joint: usize, data: &Joint) -> Self {
         let sign = if data.carries == Carries::Tool { data.sense } else { -data.sense };
-        Self { joint, rotary: data.kind == JointKind::Rotary, direction: data.direction * sign, point: data.point }
+        let undone = data.carries == Carries::Workpiece;
+        Self {
+            joint,
+            rotary: data.kind == JointKind::Rotary,
+            direction: data.direction * sign,
+            point: data.point,
+            shift: data.turn_shift.map(|motion| Shift { motion, undone }),
+        }
+    }
+
+    /// Shifts before and after the turn.
+    fn shifts(&self, value: f64) -> [Vector; 2] {
+        match &self.shift {
+            None => [Vector::zeros(); 2],
+            Some(s) if s.undone => [-s.motion.at(value), Vector::zeros()],
+            Some(s) => [Vector::zeros(), s.motion.at(value)],
+        }
+    }
+
+    /// Where a point goes with a rotary link, whose sine and cosine are known.
+    fn turned_point(&self, p: &Point, value: f64, sc: (f64, f64)) -> Point {
+        if self.shift.is_none() {
+            return self.point + turned(&(p - self.point), &self.direction, sc);
+        }
+        let [before, after] = self.shifts(value);
+        self.point + turned(&(p + before - self.point), &self.direction, sc) + after
     }
 
     /// Where a point goes when the joint moves to a value.
     pub(crate) fn moved(&self, p: &Point, value: f64) -> Point {
-        if self.rotary {
-            self.point + turned(&(p - self.point), &self.direction, sin_cos(value))
-        } else {
-            p + self.direction * value
+        if !self.rotary {
+            return p + self.direction * value;
         }
+        self.turned_point(p, value, sin_cos(value))
+    }
+
+    /// Where a point came from that the joint has moved by its value.
+    pub(crate) fn moved_back(&self, p: &Point, value: f64) -> Point {
+        if !self.rotary {
+            return p - self.direction * value;
+        }
+        let turn = |p: &Point| self.point + turned(&(p - self.point), &self.direction, sin_cos(-value));
+        if self.shift.is_none() {
+            return turn(p);
+        }
+        let [before, after] = self.shifts(value);
+        turn(&(p - after)) - before
     }
 
     /// The motion at a joint value.
     pub(crate) fn pose(&self, value: f64) -> Pose {
-        if self.rotary {
-            Pose::about_line(&self.point, &self.direction, value)
-        } else {
-            Pose::from_translation(self.direction * value)
+        if !self.rotary {
+            return Pose::from_translation(self.direction * value);
+        }
+        let turn = Pose::about_line(&self.point, &self.direction, value);
+        if self.shift.is_none() {
+            return turn;
+        }
+        let [before, after] = self.shifts(value);
+        Pose { translation: turn.translation + turn.rotation * before + after, ..turn }
+    }
+
+    /// Velocity that the shift adds to everything beyond the link, in the frame before it, for one radian per second.
+    pub(crate) fn shift_rate(&self, value: f64) -> Vector {
+        match &self.shift {
+            None => Vector::zeros(),
+            Some(s) if s.undone => turned(&-s.motion.rate(value), &self.direction, sin_cos(value)),
+            Some(s) => s.motion.rate(value),
         }
     }
 }
@@ -80,7 +140,7 @@ impl Chain {
             if link.rotary {
                 let sc = sin_cos(value);
                 axis = turned(&axis, &link.direction, sc);
-                tip = link.point + turned(&(tip - link.point), &link.direction, sc);
+                tip = link.turned_point(&tip, value, sc);
             } else {
                 tip += link.direction * value;
             }
@@ -102,7 +162,7 @@ impl Chain {
         for link in self.links.iter().rev() {
             if link.rotary {
                 let sc = sin_cos(q[link.joint]);
-                tip = link.point + turned(&(tip - link.point), &link.direction, sc);
+                tip = link.turned_point(&tip, q[link.joint], sc);
                 for &j in free {
                     columns[j] = turned(&columns[j], &link.direction, sc);
                 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{drive::DriveFile, mass::MassFile};
+use crate::{drive::DriveFile, errors_reader::ErrorsFile, mass::MassFile, platform_reader::PlatformFile};
 
 /// Notes on numbers: key of the same table, or `*` for all others, to a text.
 pub(crate) type Notes = BTreeMap<String, String>;
@@ -27,6 +27,11 @@ pub(crate) struct MachineFile {
     /// Axes, in the order of tables and reports.
     #[serde(default)]
     pub(crate) joint: Vec<JointFile>,
+    /// Parallel sub-chains: pairs of joints that legs drive together.
+    #[serde(default)]
+    pub(crate) platform: Vec<PlatformFile>,
+    /// Geometric errors, by which the actual machine differs from the one that the control believes in.
+    pub(crate) errors: Option<ErrorsFile>,
     /// The spindle.
     pub(crate) spindle: SpindleFile,
     /// The surface that workpieces stand on.
@@ -299,7 +304,7 @@ mod tests {
     #[test]
     fn the_schema_names_every_table_and_closes_it() {
         let schema = machine_schema().to_value();
-        for key in ["name", "joint", "spindle", "table", "control", "body", "model"] {
+        for key in ["name", "joint", "spindle", "table", "control", "body", "model", "platform", "errors"] {
             assert!(schema["properties"][key].is_object(), "{key}");
         }
         let joint = &schema["$defs"]["JointFile"];

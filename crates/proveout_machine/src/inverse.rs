@@ -1,9 +1,9 @@
 use std::{f64::consts::TAU, ops::Deref};
 
-use proveout_geom::{Point, ToolPose};
+use proveout_geom::{Point, ToolPose, Vector};
 use thiserror::Error;
 
-use crate::{Joint, JointValues, Machine, joint::TRAVEL_TOLERANCE};
+use crate::{Joint, JointValues, Machine, axis_pair::SINGULAR_ANGLE, joint::TRAVEL_TOLERANCE};
 
 /// Largest angle (radian) between the wanted and the reached tool axis for a pose to count as reached: 1e-6 rad is
 /// 0.2 arc second and admits axes that were written with six digits on the edge of what a machine reaches.
@@ -57,6 +57,10 @@ pub struct Solution {
     pub branch: usize,
     /// A rotary joint is not determined by the pose and keeps its previous value, or two branches meet.
     pub singular: bool,
+    /// Distance between wanted and reached tip, mm: zero in closed form, the residual of a numerical solution.
+    pub tip_error: f64,
+    /// Angle between wanted and reached tool axis, radian.
+    pub axis_error: f64,
 }
 
 /// Why a machine cannot take a pose.
@@ -130,6 +134,9 @@ impl Machine {
         let finite = pose.tip.iter().chain(pose.axis.iter()).all(|v| v.is_finite()) && tool_length.is_finite();
         let axis = pose.axis.try_normalize(1e-9).filter(|_| finite);
         let Some(axis) = axis else { return Branches { axis_error: f64::INFINITY, ..Branches::default() } };
+        if !self.solver.has_closed_form() {
+            return self.numerical_branch(pose, &axis, tool_length, given);
+        }
         let found = self.solver.axis_angles(&self.chain, given, &axis);
         let mut result = Branches { count: found.count, axis_error: found.error, ..Branches::default() };
         let free_joint = self.solver.rotary().first().copied().filter(|_| found.free_first);
@@ -145,6 +152,23 @@ impl Machine {
             *branch = Branch { q, index, singular: found.singular, free_joint, axis_error: found.error, tip_error };
         }
         result
+    }
+
+    /// The one solution of a machine with more than two moving rotary joints: the nearest to the given values.
+    fn numerical_branch(&self, pose: &ToolPose, axis: &Vector, tool_length: f64, given: &JointValues) -> Branches {
+        let mut q = *given;
+        let axis_error = self.solver.turn_numerically(&self.chain, &self.joints, &mut q, axis);
+        let tip_error = self.solver.place_tip(&self.chain, &mut q, &pose.tip, tool_length);
+        let singular = self.smallest_axis_rate(&q).is_some_and(|rate| rate < SINGULAR_ANGLE);
+        let branch = Branch { q, index: 0, singular, free_joint: None, axis_error, tip_error };
+        Branches { items: [branch, Branch::default()], count: 1, axis_error }
+    }
+
+    /// True where inverse kinematics is in closed form: at most two rotary joints that are not held. Else it is
+    /// numerical: the smallest motion of the rotary joints from the previous position (from home for
+    /// [`Machine::inverse`]), one branch, with the residual in its errors.
+    pub fn has_closed_form(&self) -> bool {
+        self.solver.has_closed_form()
     }
 
     /// The joint values for a pose that continue a motion from `previous`.
@@ -186,13 +210,24 @@ impl Machine {
             let better = best
                 .is_none_or(|(was_inside, was, _)| (inside && !was_inside) || (inside == was_inside && distance < was));
             if better {
-                best = Some((inside, distance, Solution { q, branch: branch.index, singular: branch.singular }));
+                best = Some((
+                    inside,
+                    distance,
+                    Solution {
+                        q,
+                        branch: branch.index,
+                        singular: branch.singular,
+                        tip_error: 0.0,
+                        axis_error: branch.axis_error,
+                    },
+                ));
             }
         }
         let Some((_, _, mut solution)) = best else {
             return Err(KinematicsError::AxisUnreachable { angle: branches.axis_error });
         };
         let distance = self.solver.place_tip(&self.chain, &mut solution.q, &pose_in_table.tip, tool_length);
+        solution.tip_error = distance;
         if distance > TIP_TOLERANCE {
             return Err(KinematicsError::TipUnreachable { distance });
         }

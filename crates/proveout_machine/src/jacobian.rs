@@ -20,7 +20,9 @@ impl Machine {
             let mut column = jacobian.column_mut(link.joint);
             if link.rotary {
                 let arm = pose.tip - before.point(&link.point);
-                column.fixed_rows_mut::<3>(0).copy_from(&direction.cross(&arm));
+                column
+                    .fixed_rows_mut::<3>(0)
+                    .copy_from(&(direction.cross(&arm) + before.vector(&link.shift_rate(q[link.joint]))));
                 column.fixed_rows_mut::<3>(3).copy_from(&direction.cross(&pose.axis));
             } else {
                 column.fixed_rows_mut::<3>(0).copy_from(&direction);
@@ -39,16 +41,25 @@ impl Machine {
     }
 
     /// Smallest singular value of d(axis)/d(rotary joints), 0 at a singular pose: the least turn of the tool axis, in
-    /// radian, for a joint step of length one radian.
+    /// radian, for a joint step of length one radian. With more than two rotary joints: of the steps that turn it at all
+    /// (the second singular value).
     pub fn smallest_axis_rate(&self, q: &JointValues) -> Option<f64> {
-        let &[first, second] = self.rotary_joints() else { return None };
+        let rotary = self.rotary_joints();
+        if rotary.len() < 2 {
+            return None;
+        }
         let jacobian = self.jacobian(q, 0.0);
         let rate = |j: usize| -> Vector { jacobian.fixed_view::<3, 1>(3, j).into() };
-        let (a, b) = (rate(first), rate(second));
-        // The singular values of [a b] have the product |a x b| and the square sum |a|² + |b|²; their sum and
+        // All rates lie across the tool axis, so there are two singular values at most. Their product squared is the
+        // sum of |a x b|² over the pairs of rates (Cauchy and Binet), their square sum that of |a|²; their sum and
         // difference are better conditioned than the eigenvalues of the normal matrix.
-        let product = a.cross(&b).norm();
-        let squares = a.norm_squared() + b.norm_squared();
+        let (mut squares, mut products) = (0.0, 0.0);
+        for (k, &first) in rotary.iter().enumerate() {
+            let a = rate(first);
+            squares += a.norm_squared();
+            products += rotary[k + 1..].iter().map(|&second| a.cross(&rate(second)).norm_squared()).sum::<f64>();
+        }
+        let product = products.sqrt();
         let sum = (squares + 2.0 * product).sqrt();
         let difference = (squares - 2.0 * product).max(0.0).sqrt();
         let largest = 0.5 * (sum + difference);

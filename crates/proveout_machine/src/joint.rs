@@ -1,6 +1,8 @@
 use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
-use proveout_geom::{Point, Vector};
+use proveout_geom::{Point, Pose, Vector};
+
+use crate::TurnShift;
 
 use crate::Drive;
 
@@ -127,6 +129,8 @@ pub struct Joint {
     pub direction: Vector,
     /// A point on the axis of a rotary joint in M with all joints at zero, mm; the origin for a linear joint.
     pub point: Point,
+    /// Sideways shift that comes with the turn: the tilt joint of a [`crate::Platform`] has one, no other joint.
+    pub turn_shift: Option<TurnShift>,
     /// +1 or -1: the carried body moves physically by `sense` times the joint value along (about, right-handed) the
     /// direction. A table axis after ISO 841 has -1, since its values tell the motion of the tool past the workpiece.
     pub sense: f64,
@@ -158,6 +162,18 @@ impl Joint {
     /// True for a rotary joint.
     pub fn is_rotary(&self) -> bool {
         self.kind == JointKind::Rotary
+    }
+
+    /// Motion of what the joint carries at a position, in M with all joints at zero, errors apart.
+    pub fn motion(&self, value: f64) -> Pose {
+        if !self.is_rotary() {
+            return Pose::from_translation(self.direction * (self.sense * value));
+        }
+        let turn = Pose::about_line(&self.point, &(self.direction * self.sense), value);
+        match &self.turn_shift {
+            None => turn,
+            Some(shift) => Pose { translation: turn.translation + shift.at(value), ..turn },
+        }
     }
 
     /// The limit that a position passes, if it does. Positions within 1e-9 (mm or radian) of a limit keep it.

@@ -71,6 +71,7 @@ pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, al
         parent,
         direction: unit(source, &at("direction"), file.direction)?,
         point,
+        turn_shift: None,
         sense,
         travel,
         endless: file.endless,

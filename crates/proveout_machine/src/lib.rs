@@ -25,6 +25,8 @@
 //! errors of the joints are not described yet. The rounding of angles near a singular pose is that of the pose: with the
 //! tool axis known to 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
 
+mod actual;
+mod arc;
 mod assemble;
 mod axis_pair;
 mod bodies;
@@ -33,14 +35,22 @@ mod description;
 mod diagnose;
 mod drive;
 mod error;
+mod errors;
+mod errors_reader;
 mod inverse;
 mod jacobian;
 mod joint;
 mod joint_reader;
+mod limits;
 mod locate;
 mod machine;
 mod mass;
 mod model;
+mod places;
+mod plan;
+mod plan_events;
+mod platform;
+mod platform_reader;
 mod solver;
 mod structure;
 mod table;
@@ -48,12 +58,17 @@ mod table;
 mod testing;
 
 pub use description::machine_schema;
-pub use diagnose::{Diagnosis, MissingLimit};
+pub use diagnose::{Diagnosis, MissingLimit, Severity};
 pub use drive::{Drive, ElasticMode, Encoder, VelocityGain};
 pub use error::{ContentError, MachineError};
+pub use errors::{ConstantErrors, ErrorOf, ErrorTable, GeometricErrors};
 pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, TIP_TOLERANCE};
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
+pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
 pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
 pub use mass::BodyMass;
+pub use plan::{BranchPlan, PlanError, PlanOptions, plan_branches};
+pub use plan_events::PlanEvent;
+pub use platform::{Leg, Platform, PlatformError, TurnShift};
 pub use table::{Direction, TableError, kinematics_csv};

@@ -60,7 +60,7 @@ impl<'a> Source<'a> {
     }
 
     /// Line and column, both from 1, of a byte offset.
-    fn place(&self, offset: usize) -> (usize, usize) {
+    pub(crate) fn place(&self, offset: usize) -> (usize, usize) {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
@@ -103,6 +103,16 @@ impl<'a> Source<'a> {
             };
         }
         Some(value)
+    }
+
+    /// True when there is a value at the path.
+    pub(crate) fn has(&self, path: &[Step<'_>]) -> bool {
+        self.value(path).is_some()
+    }
+
+    /// The tree of all keys, if the text is TOML.
+    pub(crate) fn tree(&self) -> Option<&DeTable<'a>> {
+        self.tree.as_ref()
     }
 
     /// Keys of the table at a path.

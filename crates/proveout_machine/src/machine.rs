@@ -1,6 +1,9 @@
 use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
 
-use crate::{BodyMass, Joint, JointValues, MAX_JOINTS, chain::Chain, solver::Solver};
+use crate::{
+    BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, Platform, TurnShift, actual::ActualChain, chain::Chain,
+    places::Places, solver::Solver,
+};
 
 /// What a body or a chain hangs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -113,6 +116,10 @@ pub struct Machine {
     pub tool_chain: Vec<usize>,
     /// Joints from the base to the table.
     pub work_chain: Vec<usize>,
+    /// Parallel sub-chains.
+    pub platforms: Vec<Platform>,
+    /// Errors by which the actual machine differs from this one; see [`Machine::actual_forward`].
+    pub errors: GeometricErrors,
     /// Parts.
     pub bodies: Vec<MachineBody>,
     /// Control.
@@ -127,6 +134,9 @@ pub struct Machine {
     pub unused_nodes: Vec<String>,
     pub(crate) chain: Chain,
     pub(crate) solver: Solver,
+    /// Compiled errors; `None` when there are none or all are zero.
+    pub(crate) actual: Option<ActualChain>,
+    pub(crate) places: Places,
 }
 
 impl Machine {
@@ -179,7 +189,7 @@ impl Machine {
         for chain in [&self.tool_chain, &self.work_chain] {
             let mut pose = Pose::identity();
             for &j in chain {
-                pose = pose * self.joint_motion(j, q[j]);
+                pose = pose * self.joints[j].motion(q[j]);
                 poses[j] = pose;
             }
         }
@@ -203,24 +213,23 @@ impl Machine {
         self.attachment_pose(attachment, q)
     }
 
-    fn joint_motion(&self, joint: usize, value: f64) -> Pose {
-        let j = &self.joints[joint];
-        if j.is_rotary() {
-            Pose::about_line(&j.point, &(j.direction * j.sense), value)
-        } else {
-            Pose::from_translation(j.direction * (j.sense * value))
-        }
-    }
-
     fn chain_pose(&self, chain: &[usize], q: &JointValues) -> Pose {
-        chain.iter().fold(Pose::identity(), |pose, &j| pose * self.joint_motion(j, q[j]))
+        chain.iter().fold(Pose::identity(), |pose, &j| pose * self.joints[j].motion(q[j]))
     }
 
-    /// The machine with its kinematics compiled anew from joints, chains and spindle, after they were changed.
+    /// The machine with its kinematics compiled anew from joints, chains and spindle, after they, the platforms or
+    /// the errors were changed.
     #[must_use]
     pub fn recompiled(mut self) -> Self {
+        for platform in &self.platforms {
+            let shift = TurnShift(platform.leg_1_direction * (0.5 * platform.moving_radius));
+            if let Some(tilt) = self.joints.get_mut(platform.tilt) {
+                tilt.turn_shift = Some(shift);
+            }
+        }
         self.chain = Chain::new(&self.joints, &self.tool_chain, &self.work_chain, self.spindle.gauge_pose);
         self.solver = Solver::new(&self.chain, &self.joints);
+        self.actual = ActualChain::new(&self);
         self
     }
 }

@@ -1,10 +1,11 @@
 //! Joint values for a pose along a chain: rotary joints from the tool axis, slides from the tip.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SMatrix};
 use proveout_geom::{Point, Vector};
 
 use crate::{
-    Joint, JointValues,
+    Joint, JointValues, MAX_JOINTS,
+    arc::Arc,
     axis_pair::{AxisAngles, AxisPair, solve_single},
     chain::{Chain, Link},
 };
@@ -12,9 +13,9 @@ use crate::{
 /// What the inverse kinematics can compute ahead for a chain.
 #[derive(Clone, Debug)]
 pub(crate) struct Solver {
-    /// Joints that turn the tool, from the table to the tool; at most two.
+    /// Joints that turn the tool, from the table to the tool; with more than two the way is numerical.
     rotary: Vec<usize>,
-    /// Linear joints that place the tip; at most three.
+    /// Linear joints that place the tip; of more than three the smallest motion is taken.
     linear: Vec<usize>,
     held: Vec<usize>,
     held_rotary: bool,
@@ -36,6 +37,16 @@ struct LinearBlock {
 /// Determinant of three unit directions below which they count as lying in a plane; they are then solved in the sense
 /// of least squares.
 const FLAT_DETERMINANT: f64 = 1e-9;
+
+/// The numerical way gives up after this many steps; from a neighboring pose it needs three to five.
+const NUMERICAL_STEPS: usize = 200;
+
+/// Angle (radian) at which the numerical way is at its end: rounding of the axis.
+const NUMERICAL_FLOOR: f64 = 4e-16;
+
+/// Longest step of the tool axis and of a joint, radian: the rates change by as much along it.
+const MAX_AXIS_STEP: f64 = 0.3;
+const MAX_JOINT_STEP: f64 = 0.6;
 
 impl Solver {
     pub(crate) fn new(chain: &Chain, joints: &[Joint]) -> Self {
@@ -68,6 +79,116 @@ impl Solver {
     /// Rotary axes that inverse kinematics moves, table side first.
     pub(crate) fn rotary(&self) -> &[usize] {
         &self.rotary
+    }
+
+    /// True where the rotary joints follow from the tool axis in closed form.
+    pub(crate) fn has_closed_form(&self) -> bool {
+        self.rotary.len() <= 2
+    }
+
+    /// Rotary angles near those of `q` that bring the tool axis into the unit vector `u` of K, for any number of rotary
+    /// joints; sets them in `q` and returns the angle that is left.
+    ///
+    /// Each step is the smallest motion that brings the axis onto `u` at first order, damped where the joints turn the
+    /// axis little (Levenberg 1944, Marquardt 1963): with the rates A (3 x n) it is `A' (A A' + m I)^-1 e`. Newton's way
+    /// from a neighboring pose doubles the digits with each step.
+    ///
+    /// A joint that stands at its end stop and would be pushed past it is left out of the step.
+    pub(crate) fn turn_numerically(&self, chain: &Chain, joints: &[Joint], q: &mut JointValues, u: &Vector) -> f64 {
+        let mut damping = 1e-12;
+        let (mut axis, mut rates) = self.axis_rates(chain, q);
+        let angle = |axis: &Vector| axis.cross(u).norm().atan2(axis.dot(u));
+        let mut left = angle(&axis);
+        for _ in 0..NUMERICAL_STEPS {
+            if left <= NUMERICAL_FLOOR {
+                break;
+            }
+            // The way on the great circle; upside down any way across will do.
+            let across = axis.cross(u).try_normalize(1e-14);
+            let way = match across {
+                Some(w) => w.cross(&axis) * left.min(MAX_AXIS_STEP),
+                None if left < 1.0 => u - axis,
+                None => rates.column(self.rotary.first().copied().unwrap_or(0)) * 0.1,
+            };
+            let next = self.damped_step(joints, q, rates, &way, damping);
+            let (next_axis, next_rates) = self.axis_rates(chain, &next);
+            let next_left = angle(&next_axis);
+            if next_left < left {
+                (*q, axis, rates, left) = (next, next_axis, next_rates, next_left);
+                damping = (damping * 0.1).max(1e-12);
+            } else {
+                damping = (damping * 100.0).max(1e-9);
+                if damping > 1e6 {
+                    break;
+                }
+            }
+        }
+        left
+    }
+
+    fn damped_step(
+        &self,
+        joints: &[Joint],
+        q: &JointValues,
+        mut rates: SMatrix<f64, 3, MAX_JOINTS>,
+        way: &Vector,
+        damping: f64,
+    ) -> JointValues {
+        loop {
+            let normal = rates * rates.transpose() + Matrix3::identity() * damping;
+            let Some(inverse) = normal.try_inverse() else { return *q };
+            let step = rates.transpose() * (inverse * way);
+            let mut next = *q;
+            let mut stopped = None;
+            for &j in &self.rotary {
+                let wanted = q[j] + step[j].clamp(-MAX_JOINT_STEP, MAX_JOINT_STEP);
+                next[j] = match joints[j].travel {
+                    Some([low, high]) if q[j] >= low && q[j] <= high => wanted.clamp(low, high),
+                    _ => wanted,
+                };
+                if next[j] != wanted && next[j] == q[j] {
+                    stopped = Some(j);
+                }
+            }
+            match stopped {
+                // Each round leaves one joint more out, so that it ends.
+                Some(j) if rates.column(j).norm() > 0.0 => rates.column_mut(j).fill(0.0),
+                _ => return next,
+            }
+        }
+    }
+
+    /// Tool axis in K and its rate with each moving rotary joint.
+    fn axis_rates(&self, chain: &Chain, q: &JointValues) -> (Vector, SMatrix<f64, 3, MAX_JOINTS>) {
+        let mut axis: Vector = chain.spindle_at_zero.rotation.column(2).into();
+        let mut rates = SMatrix::<f64, 3, MAX_JOINTS>::zeros();
+        for link in chain.links.iter().rev().filter(|l| l.rotary) {
+            let turn = link.pose(q[link.joint]).rotation;
+            axis = turn * axis;
+            rates = turn * rates;
+            if self.rotary.contains(&link.joint) {
+                rates.set_column(link.joint, &link.direction.cross(&axis));
+            }
+        }
+        (axis, rates)
+    }
+
+    /// Second singular value, at its largest over a set of joint values, of the tool axis rates: zero when the rotary
+    /// joints can only swing the tool in a plane.
+    pub(crate) fn freedom(&self, chain: &Chain) -> f64 {
+        let mut best = 0.0_f64;
+        for k in 0..16 {
+            let mut q = self.home;
+            for (i, &j) in self.rotary.iter().enumerate() {
+                // Multiples of the golden angle: no two joints alike, no right angles.
+                q[j] = 2.399_963 * f64::from(k) + 0.7 * i as f64;
+            }
+            let (_, rates) = self.axis_rates(chain, &q);
+            let mut values = (rates * rates.transpose()).symmetric_eigenvalues();
+            values.as_mut_slice().sort_by(f64::total_cmp);
+            best = best.max(values[1].max(0.0).sqrt());
+        }
+        best
     }
 
     /// Held joints.
@@ -139,6 +260,25 @@ impl Solver {
         }
     }
 
+    /// Angle between a tool axis and the nearest singular one.
+    pub(crate) fn cone_angle(&self, chain: &Chain, u: &Vector) -> Option<f64> {
+        if self.rotary.len() != 2 {
+            return None;
+        }
+        let (first, second, tool, wanted) = self.frame(chain, &self.home, u);
+        Some(AxisPair::new(first, second, tool)?.cone_angle(&wanted))
+    }
+
+    /// As [`AxisPair::cone_on_arc`], for an arc in K.
+    pub(crate) fn cone_on_arc(&self, chain: &Chain, way: &Arc) -> Option<(f64, f64)> {
+        if self.rotary.len() != 2 {
+            return None;
+        }
+        let (first, second, tool, from) = self.frame(chain, &self.home, &way.at(0.0));
+        let (_, _, _, to) = self.frame(chain, &self.home, &way.at(1.0));
+        Some(AxisPair::new(first, second, tool)?.cone_on_arc(&Arc::new(&from, &to)))
+    }
+
     /// Sets the linear joints of `q` so that the tip comes to `tip`; returns the distance that is left, mm.
     pub(crate) fn place_tip(&self, chain: &Chain, q: &mut JointValues, tip: &Point, tool_length: f64) -> f64 {
         if let Some(block) = &self.block {
@@ -150,6 +290,9 @@ impl Solver {
             return 0.0;
         }
         let (at_zero, columns) = chain.linear_columns(q, tool_length, &self.linear);
+        if self.linear.len() > 3 {
+            return self.place_redundantly(q, &(tip - at_zero), &columns);
+        }
         let column = |k: usize| self.linear.get(k).map_or_else(Vector::zeros, |&j| columns[j]);
         let matrix = Matrix3::from_columns(&[column(0), column(1), column(2)]);
         if matrix.determinant().abs() > FLAT_DETERMINANT
@@ -170,6 +313,24 @@ impl Solver {
             q[j] += step[k];
         }
         (missing - matrix * step).norm()
+    }
+}
+
+impl Solver {
+    /// More slides than three: the smallest motion from the given values.
+    fn place_redundantly(&self, q: &mut JointValues, wanted: &Vector, columns: &[Vector; MAX_JOINTS]) -> f64 {
+        let reached: Vector = self.linear.iter().map(|&j| columns[j] * q[j]).sum();
+        let missing = wanted - reached;
+        let normal: Matrix3<f64> = self.linear.iter().map(|&j| columns[j] * columns[j].transpose()).sum();
+        let Ok(pseudo) = normal.pseudo_inverse(FLAT_DETERMINANT) else { return missing.norm() };
+        let pull = pseudo * missing;
+        let mut left = missing;
+        for &j in &self.linear {
+            let step = columns[j].dot(&pull);
+            q[j] += step;
+            left -= columns[j] * step;
+        }
+        left.norm()
     }
 }
 
@@ -194,7 +355,7 @@ impl LinearBlock {
     fn offset(&self, chain: &Chain, q: &JointValues, tip: &Point, tool_length: f64, linear: &[usize]) -> Vector {
         let mut wanted = *tip;
         for link in &chain.links[..self.first] {
-            wanted = link.moved(&wanted, -q[link.joint]);
+            wanted = link.moved_back(&wanted, q[link.joint]);
         }
         let s0 = &chain.spindle_at_zero;
         let mut reached = Point::from(s0.translation - s0.rotation.column(2) * tool_length);

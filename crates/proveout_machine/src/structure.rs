@@ -66,12 +66,15 @@ pub(crate) fn check_kinematics(source: &Source<'_>, joints: &[Joint], chain: &Ch
             return Err(source.error("machine-loose-joint", &[Key("joint"), Item(j), Key("parent")], message, remedy));
         }
     }
-    for (free, most, word) in [(solver.rotary(), 2, "rotary"), (solver.linear(), 3, "linear")] {
-        if let Some(&extra) = free.get(most) {
-            let message = format!("{} {word} joints move, and a pose determines {most}", free.len());
-            let path = [Key("joint"), Item(extra), Key("name")];
-            return Err(source.error("machine-redundant", &path, message, "set held = true on the others"));
-        }
+    if let &[first, .., last] = solver.rotary()
+        && !solver.has_closed_form()
+        && solver.freedom(chain) < PARALLEL_SINE
+    {
+        let message =
+            format!("the rotary axes from {} to {} swing the tool in one plane", joints[first].name, joints[last].name);
+        let path = [Key("joint"), Item(last), Key("direction")];
+        let remedy = "correct the directions, or set held = true on all but one";
+        return Err(source.error("machine-parallel-rotary-axes", &path, message, remedy));
     }
     if let &[first, second] = solver.rotary()
         && !solver.has_pair(chain)

@@ -4,7 +4,7 @@ use csv::StringRecord;
 use proveout_geom::{Point, ToolPose, Vector, deg, rad};
 use thiserror::Error;
 
-use crate::{Joint, JointValues, KinematicsError, Machine};
+use crate::{Joint, JointValues, KinematicsError, Limited, Machine, MotionState};
 
 /// Way of [`kinematics_csv`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,10 +63,11 @@ fn column_name(joint: &Joint) -> String {
 /// Converts a table of joint values to tool poses, or of tool poses to joint values.
 ///
 /// CSV with one header line; columns in any order, further columns are passed through. Forward reads one column a
-/// joint (`X_mm`, `A_deg`; a held joint may be left out and stands at home) and appends `x_mm, y_mm, z_mm, i, j, k`, tip
-/// and tool axis in the table frame K. Inverse reads those six and appends the joints, `branch` and `residual_mm` (the
+/// joint (`X_mm`, `A_deg`; a held joint may be left out and stands at home; heave and tilt of a platform may be left
+/// out where all three of its legs are given, `L1_mm`) and appends `x_mm, y_mm, z_mm, i, j, k`, tip
+/// and tool axis in the table frame K. Inverse reads those six and appends the joints, the legs of platforms, `branch` and `residual_mm` (the
 /// distance of the tip that these joints give from the wanted one), one row a branch in the order of [`Machine::inverse`],
-/// and a `note` where travel is passed, the axis cannot be reached (the nearest one is then given) or the pose is
+/// and a `note` where travel (of a leg, too) is passed, the axis cannot be reached (the nearest one is then given) or the pose is
 /// singular. Numbers are written in full precision. Returns the number of rows read.
 ///
 /// # Errors
@@ -82,16 +83,26 @@ pub fn kinematics_csv(
     let mut output = csv::Writer::from_writer(writer);
     let header = without_mark(input.headers()?);
     let joint_columns: Vec<String> = machine.joints.iter().map(column_name).collect();
+    let leg_columns: Vec<String> =
+        machine.platforms.iter().flat_map(|p| &p.legs).map(|leg| format!("{}_mm", leg.name)).collect();
     let needed: Vec<String> = match direction {
         Direction::Forward => joint_columns.clone(),
         Direction::Inverse { .. } => POSE.map(str::to_owned).into(),
     };
-    let places = find_columns(&header, &needed, |k| direction == Direction::Forward && machine.joints[k].held)?;
+    let forward = direction == Direction::Forward;
+    let leg_places = find_columns(&header, &leg_columns, |_| true)?;
+    let legs_given: Vec<bool> = leg_places.chunks(3).map(|legs| forward && legs.iter().all(Option::is_some)).collect();
+    let from_legs = |k: usize| {
+        let of_joint = machine.platforms.iter().zip(&legs_given);
+        of_joint.filter(|(_, given)| **given).any(|(p, _)| p.heave == k || p.tilt == k)
+    };
+    let places = find_columns(&header, &needed, |k| forward && (machine.joints[k].held || from_legs(k)))?;
     let mut head: Vec<String> = header.iter().map(str::to_owned).collect();
     match direction {
         Direction::Forward => head.extend(POSE.map(str::to_owned)),
         Direction::Inverse { .. } => {
             head.extend(joint_columns);
+            head.extend(leg_columns.iter().cloned());
             head.extend(["branch", "residual_mm", "note"].map(str::to_owned));
         }
     }
@@ -111,6 +122,20 @@ pub fn kinematics_csv(
                         q[j] = if joint.is_rotary() { rad(value) } else { value };
                     }
                 }
+                let legs = Row { record: &record, names: &leg_columns, places: &leg_places };
+                for (p, platform) in machine.platforms.iter().enumerate().filter(|(p, _)| legs_given[*p]) {
+                    if row.number(platform.heave)?.is_some() && row.number(platform.tilt)?.is_some() {
+                        continue;
+                    }
+                    let mut lengths = [0.0; 3];
+                    for (k, length) in lengths.iter_mut().enumerate() {
+                        *length = legs.number(3 * p + k)?.unwrap_or_default();
+                    }
+                    let values =
+                        platform.from_legs(lengths, &previous).map_err(|e| legs.fail(3 * p, &e.to_string()))?;
+                    (q[platform.heave], q[platform.tilt]) = (values[0], values[1]);
+                }
+                previous = q;
                 let pose = machine.forward(&q, tool_length);
                 let appended = pose.tip.iter().chain(pose.axis.iter()).map(|v| number(*v));
                 output.write_record(record.iter().map(str::to_owned).chain(appended))?;
@@ -180,7 +205,16 @@ fn write_solution(
     for (j, joint) in machine.joints.iter().enumerate() {
         fields.push(number(if joint.is_rotary() { deg(q[j]) } else { q[j] }));
     }
-    fields.extend([branch.to_string(), number(residual), note.to_owned()]);
+    let mut note = note.to_owned();
+    let state = MotionState { q: *q, ..MotionState::default() };
+    for violation in machine.limit_violations(&state, 0.0).iter().filter(|v| matches!(v.limited, Limited::Leg { .. })) {
+        let separator = if note.is_empty() { "" } else { "; " };
+        note += &format!("{separator}{violation}");
+    }
+    for platform in &machine.platforms {
+        fields.extend(platform.leg_lengths(q).map(number));
+    }
+    fields.extend([branch.to_string(), number(residual), note]);
     Ok(output.write_record(&fields)?)
 }
 

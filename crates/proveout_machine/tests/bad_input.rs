@@ -201,7 +201,18 @@ fn a_second_axis_along_the_tool_is_refused() {
     let e = refusal(&text);
     assert_eq!(e.code, "machine-tool-on-axis", "{e}");
     let six = GOOD.replacen("[spindle]", head, 1).replacen("on = \"Z\"", "on = \"W\"", 1);
-    assert_eq!(refusal(&six).code, "machine-redundant");
+    let six = Machine::from_text(Path::new("m.toml"), &six).expect("three rotary joints are solved numerically");
+    assert!(!six.has_closed_form());
+    let told = six.diagnose();
+    assert!(told.iter().any(|d| d.code == "machine-numerical-inverse" && d.key == "joint.W"), "{told:?}");
+    // Three axes of which all are parallel to the tool or to each other swing it in one plane.
+    let flat = text.replacen("name = \"C\"\nheld = true\n", "name = \"C\"\n", 1).replacen(
+        "direction = [0, 1, 0]\npoint_mm",
+        "direction = [0, 0, 1]\npoint_mm",
+        1,
+    );
+    let e = refusal(&flat);
+    assert_eq!((e.code, e.key.as_str()), ("machine-parallel-rotary-axes", "joint.W.direction"), "{e}");
 }
 
 #[test]
@@ -262,7 +273,140 @@ fn damaged_files_never_panic() {
             let _ = Machine::from_text(Path::new("m.toml"), &text);
         }
     }
-    for cut in 0..GOOD.len() {
-        let _ = Machine::from_text(Path::new("m.toml"), &GOOD[..cut]);
+    for whole in [GOOD.to_owned(), on_legs(), format!("{GOOD}\n[errors.constant]\nEX0C_um = 5\n")] {
+        for cut in (0..whole.len()).filter(|&c| whole.is_char_boundary(c)) {
+            if let Ok(machine) = Machine::from_text(Path::new("m.toml"), &whole[..cut]) {
+                let _ = machine.diagnose();
+            }
+        }
     }
+}
+
+/// The good file with its B and Z tied together on three legs: Z heaves, B tilts.
+fn on_legs() -> String {
+    let platform = "\n[[platform]]\nname = \"P\"\nkind = \"3-RPS\"\nheave = \"U\"\ntilt = \"B\"\nfixed_radius_mm = 220\n\
+         moving_radius_mm = 150\nheight_mm = 400\nleg_1_direction = [1, 0, 0]\n\
+         [[platform.leg]]\nname = \"L1\"\ntravel_mm = [300, 600]\n[[platform.leg]]\nname = \"L2\"\n[[platform.leg]]\nname = \"L3\"\n";
+    let heave = "[[joint]]\nname = \"U\"\nkind = \"linear\"\ncarries = \"workpiece\"\nparent = \"base\"\ndirection = [0, 0, 1]\n\n\
+         [[joint]]\nname = \"B\"";
+    let text = GOOD.replacen("[[joint]]\nname = \"B\"", heave, 1);
+    let text = text.replacen(
+        "carries = \"workpiece\"\nparent = \"base\"\ndirection = [0, 1, 0]",
+        "carries = \"workpiece\"\nparent = \"U\"\ndirection = [0, 1, 0]",
+        1,
+    );
+    text + platform
+}
+
+#[track_caller]
+fn expect_in(text: &str, old: &str, new: &str, code: &str, at_line: &str, part: &str) {
+    assert!(text.contains(old), "{old}");
+    let text = text.replacen(old, new, 1);
+    let e = refusal(&text);
+    let shown = e.to_string();
+    assert_eq!(e.code, code, "{shown}");
+    let line = text.lines().nth(e.line - 1).unwrap_or_default();
+    assert!(line.contains(at_line), "{shown}\npoints at {line:?}");
+    assert!(shown.contains(part) && !e.remedy.is_empty(), "{shown}");
+}
+
+#[test]
+fn platforms_must_be_complete_and_square() {
+    let good = on_legs();
+    let machine = Machine::from_text(Path::new("m.toml"), &good).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(machine.platforms[0].legs[2].name, "L3");
+    let c = "machine-platform";
+    expect_in(&good, "heave = \"U\"", "heave = \"Q\"", c, "heave", "no joint \"Q\"");
+    expect_in(&good, "heave = \"U\"", "heave = \"B\"", c, "heave", "not linear");
+    expect_in(&good, "heave = \"U\"", "heave = \"X\"", c, "tilt", "does not stand on");
+    expect_in(
+        &good,
+        "leg_1_direction = [1, 0, 0]",
+        "leg_1_direction = [0, 1, 0]",
+        c,
+        "leg_1_direction",
+        "0.000000 degrees",
+    );
+    expect_in(
+        &good,
+        "leg_1_direction = [1, 0, 0]",
+        "leg_1_direction = [1, 1, 0]",
+        "machine-not-unit",
+        "leg_1",
+        "1.414213562",
+    );
+    expect_in(&good, "height_mm = 400", "height_mm = -400", "machine-not-positive", "height_mm", "-400");
+    expect_in(&good, "height_mm = 400", "height = 400", "machine-unit-missing", "height = 400", "write height_mm");
+    expect_in(&good, "[[platform.leg]]\nname = \"L3\"\n", "", c, "", "2 legs");
+    expect_in(&good, "name = \"L3\"", "name = \"L1\"", c, "L1", "taken");
+    expect_in(&good, "name = \"L3\"", "name = \"X\"", c, "X", "taken");
+    expect_in(&good, "[300, 600]", "[600, 300]", "machine-limits-upside-down", "travel_mm", "shortest length");
+    expect_in(&good, "kind = \"3-RPS\"", "kind = \"6-UPS\"", "machine-unknown-word", "6-UPS", "3-RPS");
+}
+
+#[test]
+fn errors_must_have_a_name_a_unit_and_a_meaning() {
+    let with = |text: &str| format!("{GOOD}\n{text}");
+    let constant = |line: &str| with(&format!("[errors.constant]\n{line}\n"));
+    let good = constant("EX0C_um = 5\nEA0B_urad = 3\nEC0Y_arcsec = 1\nEB0S_urad = 2\nEZ0Z_mm = 0.01");
+    let machine = Machine::from_text(Path::new("m.toml"), &good).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(machine.errors.constant.len(), 5);
+    let n = "machine-error-name";
+    for (line, code, part) in [
+        ("EX0Q_um = 5", n, "no joint \"Q\""),
+        ("EX0C = 5", n, "ends in its unit"),
+        ("EX0C_urad = 5", n, "shifts"),
+        ("EA0C_um = 5", n, "turns"),
+        ("EXC_um = 5", n, "[[errors.table]]"),
+        ("FX0C_um = 5", n, "begins with E"),
+        ("EZ0C_um = 5", n, "along the axis of C"),
+        ("EY0X_um = 5", n, "no place across"),
+        ("EX0C_mm = 50", "machine-error-value", "at most 5 mm"),
+        ("EX0C_um = nan", "machine-error-value", "NaN"),
+    ] {
+        expect_in(&constant(line), line, line, code, line.split(' ').next().unwrap_or(""), part);
+    }
+    let table = |lines: &str| with(&format!("[[errors.table]]\n{lines}\n"));
+    let t = "machine-error-table";
+    let values = "[errors.table.values]\nEXX_um = [0, 1]";
+    for (lines, code, at, part) in [
+        (format!("joint = \"Q\"\nat_mm = [0, 1]\n{values}"), t, "Q", "no joint"),
+        (format!("joint = \"X\"\nat_deg = [0, 1]\n{values}"), t, "at_deg", "write at_mm"),
+        (format!("joint = \"X\"\n{values}"), t, "X", "no at_mm"),
+        (format!("joint = \"X\"\nat_mm = [1, 0]\n{values}"), t, "at_mm", "growing"),
+        (format!("joint = \"X\"\nat_mm = [0, 1, 2]\n{values}"), t, "EXX_um", "2 values for 3 positions"),
+        (format!("joint = \"Y\"\nat_mm = [0, 1]\n{values}"), n, "EXX_um", "that of joint Y"),
+        ("joint = \"C\"\nat_deg = [0, 90]".to_owned(), t, "at_deg", "does not close"),
+    ] {
+        expect_in(&table(&lines), &lines, &lines, code, at, part);
+    }
+}
+
+/// Values that are numbers and look like another unit are told with their line.
+#[test]
+fn remarks_name_line_and_remedy() {
+    let text = GOOD.replacen("travel_deg = [-10, 105]", "travel_deg = [-0.17, 1.83]", 1).replacen(
+        "travel_mm = [-100, 100]",
+        "travel_mm = [-100, 100]\nmax_velocity_mm_min = 500_000_000",
+        1,
+    );
+    let machine = Machine::from_text(Path::new("m.toml"), &text).expect("readable");
+    let all = machine.diagnose();
+    let line = |d: &proveout_machine::Diagnosis| text.lines().nth(d.line.max(1) - 1).unwrap_or_default();
+    let find = |code: &str, key: &str| {
+        let found = all.iter().find(|d| d.code == code && d.key == key);
+        found.unwrap_or_else(|| panic!("{code} {key}: {all:?}"))
+    };
+    assert!(line(find("machine-implausible-value", "joint.B.travel_deg")).contains("-0.17"));
+    assert!(line(find("machine-implausible-value", "joint.X.max_velocity_mm_min")).contains("500_000_000"));
+    let missing = find("machine-missing-limit", "joint.Y.travel_mm");
+    assert!(text.lines().skip(missing.line - 1).take(2).any(|l| l.contains("\"Y\"")), "{missing:?}");
+    assert!(all.iter().all(|d| d.line > 0 && !d.remedy.is_empty() && !d.message.is_empty()), "{all:?}");
+    // Y and Z carry no body; the plate hangs on C, which B moves as well.
+    for (joint, told) in [("Y", true), ("Z", true), ("B", false), ("C", false)] {
+        let key = format!("joint.{joint}");
+        assert_eq!(all.iter().any(|d| d.code == "machine-joint-without-body" && d.key == key), told, "{joint}");
+    }
+    let legs = Machine::from_text(Path::new("m.toml"), &on_legs()).expect("readable").diagnose();
+    assert!(legs.iter().any(|d| d.key == "platform.P.leg.L2.travel_mm"), "{legs:?}");
 }

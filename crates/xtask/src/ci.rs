@@ -10,7 +10,7 @@ use std::{
 use crate::{
     Failure,
     checks::{architecture, findings, layers, test_command},
-    cone_frustum, files,
+    cone_frustum, files, machine_models,
     tools::{self, DENY, TYPOS},
     workspace::{Workspace, cargo},
 };
@@ -46,7 +46,11 @@ const STEPS: &[Step] = &[
     Step { name: "test-command", why: "one test command: in the README, in .ci/run, here", run: test_command },
     Step { name: "clippy", why: "no warning in any target; each exception carries its reason", run: clippy },
     Step { name: "docs", why: "public items are documented and their links work", run: docs },
-    Step { name: "generated", why: "generated programs and schemas are those that the code makes", run: generated },
+    Step {
+        name: "generated",
+        why: "generated programs, models and schemas are those that the code makes",
+        run: generated,
+    },
     Step { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
     Step { name: "typos", why: "American spelling, and names without slips", run: typos },
     Step {
@@ -151,8 +155,9 @@ fn docs(context: &Context) -> Result<String, Failure> {
 
 fn generated(context: &Context) -> Result<String, Failure> {
     cone_frustum::run(&context.root, true)?;
+    machine_models::run(&context.root, true)?;
     crate::schemas(&context.root, &["--check"])?;
-    Ok("cone frustum programs, schemas".into())
+    Ok("cone frustum programs, machine models, schemas".into())
 }
 
 /// Tests, with their output in view and their closing lines counted.

@@ -6,7 +6,12 @@ use crate::Failure;
 
 /// Writes the file where its content differs; with `check`, a difference is a failure and nothing is written.
 pub(crate) fn put(path: &Path, content: &str, check: bool, command: &str) -> Result<(), Failure> {
-    let now = fs::read_to_string(path).ok();
+    put_bytes(path, content.as_bytes(), check, command)
+}
+
+/// As [`put`], for files that are no text.
+pub(crate) fn put_bytes(path: &Path, content: &[u8], check: bool, command: &str) -> Result<(), Failure> {
+    let now = fs::read(path).ok();
     if now.as_deref() == Some(content) {
         return Ok(());
     }

@@ -8,6 +8,7 @@ mod checks;
 mod ci;
 mod cone_frustum;
 mod files;
+mod machine_models;
 #[cfg(feature = "schemas")]
 mod schemas;
 mod tools;
@@ -35,6 +36,7 @@ cargo xtask COMMAND
   ci --only STEP   one step of it
   deps             which crate uses which
   cone-frustum     write the programs of scenes/cone-frustum
+  machine-models   write the glTF models of machines/ and the body tables of their machine.toml
   schemas          write docs/schemas
 
   --check          with a command that writes files: compare only, fail on a difference
@@ -66,6 +68,8 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             checks::layers::check(&workspace).map(|_| ())
         }
         ["schemas", options @ ..] => schemas(&root, options),
+        ["machine-models"] => machine_models::run(&root, false),
+        ["machine-models", "--check"] => machine_models::run(&root, true),
         ["cone-frustum"] => cone_frustum::run(&root, false),
         ["cone-frustum", "--check"] => cone_frustum::run(&root, true),
         _ => Err(Failure(format!("unknown command: {}\n\n{HELP}", words.join(" ")))),

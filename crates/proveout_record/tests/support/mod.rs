@@ -357,7 +357,7 @@ fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {
     }
 }
 
-fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
+pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
     let gate = |name: &str, state, reason: &str| Gate { name: name.into(), state, reason: reason.into() };
     let linear = |v: f64| Axis {
         unit: "mm".into(),

@@ -1,0 +1,145 @@
+//! Writes one recording for each machine of `machines/`, at home at 0 s and in a working pose at 1 s, with a block of stock on
+//! its table: `machine_recordings FOLDER [MACHINE...]`. The pictures of `docs/pictures/machines.png` are made from them.
+#![allow(clippy::print_stdout, reason = "a command line prints")]
+
+#[allow(dead_code, reason = "only the verdict of the synthetic run is used")]
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::path::{Path, PathBuf};
+
+use proveout_controller::Sample;
+use proveout_geom::{Aabb, Point, Pose, Vector, rad};
+use proveout_machine::{JointValues, Machine};
+use proveout_record::{RerunMode, observers};
+use proveout_sim::{
+    SurfaceMap,
+    observer::{Batch, Outcome, SampleSignals, Setup},
+    scene::Scene,
+};
+use proveout_stock::TriDexel;
+use proveout_tool::ToolLibrary;
+
+type Fault = Box<dyn std::error::Error>;
+
+/// Working poses: joint and position, mm or degrees; joints that are not named stand in the middle of their travel, or
+/// at zero.
+const POSES: &[(&str, &[(&str, f64)])] = &[
+    ("ac-trunnion-620", &[("A", -60.0), ("C", 30.0), ("Z", 420.0)]),
+    ("bc-head-table-grinder", &[("B", -50.0), ("C", 30.0), ("Z", 330.0), ("X", 60.0)]),
+    ("bc-trunnion", &[("B", 55.0), ("C", 20.0), ("Z", 480.0)]),
+    ("fork-head-gantry", &[("A", 50.0), ("C", 60.0), ("Y", -400.0), ("Z", 500.0)]),
+    ("jdgr200t", &[("B", -55.0), ("C", 30.0), ("Y", 60.0), ("Z", 220.0)]),
+    ("linuxcnc-bridge-mill", &[("B", 50.0), ("C", -40.0), ("Y", -100.0), ("Z", -200.0)]),
+    ("linuxcnc-xyzac-trt", &[("A", 45.0), ("C", 30.0), ("X", 80.0), ("Z", 110.0)]),
+    ("lu-hybrid-ii", &[("A", 9.0), ("B", 30.0), ("Z", -20.0), ("X", 40.0), ("Y", 30.0)]),
+    ("lu-serial-i", &[("B", 50.0), ("C", 30.0), ("X", 60.0), ("Y", -60.0), ("Z", -300.0)]),
+    ("ma-ac-trunnion", &[("A", -60.0), ("C", 30.0), ("X", 100.0), ("Z", 330.0)]),
+    ("nutating-head-45", &[("B", 180.0), ("C", 30.0), ("Y", 330.0), ("Z", 250.0)]),
+    ("pocket-nc-v2", &[("A", 70.0), ("B", 30.0), ("Z", -20.0)]),
+    ("spinner-u5-620", &[("B", 60.0), ("C", 30.0), ("Z", 420.0)]),
+    ("starrag-lx-451", &[("A", 40.0), ("B", 35.0), ("X", 1100.0), ("Y", 0.0), ("Z", 250.0)]),
+    ("three-axis-mill", &[("X", 220.0), ("Y", -80.0), ("Z", 260.0)]),
+];
+
+fn main() -> Result<(), Fault> {
+    let mut args = std::env::args().skip(1);
+    let out = PathBuf::from(args.next().ok_or("give a folder for the recordings")?);
+    let wanted: Vec<String> = args.collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    for (name, pose) in POSES {
+        if wanted.is_empty() || wanted.iter().any(|w| w == name) {
+            let folder = out.join(name);
+            std::fs::create_dir_all(&folder)?;
+            record(&root, name, pose, &folder)?;
+            println!("{}", folder.join("recording.rrd").display());
+        }
+    }
+    Ok(())
+}
+
+/// The middle of all travels, with the positions given.
+fn position(machine: &Machine, pose: &[(&str, f64)]) -> Result<JointValues, Fault> {
+    let mut q = machine.home();
+    for (j, joint) in machine.joints.iter().enumerate().filter(|(_, j)| !j.held) {
+        q[j] = match joint.travel {
+            Some([low, high]) if !joint.is_rotary() => 0.5 * (low + high),
+            _ => 0.0,
+        };
+    }
+    for (name, value) in pose {
+        let j = machine.joint(name).ok_or_else(|| format!("{} has no joint {name}", machine.name))?;
+        q[j] = if machine.joints[j].is_rotary() { rad(*value) } else { *value };
+    }
+    if let Some(violation) = machine.first_over_travel(&q) {
+        return Err(format!("{}: the pose is outside the travel: {violation:?}", machine.name).into());
+    }
+    Ok(q)
+}
+
+fn record(root: &Path, name: &str, pose: &[(&str, f64)], folder: &Path) -> Result<(), Fault> {
+    let machine = Machine::read(&root.join("machines").join(name))?;
+    let scene = Scene::read(&root.join("scenes/cone-frustum"))?;
+    let tools = ToolLibrary::read(&root.join("tools/cone-frustum.toml"))?;
+    // A block that stands on the clamping face and looks at home there.
+    let reach = machine.bodies.iter().find(|b| b.role == "table").map_or(100.0, |b| 0.5 * b.mesh.aabb().size().norm());
+    let half = 0.18 * reach;
+    let bounds = Aabb { min: Point::new(-half, -half, 0.0), max: Point::new(half, half, 1.2 * half) };
+    let stock = TriDexel::from_box(&bounds, 0.2 * half, 1 << 30)?;
+    let normal = machine.table.normal;
+    let across = Vector::z().cross(&normal);
+    let turn = match across.try_normalize(1e-9) {
+        Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(normal.z)),
+        None => Pose::identity(),
+    };
+    let table_from_work = Pose::from_translation(machine.table.point.coords) * turn;
+    let setup = Setup {
+        scene: &scene,
+        program: name,
+        program_lines: 1,
+        machine: &machine,
+        tools: &tools,
+        stock: &stock,
+        part: None,
+        fixtures: &[],
+        table_from_work,
+    };
+    let places = [machine.home(), position(&machine, pose)?];
+    let sample = |k: usize| {
+        let q = places[k];
+        Sample {
+            time: k as f64,
+            block: 0,
+            path_length: 0.0,
+            commanded: q,
+            velocity: JointValues::ZERO,
+            acceleration: JointValues::ZERO,
+            jerk: JointValues::ZERO,
+            actual: q,
+            pose: machine.forward(&q, 0.0),
+            feed_programmed: 0.0,
+            feed: 0.0,
+        }
+    };
+    let samples = [sample(0), sample(1)];
+    let batch = Batch {
+        samples: &samples,
+        signals: &[SampleSignals::default(); 2],
+        pieces: &[],
+        blocks: &[],
+        events: &[],
+        findings: &[],
+        time: 1.0,
+        stock: &stock,
+        changed_tiles: &[],
+    };
+    let verdict = support::verdict(1.0, 0.0, "a picture of a machine is no prove-out");
+    let surface = SurfaceMap::default();
+    let outcome = Outcome { verdict: &verdict, stock: &stock, surface: &surface, folder };
+    for observer in observers(&RerunMode::File)?.iter_mut().filter(|o| o.name() == "rerun") {
+        observer.begin(&setup, folder)?;
+        observer.batch(&setup, &batch)?;
+        observer.end(&setup, &outcome)?;
+    }
+    Ok(())
+}

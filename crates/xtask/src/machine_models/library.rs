@@ -1,0 +1,206 @@
+//! The machines of `machines/`, put together from structures, heads and tables.
+
+use crate::{
+    Failure,
+    machine_models::{
+        c_frame::CFrame,
+        gantry::Gantry,
+        heads::{Fork, Spindle, fork, nutating, spindle},
+        hybrid,
+        numbers::Numbers,
+        part::Part,
+        singles,
+        work::{Trunnion, fixed_table, rotary_table},
+    },
+};
+
+/// Makes the parts of one machine.
+pub(crate) type Build = fn(&Numbers) -> Result<Vec<Part>, Failure>;
+
+/// Folder and maker of each machine.
+pub(crate) const LIBRARY: &[(&str, Build)] = &[
+    ("bc-head-table-grinder", grinder),
+    ("bc-trunnion", bc_trunnion),
+    ("fork-head-gantry", fork_head_gantry),
+    ("jdgr200t", jdgr200t),
+    ("linuxcnc-bridge-mill", bridge_mill),
+    ("linuxcnc-xyzac-trt", xyzac_trt),
+    ("lu-hybrid-ii", hybrid::lu_hybrid),
+    ("lu-serial-i", singles::lu_serial),
+    ("ma-ac-trunnion", ma_ac_trunnion),
+    ("nutating-head-45", nutating_head),
+    ("pocket-nc-v2", singles::pocket_nc),
+    ("starrag-lx-451", singles::starrag),
+    ("three-axis-mill", three_axis),
+];
+
+fn travels(numbers: &Numbers, joints: [&str; 3]) -> Result<[[f64; 2]; 3], Failure> {
+    let [a, b, c] = joints.map(|name| numbers.travel(name));
+    Ok([a?, b?, c?])
+}
+
+fn grinder(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [46, 104, 86];
+    let size = Spindle { nose: 32.0, housing: 55.0, top: 235.0 };
+    let head = Fork { on: "Z", tilt: "B", accent, spindle: size, top: 330.0 };
+    let frame = Gantry {
+        on: ["Y", "X", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        ram: 95.0,
+        foot: 330.0,
+        floor: -260.0,
+        clear: [330.0, 330.0],
+        accent,
+    };
+    let mut parts = frame.parts();
+    parts.extend(fork(numbers, head)?);
+    parts.extend(rotary_table(numbers, "base", 200.0, -260.0, accent));
+    Ok(parts)
+}
+
+fn bc_trunnion(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [38, 92, 140];
+    let trunnion = Trunnion { on: "base", tilt: "B", turn: "C", radius: 300.0, accent };
+    let frame = Gantry {
+        on: ["Y", "X", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        ram: 120.0,
+        foot: 300.0,
+        floor: trunnion.floor(numbers)?,
+        clear: [420.0, trunnion.half_width() + 110.0],
+        accent,
+    };
+    let mut parts = frame.parts();
+    parts.extend(spindle(numbers, Spindle { nose: 48.0, housing: 86.0, top: 302.0 }));
+    parts.extend(trunnion.parts(numbers)?);
+    Ok(parts)
+}
+
+fn jdgr200t(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [58, 96, 128];
+    let trunnion = Trunnion { on: "Y", tilt: "B", turn: "C", radius: 110.0, accent };
+    let deck = trunnion.floor(numbers)?;
+    let frame = Gantry {
+        on: ["base", "X", "Z"],
+        travel: [numbers.travel("X")?, [0.0, 0.0], numbers.travel("Z")?],
+        ram: 70.0,
+        foot: 190.0,
+        floor: deck - 74.0,
+        clear: [220.0, 420.0],
+        accent,
+    };
+    let mut parts = frame.parts();
+    parts.extend(spindle(numbers, Spindle { nose: 26.0, housing: 48.0, top: 192.0 }));
+    parts.extend(singles::y_slide(numbers, deck, [190.0, trunnion.half_width() + 24.0])?);
+    parts.extend(trunnion.parts(numbers)?);
+    Ok(parts)
+}
+
+fn ma_ac_trunnion(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [140, 62, 48];
+    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 160.0, accent };
+    let frame = CFrame {
+        on: ["X", "Y", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        half: [trunnion.half_width() + 30.0, 190.0],
+        deck: trunnion.floor(numbers)?,
+        head: 110.0,
+        foot: 170.0,
+        accent,
+        slotted: false,
+    };
+    let mut parts = frame.parts();
+    parts.extend(spindle(numbers, Spindle { nose: 40.0, housing: 70.0, top: 172.0 }));
+    parts.extend(trunnion.parts(numbers)?);
+    Ok(parts)
+}
+
+fn xyzac_trt(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [176, 128, 36];
+    let trunnion = Trunnion { on: "X", tilt: "A", turn: "C", radius: 100.0, accent };
+    let frame = CFrame {
+        on: ["X", "Y", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        half: [trunnion.half_width() + 20.0, 150.0],
+        deck: trunnion.floor(numbers)?,
+        head: 70.0,
+        foot: 110.0,
+        accent,
+        slotted: false,
+    };
+    let mut parts = frame.parts();
+    parts.extend(spindle(numbers, Spindle { nose: 24.0, housing: 42.0, top: 112.0 }));
+    parts.extend(trunnion.parts(numbers)?);
+    Ok(parts)
+}
+
+fn three_axis(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let frame = CFrame {
+        on: ["X", "Y", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        half: [450.0, 230.0],
+        deck: numbers.table[2],
+        head: 150.0,
+        foot: 210.0,
+        accent: [56, 110, 96],
+        slotted: true,
+    };
+    let mut parts = frame.parts();
+    parts.extend(spindle(numbers, Spindle { nose: 45.0, housing: 82.0, top: 212.0 }));
+    parts.push(singles::slide_table(numbers, frame.half, (0.12 * frame.half[0]).max(24.0)));
+    Ok(parts)
+}
+
+fn nutating_head(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [92, 62, 122];
+    let size = Spindle { nose: 42.0, housing: 72.0, top: 300.0 };
+    let frame = Gantry {
+        on: ["Y", "X", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        ram: 135.0,
+        foot: 520.0,
+        floor: -320.0,
+        clear: [430.0, 460.0],
+        accent,
+    };
+    let mut parts = frame.parts();
+    parts.extend(nutating(numbers, "Z", "B", accent, size, 522.0)?);
+    parts.extend(rotary_table(numbers, "base", 320.0, -320.0, accent));
+    Ok(parts)
+}
+
+fn fork_head_gantry(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [38, 92, 140];
+    let size = Spindle { nose: 55.0, housing: 105.0, top: 400.0 };
+    let frame = Gantry {
+        on: ["Y", "X", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        ram: 210.0,
+        foot: 540.0,
+        floor: -260.0,
+        clear: [1080.0, 1620.0],
+        accent,
+    };
+    let mut parts = frame.parts();
+    parts.extend(fork(numbers, Fork { on: "C", tilt: "A", accent, spindle: size, top: 540.0 })?);
+    parts.extend(fixed_table(numbers, [1000.0, 1500.0], -260.0));
+    Ok(parts)
+}
+
+fn bridge_mill(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
+    let accent = [176, 128, 36];
+    let size = Spindle { nose: 45.0, housing: 80.0, top: 350.0 };
+    let frame = Gantry {
+        on: ["Y", "X", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        ram: 140.0,
+        foot: 470.0,
+        floor: -780.0,
+        clear: [560.0, 600.0],
+        accent,
+    };
+    let mut parts = frame.parts();
+    parts.extend(fork(numbers, Fork { on: "C", tilt: "B", accent, spindle: size, top: 470.0 })?);
+    parts.extend(fixed_table(numbers, [500.0, 500.0], -780.0));
+    Ok(parts)
+}

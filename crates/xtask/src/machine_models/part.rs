@@ -1,0 +1,84 @@
+//! Parts of a model and their paint.
+
+use std::fmt::Write;
+
+use crate::machine_models::solid::Solid;
+
+/// Surface of a part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Paint {
+    /// Bed, columns, walls.
+    Frame,
+    /// Moving castings.
+    Casting,
+    /// Castings in the color of the machine.
+    Accent([u8; 3]),
+    /// Ground steel: tables, spindle noses.
+    Steel,
+    /// Guide rails and screws.
+    Rail,
+    /// Spindle housings, motors.
+    Dark,
+    /// Bellows and covers.
+    Bellows,
+}
+
+impl Paint {
+    fn color(self) -> [u8; 3] {
+        match self {
+            Self::Frame => [104, 112, 122],
+            Self::Casting => [188, 193, 198],
+            Self::Accent(color) => color,
+            Self::Steel => [168, 174, 180],
+            Self::Rail => [216, 220, 224],
+            Self::Dark => [70, 76, 84],
+            Self::Bellows => [46, 50, 56],
+        }
+    }
+}
+
+/// A body of the machine.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// Name of the body and of its node.
+    pub(crate) name: String,
+    /// What it is.
+    pub(crate) role: &'static str,
+    /// Joint that carries it, or base.
+    pub(crate) on: String,
+    /// Red, green, blue.
+    pub(crate) color: [u8; 3],
+    /// Metal that shines.
+    pub(crate) bright: bool,
+    /// False for what is only drawn.
+    pub(crate) check: bool,
+    /// Shape in machine coordinates with all joints at zero.
+    pub(crate) solid: Solid,
+}
+
+impl Part {
+    /// A part that is checked for collisions.
+    pub(crate) fn new(name: &str, role: &'static str, on: &str, paint: Paint, solid: Solid) -> Self {
+        let bright = matches!(paint, Paint::Steel | Paint::Rail);
+        Self { name: name.into(), role, on: on.into(), color: paint.color(), bright, check: true, solid }
+    }
+
+    /// A part that is only drawn: guides, covers, what lies within the outline of others.
+    pub(crate) fn drawn(name: &str, role: &'static str, on: &str, paint: Paint, solid: Solid) -> Self {
+        Self { check: false, ..Self::new(name, role, on, paint, solid) }
+    }
+}
+
+/// The `[[body]]` tables of all parts.
+pub(crate) fn body_tables(parts: &[Part]) -> String {
+    let mut text = String::new();
+    for Part { name, role, on, color: [r, g, b], check, .. } in parts {
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            "\n[[body]]\nname = \"{name}\"\nrole = \"{role}\"\nattached_to = \"{on}\"\ncolor = [{r}, {g}, {b}]\n\
+             check = {check}\nnode = \"{name}\"\n"
+        );
+    }
+    text
+}
