@@ -8,7 +8,7 @@
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Motion, Op, ToolAction, ToolName};
-use proveout_tool::Cutter;
+use proveout_tool::Profile;
 use proveout_toolpath::reschedule::{CuttingBlock, CuttingRun, Method, Picture, RescheduleError, Surroundings};
 
 use crate::error::ControlError;
@@ -92,7 +92,7 @@ pub struct Reprogramming<'a> {
     /// The method.
     pub method: &'a dyn Method,
     /// Cutting end of a tool.
-    pub cutter: &'a dyn Fn(&ToolName) -> Option<Cutter>,
+    pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
 }
 
 impl Reprogramming<'_> {

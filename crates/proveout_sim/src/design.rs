@@ -71,7 +71,7 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
     let floor = design.floor + stock.sweep_bound_mm();
     let settings = DeviationSettings {
         range: design.reach,
-        region: None,
+        region: prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb()),
         only_cut: false,
         tolerance_floor: floor,
         cell: stock.cell_mm(),
@@ -152,8 +152,9 @@ fn design(prepared: &Prepared) -> Option<Design> {
     }
     let mesh = prepared.part_mesh.as_ref()?;
     let surface = DesignMesh::new(mesh).ok()?;
-    let (reach, floor) = (f64::INFINITY, part.chord_error_mm);
-    Some(Design { surface: Box::new(surface), reach, floor, area: None, name: "whole surface" })
+    let floor = part.blade.map_or(part.chord_error_mm, |b| b.chord_error_mm);
+    let name = if part.judged.is_some() { "surface in the judged box" } else { "whole surface" };
+    Some(Design { surface: Box::new(surface), reach: f64::INFINITY, floor, area: None, name })
 }
 
 /// The flank between its two distances from the apex, and its area: mean circumference times slant height.

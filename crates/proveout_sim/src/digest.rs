@@ -13,5 +13,10 @@ use crate::config::ConfigError;
 pub(crate) fn of_file(path: &Path) -> Result<String, ConfigError> {
     let bytes =
         std::fs::read(path).map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
-    Ok(Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect())
+    Ok(of_bytes(&bytes))
+}
+
+/// SHA-256 of bytes in hexadecimal digits.
+pub(crate) fn of_bytes(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -6,6 +6,7 @@ use proveout_collision::CollisionError;
 use proveout_controller::ControlError;
 use proveout_geom::{MeshError, MeshFileError};
 use proveout_machine::MachineError;
+use proveout_nc::post::PostError;
 use proveout_nc::{Diagnostic, Diagnostics};
 use proveout_stock::StockError;
 use proveout_tool::ToolError;
@@ -48,6 +49,9 @@ pub enum SimError {
     /// Program that the control cannot execute.
     #[error("{0}")]
     Control(Box<ControlError>),
+    /// Program that cannot be written in the language that is asked for.
+    #[error(transparent)]
+    Post(#[from] PostError),
     /// File that cannot be written.
     #[error(transparent)]
     Observer(#[from] ObserverError),

@@ -16,8 +16,10 @@ pub mod finding;
 pub mod gates;
 pub mod log;
 pub mod observer;
+pub mod programs;
 pub mod run;
 pub mod scene;
+mod scene_blade;
 pub mod verdict;
 
 mod bodies;

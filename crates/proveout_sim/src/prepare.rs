@@ -6,7 +6,7 @@ use std::{
     time::Instant,
 };
 
-use proveout_controller::{Dynamics, Settings as ControlSettings, servo::Plant};
+use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Settings as NcSettings, WorkOffset};
@@ -17,8 +17,10 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    programs,
     scene::{
-        BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene,
+        BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
+        Scene,
     },
 };
 
@@ -43,6 +45,15 @@ pub struct Choice {
     pub plant: Option<PlantFile>,
 }
 
+/// A program that was made from another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeProgram {
+    /// Its text, for an 840D.
+    pub text: String,
+    /// What was re-scheduled.
+    pub runs: Vec<ReprogrammedRun>,
+}
+
 /// A program on its scene, ready to run.
 #[derive(Debug)]
 pub struct Prepared {
@@ -54,6 +65,8 @@ pub struct Prepared {
     pub program_path: PathBuf,
     /// Lines of its text.
     pub program_lines: u32,
+    /// The text that runs instead, where the program is re-scheduled from `program_path`.
+    pub made: Option<MadeProgram>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
     /// The machine.
@@ -90,12 +103,6 @@ impl Prepared {
         let scene = Scene::read(scene_path)?;
         let entry = program_entry(&scene, choice)?;
         let (program_name, program_path) = program_text(&scene, entry, choice)?;
-        let text_lines = std::fs::read(&program_path)
-            .map_err(|e| ConfigError::file(&program_path, format!("cannot be read: {e}"), "check the path"))?
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count();
-
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
         let tools_path = scene.resolve(&scene.file.tools);
         let machine = Machine::read(&machine_path)?;
@@ -113,14 +120,7 @@ impl Prepared {
         let stock = make_stock(&scene, cell, &mut inputs)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
-        let part_mesh = match scene.file.part.as_ref().and_then(|p| p.mesh.as_ref()) {
-            Some(path) => {
-                let path = scene.resolve(path);
-                inputs.push(("part".into(), path.clone()));
-                Some(read_solid(&path)?)
-            }
-            None => None,
-        };
+        let part_mesh = part_mesh(&scene, &mut inputs)?;
         let mut fixtures = Vec::new();
         for fixture in &scene.file.fixture {
             fixtures.push((fixture.name.clone(), fixture_mesh(&scene, fixture, &table_from_work, &mut inputs)?));
@@ -135,11 +135,30 @@ impl Prepared {
             work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
             ..NcSettings::default()
         };
+        let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
+        let made = match reschedule {
+            None => None,
+            Some(reschedule) => {
+                let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools)?;
+                let text = programs::siemens_text(&made.commands, &nc_settings)?;
+                digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
+                Some(MadeProgram { text, runs: made.runs })
+            }
+        };
+        let nc_settings = match made {
+            None => nc_settings,
+            Some(_) => NcSettings { dialect: Dialect::Siemens840d, ..nc_settings },
+        };
+        let program_lines = match &made {
+            Some(made) => made.text.lines().count(),
+            None => lines_of(&program_path)?,
+        };
         let dynamics = choice.dynamics.or(entry.and_then(|e| e.dynamics)).unwrap_or(scene.file.control.dynamics);
         Ok(Self {
             program_name,
             program_path,
-            program_lines: text_lines as u32,
+            program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
+            made,
             nc_settings,
             machine,
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
@@ -183,6 +202,34 @@ fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
     tools.tools.iter().map(zones).collect()
 }
 
+fn lines_of(path: &Path) -> Result<usize, ConfigError> {
+    let bytes =
+        std::fs::read(path).map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
+    Ok(bytes.iter().filter(|b| **b == b'\n').count())
+}
+
+fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Option<TriMesh>, SimError> {
+    let Some(part) = &scene.file.part else { return Ok(None) };
+    if let Some(path) = &part.mesh {
+        let path = scene.resolve(path);
+        inputs.push(("part".into(), path.clone()));
+        return Ok(Some(read_solid(&path)?));
+    }
+    match &part.blade {
+        Some(blade) => Ok(Some(blade_mesh(scene, blade, 0.0)?)),
+        None => Ok(None),
+    }
+}
+
+fn blade_mesh(scene: &Scene, blade: &BladeFile, allowance: f64) -> Result<TriMesh, SimError> {
+    let solid = blade
+        .blade(allowance)
+        .map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade] or the allowance"))?;
+    let mesh = solid.mesh(blade.chord_error_mm);
+    mesh.check_solid().map_err(|source| SimError::Mesh { path: scene.path.clone(), source })?;
+    Ok(mesh)
+}
+
 fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, ConfigError> {
     let entry = scene.program(choice.program.as_deref());
     if let (Some(name), None) = (&choice.program, entry) {
@@ -201,7 +248,8 @@ fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> 
     let Some(entry) = entry else {
         return Err(ConfigError::file(&scene.path, "the scene has no program", "name one with --nc FILE"));
     };
-    match &entry.file {
+    let source = entry.reschedule.as_ref().and_then(|r| scene.program(Some(&r.from))).unwrap_or(entry);
+    match &source.file {
         Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
         None => {
             let message = format!("the text of program {:?} is not part of the scene", entry.name);
@@ -239,6 +287,10 @@ fn make_stock(scene: &Scene, cell: f64, inputs: &mut Vec<(String, PathBuf)>) -> 
     if let Some(c) = &file.cylinder {
         let base = Point::from(c.base_mm);
         return Ok(TriDexel::from_cylinder(&base, &Vector::z(), c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
+    }
+    let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
+    if let (Some(allowance), Some(blade)) = (file.blade_allowance_mm, blade) {
+        return Ok(TriDexel::from_mesh(&blade_mesh(scene, blade, allowance)?, cell, STOCK_MEMORY)?);
     }
     let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
     inputs.push(("stock".into(), path.clone()));

@@ -81,8 +81,13 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
 
     let settings = prepared.control_settings();
     let scene_path = prepared.scene.path.display().to_string();
-    let commands = Program::open(&prepared.program_path, &prepared.nc_settings)?
-        .map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
+    let program = match &prepared.made {
+        Some(made) => {
+            Program::from_text(&format!("{}.mpf", prepared.program_name), made.text.as_str(), &prepared.nc_settings)?
+        }
+        None => Program::open(&prepared.program_path, &prepared.nc_settings)?,
+    };
+    let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
     let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {
         let planning = Instant::now();

@@ -11,6 +11,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
+pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile, ThetaUnitFile};
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -54,6 +55,8 @@ pub struct SceneFile {
     /// Features to measure on the cut part.
     #[serde(default)]
     pub inspect: Vec<InspectFile>,
+    /// What `proveout plan` makes for this scene.
+    pub plan: Option<PlanFile>,
 }
 
 /// Raw material in the workpiece frame: exactly one of the forms.
@@ -67,6 +70,8 @@ pub struct StockFile {
     pub cylinder: Option<CylinderFile>,
     /// Watertight mesh file, mm.
     pub mesh: Option<PathBuf>,
+    /// The blade of `[part.blade]` with so much more material on its sides, mm.
+    pub blade_allowance_mm: Option<f64>,
     /// Where the numbers come from.
     #[serde(default)]
     pub source: String,
@@ -117,6 +122,10 @@ pub struct PartFile {
     pub chord_error_mm: f64,
     /// Lateral face of a circular cone frustum.
     pub cone_frustum: Option<ConeFrustumFile>,
+    /// Blade on a platform.
+    pub blade: Option<BladeFile>,
+    /// Only surface points in this box are judged, workpiece frame; everywhere when left out.
+    pub judged: Option<BoxFile>,
 }
 
 /// Lateral face of a circular cone frustum; only surface points on it are judged.
@@ -260,6 +269,8 @@ pub struct ProgramFile {
     pub name: String,
     /// Program text, relative to the scene; left out where the text is not ours: give it with `--nc`.
     pub file: Option<PathBuf>,
+    /// How the program is made from another one of this scene, instead of `file`.
+    pub reschedule: Option<RescheduleFile>,
     /// Dialect; found from the ending and the text when left out.
     pub dialect: Option<String>,
     /// Machine for this program, where it is not the scene's.
@@ -353,10 +364,15 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     }
     let stock = file.stock.get_ref();
     let forms =
-        usize::from(stock.block.is_some()) + usize::from(stock.cylinder.is_some()) + usize::from(stock.mesh.is_some());
+        [stock.block.is_some(), stock.cylinder.is_some(), stock.mesh.is_some(), stock.blade_allowance_mm.is_some()];
+    let forms = forms.into_iter().filter(|given| *given).count();
     if forms != 1 {
         let at = file.stock.span().start;
-        return fault(at, format!("the stock has {forms} forms"), "give exactly one of `box`, `cylinder`, `mesh`");
+        return fault(
+            at,
+            format!("the stock has {forms} forms"),
+            "give exactly one of `box`, `cylinder`, `mesh`, `blade_allowance_mm`",
+        );
     }
     if let Some(b) = stock.block
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
@@ -374,8 +390,17 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let fault = |message: &str, help: &str| {
             Err(ConfigError::at(path, text, text.find("[part").unwrap_or(0), message, help))
         };
-        if part.mesh.is_some() == part.cone_frustum.is_some() {
-            return fault("the part needs exactly one form", "give either `mesh` or `cone_frustum`");
+        let forms = [part.mesh.is_some(), part.cone_frustum.is_some(), part.blade.is_some()];
+        if forms.into_iter().filter(|given| *given).count() != 1 {
+            return fault("the part needs exactly one form", "give one of `mesh`, `cone_frustum`, `blade`");
+        }
+        if let Some(b) = part.judged
+            && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
+        {
+            return fault("the judged box holds nothing", "min_mm must be below max_mm");
+        }
+        if part.blade.is_some_and(|b| !(1e-5..=1.0).contains(&b.chord_error_mm)) {
+            return fault("chord_error_mm of the blade is out of range", "give 0.00001 to 1 mm");
         }
         if part.chord_error_mm.is_nan() || part.chord_error_mm < 0.0 {
             return fault(
@@ -409,7 +434,26 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             return fault(at, message, "write one of \"+x\", \"-x\", \"+y\", \"-y\", \"+z\", \"-z\"");
         }
     }
+    let stock_blade = stock.blade_allowance_mm.is_some_and(|a| !(0.0..1e3).contains(&a));
+    if stock_blade || stock.blade_allowance_mm.is_some() && file.part.as_ref().is_none_or(|p| p.blade.is_none()) {
+        let at = file.stock.span().start;
+        let help = "give an allowance from 0 mm, and the blade as [part.blade]";
+        return fault(at, "blade_allowance_mm has no blade to stand on, or is no allowance".into(), help);
+    }
     for (i, program) in file.program.iter().enumerate() {
+        if program.reschedule.is_some() && program.file.is_some() {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let message = format!("program {:?} has a text and is re-scheduled", program.name);
+            return fault(at, message, "give either `file` or `reschedule`");
+        }
+        if let Some(reschedule) = &program.reschedule
+            && !file.program.iter().any(|p| p.name == reschedule.from && p.file.is_some())
+        {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let message =
+                format!("program {:?} is made from {:?}, which has no text here", program.name, reschedule.from);
+            return fault(at, message, "name a program of this scene that has a file");
+        }
         if file.program[..i].iter().any(|p| p.name == program.name) {
             let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
             return fault(at, format!("two programs are named {:?}", program.name), "give each its own name");

@@ -339,17 +339,6 @@ impl Cutter {
         Self { outline, continues: true }
     }
 
-    /// Radius of the ball where the cutter begins with a whole half of one, mm; none for every other shape.
-    pub fn ball_radius(&self) -> Option<f64> {
-        match self.outline.first()? {
-            Segment::Arc { center, radius, from, to } => {
-                let half = center[0].abs() < JOIN_MM && from[0].abs() < JOIN_MM && (to[0] - radius).abs() < JOIN_MM;
-                half.then_some(*radius)
-            }
-            Segment::Line { .. } => None,
-        }
-    }
-
     /// Height at which the described curve ends, mm.
     pub fn height(&self) -> f64 {
         self.outline.end()[1]

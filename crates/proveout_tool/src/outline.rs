@@ -47,11 +47,6 @@ impl Outline {
         self
     }
 
-    /// The segment at the axis.
-    pub(crate) fn first(&self) -> Option<&Segment> {
-        self.segments.first()
-    }
-
     /// The open end `[r, z]`, mm.
     pub(crate) fn end(&self) -> [f64; 2] {
         self.end

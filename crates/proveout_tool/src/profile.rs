@@ -136,6 +136,18 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// Radius of the ball where the profile begins with a whole quarter circle about a point of the axis, mm; none for every
+    /// other shape.
+    pub fn ball_radius(&self) -> Option<f64> {
+        match self.segments.first()? {
+            Segment::Arc { center, radius, from, to } => {
+                let half = center[0].abs() < JOIN_MM && from[0].abs() < JOIN_MM && (to[0] - radius).abs() < JOIN_MM;
+                half.then_some(*radius)
+            }
+            Segment::Line { .. } => None,
+        }
+    }
+
     /// Checks and takes a curve.
     ///
     /// # Errors

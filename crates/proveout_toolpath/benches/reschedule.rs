@@ -26,8 +26,9 @@ fn run(blocks: usize) -> Option<CuttingRun> {
 }
 
 fn methods(c: &mut Criterion) {
-    let Ok(cutter) = Cutter::ball(16.0) else { return };
-    let around = Surroundings { cutter: &cutter, table_axis: Vector::x(), surface: None };
+    let bodies = Cutter::ball(16.0).and_then(|ball| ball.bodies(40.0));
+    let Ok([cutter, ..]) = bodies.as_deref() else { return };
+    let around = Surroundings { cutter, table_axis: Vector::x(), surface: None };
     let mut group = c.benchmark_group("reschedule");
     group.sample_size(20);
     for blocks in [10_000, 100_000] {

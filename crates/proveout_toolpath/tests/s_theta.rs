@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use proveout_geom::blade::{Blade, BladeSpec, CamberSection};
 use proveout_geom::{ToolPose, Vector};
-use proveout_tool::Cutter;
+use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::reschedule::{
     Channel, Corner, CornerRule, CuttingBlock, CuttingRun, Layer, Method, Quaternion, STheta, SectionPath,
@@ -78,11 +78,11 @@ fn stand_in(twist: f64, turns: f64, lead: f64, start: f64) -> CuttingRun {
     CuttingRun { blocks }
 }
 
-fn ball() -> Cutter {
-    Cutter::ball(16.0).unwrap()
+fn ball() -> Profile {
+    Cutter::ball(16.0).unwrap().bodies(40.0).unwrap().remove(0)
 }
 
-fn around(cutter: &Cutter) -> Surroundings<'_> {
+fn around(cutter: &Profile) -> Surroundings<'_> {
     Surroundings { cutter, table_axis: Vector::x(), surface: None }
 }
 
@@ -346,7 +346,7 @@ fn what_the_method_cannot_do_is_told_with_the_block() {
     let part = CuttingRun { blocks: run.blocks[..200].to_vec() };
     let error = STheta::default().reschedule(&part, &around(&cutter)).unwrap_err();
     assert_eq!((error.code, error.line), ("reschedule-layers", 1));
-    let flat = Cutter::flat(16.0).unwrap();
+    let flat = Cutter::flat(16.0).unwrap().bodies(40.0).unwrap().remove(0);
     assert_eq!(STheta::default().reschedule(&run, &around(&flat)).unwrap_err().code, "reschedule-tool");
     let mut twice = run.clone();
     twice.blocks[100].pose = twice.blocks[99].pose;

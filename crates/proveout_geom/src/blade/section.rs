@@ -274,7 +274,7 @@ impl CamberSection {
     }
 
     /// Centroid of the area, mm (Green's theorem over the outline).
-    fn centroid(&self) -> [f64; 2] {
+    pub fn centroid(&self) -> [f64; 2] {
         let (mut area, mut moment) = (0.0, [0.0; 2]);
         for piece in 0..4 {
             for panel in 0..PANELS {

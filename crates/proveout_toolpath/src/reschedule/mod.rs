@@ -14,7 +14,7 @@ mod section;
 mod taut;
 
 use proveout_geom::{Point, ToolPose, Vector};
-use proveout_tool::Cutter;
+use proveout_tool::Profile;
 
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
@@ -61,7 +61,7 @@ pub trait ContactSurface {
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// Cutting end of the tool.
-    pub cutter: &'a Cutter,
+    pub cutter: &'a Profile,
     /// Direction of the rotary table's axis in the frame of the workpiece, unit length: sections are cut across it.
     pub table_axis: Vector,
     /// The surface that is cut, for methods that need normals and curvatures.

@@ -1,0 +1,183 @@
+//! Programs that are made: a pass over the blade of the scene, and re-scheduled programs. What runs is their text.
+
+use std::path::Path;
+
+use proveout_controller::{Reprogrammed, Reprogramming};
+use proveout_geom::{ToolPose, Vector};
+use proveout_machine::Machine;
+use proveout_nc::post::{PostSettings, SiemensPost};
+use proveout_nc::{
+    AxisValues, Command, Coolant, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode, Program,
+    Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
+};
+use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
+
+use crate::{
+    config::ConfigError,
+    error::SimError,
+    scene::{HelixFile, RescheduleFile, Scene},
+};
+
+/// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away.
+fn format() -> PostSettings {
+    PostSettings { length_decimals: 4, vector_decimals: 8, ..PostSettings::default() }
+}
+
+/// The cutting end of a tool.
+fn tip(tool: &Tool) -> Option<&Profile> {
+    tool.cutting().next().map(|body| &body.profile)
+}
+
+/// Text of commands for an 840D.
+///
+/// # Errors
+/// A command that the language cannot say.
+pub fn siemens_text(commands: &[Command], settings: &Settings) -> Result<String, SimError> {
+    let mut post =
+        SiemensPost::new(Vec::new(), PostSettings { work_offsets: settings.work_offsets.clone(), ..format() });
+    for command in commands {
+        post.write(command)?;
+    }
+    Ok(String::from_utf8_lossy(&post.into_inner()).into_owned())
+}
+
+/// The program of a helical pass over the blade of the scene, as canonical commands in the workpiece frame.
+///
+/// # Errors
+/// The scene has no blade or no plan, the tool is no ball end mill, or the pass does not fit the blade.
+pub fn helix(scene: &Scene, tools: &ToolLibrary) -> Result<Vec<Command>, SimError> {
+    let file = |message: String, help: &str| ConfigError::file(&scene.path, message, help);
+    let blade = scene.file.part.as_ref().and_then(|p| p.blade);
+    let (Some(blade), Some(plan)) = (blade, &scene.file.plan) else {
+        return Err(file("the scene has no blade or no [plan.helix]".into(), "describe both in the scene").into());
+    };
+    let plan = &plan.helix;
+    let Some(tool) = tools.find(&ToolId::Name(plan.tool.clone())) else {
+        return Err(file(format!("the tool library has no tool {:?}", plan.tool), "name one of its tools").into());
+    };
+    let Some(radius) = tip(tool).and_then(Profile::ball_radius) else {
+        return Err(file(format!("tool {:?} is no ball end mill", plan.tool), "name a ball end mill").into());
+    };
+    let wrong = |e: String| file(e, "correct [part.blade] and [plan.helix]");
+    let blade = blade.blade(0.0).map_err(|e| wrong(e.to_string()))?;
+    let points = plan.pass(radius).points(&blade).map_err(|e| wrong(e.to_string()))?;
+    let mut writer = Writer { commands: Vec::new(), line: 0 };
+    writer.head(plan);
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(writer.commands) };
+    let off = |p: &proveout_toolpath::PassPoint| ToolPose {
+        tip: p.pose.tip + p.normal * plan.clearance_mm,
+        axis: p.pose.axis,
+    };
+    let rate = plan.feed_mm_min / 60.0;
+    writer.motion(&off(first), true);
+    writer.feed(plan.clearance_mm / rate);
+    writer.motion(&first.pose, false);
+    for pair in points.windows(2) {
+        writer.feed((pair[1].center - pair[0].center).norm() / rate);
+        writer.motion(&pair[1].pose, false);
+    }
+    writer.feed(plan.clearance_mm / rate);
+    writer.motion(&off(last), false);
+    writer.tail();
+    Ok(writer.commands)
+}
+
+/// Builds commands one after the other, each on a line of its own.
+struct Writer {
+    commands: Vec<Command>,
+    line: u32,
+}
+
+impl Writer {
+    fn push(&mut self, op: Op) {
+        self.line += 1;
+        let location = Location { file: "plan".into(), line: self.line, column: 1, length: 0, depth: 0 };
+        self.commands.push(Command { location, op });
+    }
+
+    fn head(&mut self, plan: &HelixFile) {
+        self.push(Op::Note(format!(
+            "Ball end mill on a helix round the blade, X {} to {}, pitch {}, tilt {} deg, lead {} deg",
+            plan.from_x_mm, plan.to_x_mm, plan.pitch_mm, plan.head_tilt_deg, plan.lead_deg
+        )));
+        self.push(Op::Note(
+            "Written by: proveout plan SCENE --strategy helix. Feed: inverse time of the ball center".into(),
+        ));
+        self.push(Op::Plane('Z'));
+        self.push(Op::Tool(ToolAction::Select(ToolName::Name(plan.tool.clone()))));
+        self.push(Op::Tool(ToolAction::Change(ToolName::Name(plan.tool.clone()))));
+        self.push(Op::Offset(Offset::ToolEdge { edge: 1 }));
+        self.push(Op::Offset(Offset::Work { word: plan.work_offset.clone() }));
+        let direction = SpindleDirection::Clockwise;
+        self.push(Op::Spindle(Spindle { direction, speed_rpm: Some(plan.spindle_rpm) }));
+        self.push(Op::Coolant(Coolant { flood: true, mist: false }));
+        self.push(Op::PathMode(PathMode::Continuous {
+            tolerance: Some(plan.tolerance_mm),
+            orientation_tolerance: None,
+        }));
+        self.push(Op::Tcp(Tcp { on: true, interpolation: OrientationInterpolation::GreatCircle }));
+    }
+
+    fn tail(&mut self) {
+        self.push(Op::Tcp(Tcp { on: false, interpolation: OrientationInterpolation::GreatCircle }));
+        self.push(Op::Coolant(Coolant { flood: false, mist: false }));
+        self.push(Op::Spindle(Spindle { direction: SpindleDirection::Off, speed_rpm: None }));
+        self.push(Op::End);
+    }
+
+    fn feed(&mut self, seconds: f64) {
+        self.push(Op::Feed(Feed::InverseTime(seconds)));
+    }
+
+    fn motion(&mut self, pose: &ToolPose, rapid: bool) {
+        let mut end = AxisValues::NONE;
+        for axis in 0..3 {
+            end.put(axis, pose.tip[axis]);
+        }
+        let motion = Motion {
+            end,
+            end_base: end,
+            tool_axis: Some(pose.axis.into()),
+            tool_axis_base: Some(pose.axis.into()),
+            programmed: 0b111,
+            machine_coordinates: false,
+            exact_stop: false,
+        };
+        self.push(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+    }
+}
+
+/// Reads a program, re-schedules it and gives the commands before posting.
+///
+/// # Errors
+/// The program cannot be read, or the method refuses it, with the first block concerned.
+pub fn rescheduled(
+    reschedule: &RescheduleFile,
+    program: &Path,
+    settings: &Settings,
+    machine: &Machine,
+    tools: &ToolLibrary,
+) -> Result<Reprogrammed, SimError> {
+    let commands = Program::open(program, settings)?.collect::<Result<Vec<Command>, _>>()?;
+    let tool = |name: &ToolName| -> Option<&Tool> {
+        let id = match name {
+            ToolName::Empty => return None,
+            ToolName::Number(n) => ToolId::Number(*n),
+            ToolName::Name(n) => ToolId::Name(n.clone()),
+        };
+        tools.find(&id)
+    };
+    let method = reschedule.method();
+    let cutter = |name: &ToolName| tip(tool(name)?).cloned();
+    let work = Reprogramming { machine, method: method.as_ref(), cutter: &cutter };
+    Ok(work.apply(commands).map_err(SimError::Control)?)
+}
+
+/// Largest distance of ball centers before and after, mm: what a re-scheduled program may not change.
+pub fn largest_center_shift(made: &Reprogrammed, radius: f64) -> f64 {
+    let shift = |a: &ToolPose, b: &ToolPose| -> f64 {
+        let move_of = |p: &ToolPose| -> Vector { p.tip.coords + p.axis * radius };
+        (move_of(a) - move_of(b)).norm()
+    };
+    made.runs.iter().flat_map(|r| r.before.iter().zip(&r.after)).map(|(a, b)| shift(a, b)).fold(0.0, f64::max)
+}

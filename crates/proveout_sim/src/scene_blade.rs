@@ -1,0 +1,219 @@
+//! Blades, passes over them and re-scheduling, as they stand in a scene.
+
+use std::f64::consts::TAU;
+
+use proveout_geom::blade::{Blade, BladeError, BladeSpec, CamberSection, Platform};
+use proveout_geom::rad;
+use proveout_toolpath::HelicalPass;
+use proveout_toolpath::reschedule::{Method, Quaternion, STheta, ThetaUnit};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A blade along +X of the workpiece frame: circles on a circular camber line, stacked on their centroid, on a platform whose
+/// top face is X = 0.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BladeFile {
+    /// Chord of the camber line, mm.
+    pub chord_mm: f64,
+    /// Angle between the tangents at its ends, degrees.
+    pub camber_angle_deg: f64,
+    /// Largest thickness, mm.
+    pub thickness_mm: f64,
+    /// Radius of the leading edge, mm.
+    pub leading_radius_mm: f64,
+    /// Radius of the trailing edge, mm.
+    pub trailing_radius_mm: f64,
+    /// Height above the platform, mm.
+    pub length_mm: f64,
+    /// Turn of the section for each mm of height, degrees.
+    #[serde(default)]
+    pub twist_deg_per_mm: f64,
+    /// The platform.
+    pub platform: Option<PlatformFile>,
+    /// Largest distance of the mesh that stands for the blade, mm.
+    pub chord_error_mm: f64,
+}
+
+/// Platform below a blade.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlatformFile {
+    /// Fillet between blade and platform, mm.
+    pub fillet_radius_mm: f64,
+    /// Distance of its rim from the section, mm.
+    pub margin_mm: f64,
+    /// Thickness, mm.
+    pub thickness_mm: f64,
+}
+
+impl BladeFile {
+    fn section(&self) -> CamberSection {
+        CamberSection {
+            chord: self.chord_mm,
+            camber_angle: rad(self.camber_angle_deg),
+            thickness: self.thickness_mm,
+            leading_radius: self.leading_radius_mm,
+            trailing_radius: self.trailing_radius_mm,
+            shift: [0.0; 2],
+        }
+    }
+
+    /// The blade with so much more material on its sides (mm); the platform keeps its rim.
+    ///
+    /// # Errors
+    /// Numbers that make no blade.
+    pub fn blade(&self, allowance: f64) -> Result<Blade, BladeError> {
+        let design = self.section();
+        design.check()?;
+        let section = CamberSection {
+            thickness: design.thickness + 2.0 * allowance,
+            leading_radius: design.leading_radius + allowance,
+            trailing_radius: design.trailing_radius + allowance,
+            shift: design.centroid().map(|v| -v),
+            ..design
+        };
+        let platform = self.platform.map(|p| Platform {
+            fillet_radius: p.fillet_radius_mm,
+            margin: p.margin_mm - allowance,
+            thickness: p.thickness_mm,
+        });
+        Blade::new(BladeSpec { section, length: self.length_mm, twist: rad(self.twist_deg_per_mm), platform })
+    }
+}
+
+/// A pass of a ball end mill round the blade, as `proveout plan --strategy helix` writes it.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HelixFile {
+    /// Name of the ball end mill in the tool library.
+    pub tool: String,
+    /// Spindle speed, 1/min.
+    pub spindle_rpm: f64,
+    /// Feed of the ball center, mm/min; written as inverse time, so that it does not depend on the tool axis.
+    pub feed_mm_min: f64,
+    /// Word of the work offset.
+    pub work_offset: String,
+    /// Material left on the blade, mm.
+    #[serde(default)]
+    pub allowance_mm: f64,
+    /// Inclination of the tool axis towards +X, degrees.
+    pub head_tilt_deg: f64,
+    /// Lean of the tool axis from the outward normal towards the travel, degrees.
+    pub lead_deg: f64,
+    /// X of the first contact, mm.
+    pub from_x_mm: f64,
+    /// X of the last contact, mm.
+    pub to_x_mm: f64,
+    /// Advance for each turn, mm.
+    pub pitch_mm: f64,
+    /// Distance of the points on the path of the ball center, mm.
+    pub step_mm: f64,
+    /// Where on the section the pass begins, part of its perimeter from the leading end of the pressure side.
+    pub start: f64,
+    /// Distance of approach and retract from the blade along its normal, mm.
+    pub clearance_mm: f64,
+    /// Corner tolerance that the program asks the control for (CYCLE832), mm.
+    pub tolerance_mm: f64,
+}
+
+impl HelixFile {
+    /// The pass for a ball of this radius, mm.
+    pub fn pass(&self, ball_radius: f64) -> HelicalPass {
+        HelicalPass {
+            ball_radius,
+            allowance: self.allowance_mm,
+            head_tilt: rad(self.head_tilt_deg),
+            lead: rad(self.lead_deg),
+            from_x: self.from_x_mm,
+            to_x: self.to_x_mm,
+            pitch: self.pitch_mm,
+            step: self.step_mm,
+            start: self.start,
+        }
+    }
+}
+
+/// What `proveout plan` makes; one strategy so far.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlanFile {
+    /// A ball end mill on a helix round the blade.
+    pub helix: HelixFile,
+}
+
+/// A program that is made from another one.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RescheduleFile {
+    /// The method.
+    pub method: MethodFile,
+    /// Name of the program that it starts from.
+    pub from: String,
+    /// `s-theta`: clearance from both limits, degrees.
+    pub clearance_deg: Option<f64>,
+    /// `s-theta`: distance of key points from the limits, degrees.
+    pub inset_deg: Option<f64>,
+    /// `s-theta`: unit of theta in the construction of corners.
+    pub theta_unit: Option<ThetaUnitFile>,
+    /// `quaternion`: key blocks of a layer.
+    pub keys: Option<usize>,
+}
+
+/// Methods that re-plan tool axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodFile {
+    /// Li et al. 2022.
+    STheta,
+    /// Ho, Hwang, Hu 2003.
+    Quaternion,
+}
+
+impl MethodFile {
+    /// Every method with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("s-theta", Self::STheta), ("quaternion", Self::Quaternion)];
+}
+
+/// Unit of theta.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThetaUnitFile {
+    /// Degrees.
+    Degree,
+    /// Radian.
+    Radian,
+    /// Turns and layers.
+    Normalized,
+    /// A rule that does not depend on units.
+    UnitFree,
+}
+
+impl RescheduleFile {
+    /// A method with its published or default parameters.
+    pub fn plain(method: MethodFile, from: &str) -> Self {
+        Self { method, from: from.to_owned(), clearance_deg: None, inset_deg: None, theta_unit: None, keys: None }
+    }
+
+    /// The method with its parameters.
+    pub fn method(&self) -> Box<dyn Method> {
+        let defaults = STheta::default();
+        let clearance = self.clearance_deg.map_or(defaults.clearance, |d| d * TAU / 360.0);
+        match self.method {
+            MethodFile::STheta => Box::new(STheta {
+                clearance,
+                inset: self.inset_deg.map_or(defaults.inset, |d| d * TAU / 360.0),
+                unit: match self.theta_unit {
+                    None | Some(ThetaUnitFile::Degree) => ThetaUnit::Degree,
+                    Some(ThetaUnitFile::Radian) => ThetaUnit::Radian,
+                    Some(ThetaUnitFile::Normalized) => ThetaUnit::Normalized,
+                    Some(ThetaUnitFile::UnitFree) => ThetaUnit::UnitFree,
+                },
+                ..defaults
+            }),
+            MethodFile::Quaternion => {
+                Box::new(Quaternion { keys: self.keys.unwrap_or(Quaternion::default().keys), clearance })
+            }
+        }
+    }
+}
