@@ -82,11 +82,8 @@ impl AptReader {
         if count != 3 {
             return Err(arity(st.head, &st.major, count, "three values"));
         }
-        self.forward = Some(if st.major == "INDIRV" {
-            n
-        } else {
-            frame::sub(n.map(|v| v * self.unit), self.here(st.head)?)
-        });
+        self.forward =
+            Some(if st.major == "INDIRV" { n } else { frame::sub(n.map(|v| v * self.unit), self.here(st.head)?) });
         Ok(())
     }
 
@@ -161,11 +158,16 @@ impl AptReader {
         let start = self.here(place)?;
         let normal = snapped(circle.normal);
         let (u, v) = basis(normal);
-        let flat = |p: [f64; 3]| [frame::dot(frame::sub(p, circle.center), u), frame::dot(frame::sub(p, circle.center), v)];
+        let flat =
+            |p: [f64; 3]| [frame::dot(frame::sub(p, circle.center), u), frame::dot(frame::sub(p, circle.center), v)];
         let (a, b) = (flat(start), flat(end));
         let apart = (a[0] - b[0]).hypot(a[1] - b[1]);
         let drop = frame::dot(normal, frame::sub(end, start));
-        if circle.zero_at_one_point && circle.angle.is_none() && apart <= self.arc_tolerance && drop.abs() <= self.arc_tolerance {
+        if circle.zero_at_one_point
+            && circle.angle.is_none()
+            && apart <= self.arc_tolerance
+            && drop.abs() <= self.arc_tolerance
+        {
             return self.straight(end, false, place);
         }
         let measured = a[0].hypot(a[1]);

@@ -79,7 +79,11 @@ struct Values {
 impl AptReader {
     pub(crate) fn cycle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let Some(first) = st.items.first() else {
-            return Err(st.head.bad(codes::MISSING_VALUE, "CYCLE names no cycle", "write CYCLE/DRILL,... or CYCLE/OFF"));
+            return Err(st.head.bad(
+                codes::MISSING_VALUE,
+                "CYCLE names no cycle",
+                "write CYCLE/DRILL,... or CYCLE/OFF",
+            ));
         };
         let word = Self::word(source, first);
         match word.as_str() {
@@ -90,7 +94,11 @@ impl AptReader {
             }
             "ON" => {
                 if self.cycle.is_none() {
-                    return Err(st.head.bad(codes::CONFLICT, "CYCLE/ON takes up no cycle", "define the cycle before it"));
+                    return Err(st.head.bad(
+                        codes::CONFLICT,
+                        "CYCLE/ON takes up no cycle",
+                        "define the cycle before it",
+                    ));
                 }
                 self.begin_cycle();
                 return Ok(());
@@ -250,14 +258,19 @@ impl AptReader {
             return Err(st.head.bad(codes::ARGUMENTS, message, "give a larger infeed"));
         }
         if matches!(kind, Kind::Deep | Kind::BreakChip) && v.step.is_none() {
-            return Err(st.head.bad(codes::ARGUMENTS, "the deep hole has no infeed", "write INCR or STEP with its value"));
+            return Err(st.head.bad(
+                codes::ARGUMENTS,
+                "the deep hole has no infeed",
+                "write INCR or STEP with its value",
+            ));
         }
         if v.dwell.is_some_and(|d| d < 0.0) {
             return Err(st.head.bad(codes::BAD_VALUE, "a dwell must not be negative", "write DWELL,1"));
         }
-        let dwell = v.dwell.filter(|d| *d > 0.0).map(|d| {
-            if v.dwell_revolutions { Dwell::Revolutions(d) } else { Dwell::Seconds(d) }
-        });
+        let dwell = v
+            .dwell
+            .filter(|d| *d > 0.0)
+            .map(|d| if v.dwell_revolutions { Dwell::Revolutions(d) } else { Dwell::Seconds(d) });
         let feed = v.feed.filter(|f| *f != 0.0).map(|f| self.feed_of(f, v.unit, first)).transpose()?;
         let retract = v.retract.unwrap_or(Retract::Travel);
         Ok(Cycle { kind, depth, travel, start, retract, step: v.step, dwell, feed, pitch: v.pitch })
@@ -274,7 +287,11 @@ impl AptReader {
             let height = frame::dot(offset, axis);
             let across = frame::norm(frame::add_scaled(offset, axis, -height));
             if across > SAME_MM && (height - cycle.travel).abs() > SAME_MM {
-                let way = if height > cycle.travel { at(height) } else { frame::add_scaled(here, axis, cycle.travel - height) };
+                let way = if height > cycle.travel {
+                    at(height)
+                } else {
+                    frame::add_scaled(here, axis, cycle.travel - height)
+                };
                 self.straight(way, true, place)?;
             }
         }
@@ -301,9 +318,9 @@ impl AptReader {
         let retract = match cycle.retract {
             Retract::Travel => cycle.travel,
             Retract::Height(height) => height.max(cycle.start),
-            Retract::Start => self
-                .cycle_from
-                .map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel)),
+            Retract::Start => {
+                self.cycle_from.map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel))
+            }
         };
         self.rapid_to(at(retract), place)
     }

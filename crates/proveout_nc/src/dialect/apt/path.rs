@@ -217,7 +217,11 @@ impl AptReader {
         let turned = first.linear;
         let back = Frame { linear: std::array::from_fn(|r| std::array::from_fn(|c| turned[c][r])), ..Frame::IDENTITY };
         let shift = back.apply(frame::sub(frame.translation, first.translation));
-        let local = if frame == first { Frame::IDENTITY } else { Frame { translation: shift, ..back.then(&Frame { translation: [0.0; 3], ..frame }) } };
+        let local = if frame == first {
+            Frame::IDENTITY
+        } else {
+            Frame { translation: shift, ..back.then(&Frame { translation: [0.0; 3], ..frame }) }
+        };
         if local == self.local {
             self.note("MSYS");
             return Ok(());

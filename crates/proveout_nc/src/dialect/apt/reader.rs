@@ -171,7 +171,8 @@ impl AptReader {
         }
         let mark = st.head.mark;
         let line = source.line(mark).map_or("", |(line, _)| line);
-        let end = st.items.iter().take_while(|i| i.place.mark == mark).last().map_or(st.head.span.end, |i| i.place.span.end);
+        let end =
+            st.items.iter().take_while(|i| i.place.mark == mark).last().map_or(st.head.span.end, |i| i.place.span.end);
         let end = end.max(st.literal.span.end).max(st.head.span.end);
         let (column, length) = column_and_length(line, Span { start: st.head.span.start, end });
         (self.location.line, self.location.column, self.location.length) = (mark.line, column, length);
@@ -334,6 +335,8 @@ impl AptReader {
         self.emit(Op::Tool(ToolAction::Select(tool.clone())));
         self.emit(Op::Tool(ToolAction::Change(tool)));
         self.emit(Op::Offset(Offset::ToolEdge { edge }));
+        // The change moves the machine to where its tool changer is.
+        self.position.forget(0b111);
     }
 }
 

@@ -79,8 +79,7 @@ impl Statement {
 }
 
 /// Words that take the rest of their line as a text.
-const TEXTS: [&str; 9] =
-    ["PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "LETTER", "LEADER", "DISPLY", "TITLES"];
+const TEXTS: [&str; 9] = ["PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "LETTER", "LEADER", "DISPLY", "TITLES"];
 
 /// Reads the statement that begins at a line, and gives the line behind it; none at the end of the text.
 pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Result<(), Box<Bad>>, Mark)> {
@@ -169,13 +168,7 @@ fn major_word(text: &str, out: &mut String) {
 }
 
 /// Items of a line. `value`: a value stands before, so a comma must come next.
-fn items(
-    code: &str,
-    from: usize,
-    mark: Mark,
-    value: &mut bool,
-    out: &mut Vec<Item>,
-) -> Result<(), Box<Bad>> {
+fn items(code: &str, from: usize, mark: Mark, value: &mut bool, out: &mut Vec<Item>) -> Result<(), Box<Bad>> {
     let mut s = Scanner::new(code);
     s.set_pos(from);
     loop {
@@ -206,7 +199,11 @@ fn items(
             while !s.at_end() && !matches!(s.peek(), b',' | b' ' | b'\t') {
                 s.bump();
             }
-            return Err(place(&s).bad(codes::SYNTAX, "a comma is missing before this word", "write a comma between values"));
+            return Err(place(&s).bad(
+                codes::SYNTAX,
+                "a comma is missing before this word",
+                "write a comma between values",
+            ));
         } else {
             item(&mut s)
         };
@@ -229,8 +226,7 @@ fn item(s: &mut Scanner<'_>) -> Token {
     }
     if let Some(mut number) = s.decimal() {
         if matches!(s.peek(), b'e' | b'E' | b'd' | b'D')
-            && (s.peek_at(1).is_ascii_digit()
-                || matches!(s.peek_at(1), b'+' | b'-') && s.peek_at(2).is_ascii_digit())
+            && (s.peek_at(1).is_ascii_digit() || matches!(s.peek_at(1), b'+' | b'-') && s.peek_at(2).is_ascii_digit())
         {
             s.bump();
             s.bump();
@@ -272,8 +268,14 @@ mod tests {
     #[test]
     fn statements_are_cut_at_their_signs() {
         use Token::{Close, Number, Open, Slash, Word};
-        assert_eq!(parse(" goto  / 1, -2.5 ,3E1"), ("GOTO".into(), vec![Number(1.0), Number(-2.5), Number(30.0)], true));
-        assert_eq!(parse("GOTO/1,$ $$ one\n 2,$\n3D0"), ("GOTO".into(), vec![Number(1.0), Number(2.0), Number(3.0)], true));
+        assert_eq!(
+            parse(" goto  / 1, -2.5 ,3E1"),
+            ("GOTO".into(), vec![Number(1.0), Number(-2.5), Number(30.0)], true)
+        );
+        assert_eq!(
+            parse("GOTO/1,$ $$ one\n 2,$\n3D0"),
+            ("GOTO".into(), vec![Number(1.0), Number(2.0), Number(3.0)], true)
+        );
         assert_eq!(
             parse("TLON , GOFWD/ (CIRCLE/ 1,2),ON"),
             ("TLON,GOFWD".into(), vec![Open, Word, Slash, Number(1.0), Number(2.0), Close, Word], true)

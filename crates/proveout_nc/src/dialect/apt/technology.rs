@@ -4,7 +4,7 @@ use super::reader::{AptReader, INCH, arity};
 use super::statement::{Bad, Item, Statement, Token};
 use crate::codes;
 use crate::source::Source;
-use crate::{Coolant, CompSide, CutterComp, Dwell, Feed, Op, Spindle, SpindleDirection, ToolName};
+use crate::{CompSide, Coolant, CutterComp, Dwell, Feed, Op, Spindle, SpindleDirection, ToolName};
 
 /// Unit of a feed value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,11 @@ impl AptReader {
     pub(crate) fn feed_of(&self, value: f64, unit: Option<FeedUnit>, item: &Item) -> Result<Feed, Box<Bad>> {
         if value <= 0.0 {
             let message = format!("a feed must be above zero and is {value}");
-            return Err(item.place.bad(codes::BAD_VALUE, message, "write FEDRAT/100,MMPM, or RAPID for a rapid motion"));
+            return Err(item.place.bad(
+                codes::BAD_VALUE,
+                message,
+                "write FEDRAT/100,MMPM, or RAPID for a rapid motion",
+            ));
         }
         Ok(match unit.unwrap_or(FeedUnit::Minute(self.unit)) {
             FeedUnit::Minute(mm) => Feed::PerTime(value * mm / 60.0),
@@ -239,7 +243,8 @@ impl AptReader {
 
     /// TOOL PATH/operation,TOOL,name: the tool of an NX operation, where the program loads none by number.
     fn tool_path(&mut self, source: &Source, st: &Statement) {
-        let name = st.items.iter().skip(1).position(|i| Self::word(source, i) == "TOOL").and_then(|at| st.items.get(at + 2));
+        let name =
+            st.items.iter().skip(1).position(|i| Self::word(source, i) == "TOOL").and_then(|at| st.items.get(at + 2));
         if let Some(name) = name.map(|i| unquoted(i.place.text(source)).to_owned()) {
             if self.path_tool.as_deref() != Some(&name) {
                 if !self.loaded {
@@ -310,7 +315,8 @@ impl AptReader {
     fn insert(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let text = unquoted(st.literal.text(source)).to_owned();
         let body = text.trim().trim_end_matches('$').trim();
-        let comment = body.is_empty() || body.starts_with([';', '*', '!']) || body.starts_with('(') && body.ends_with(')');
+        let comment =
+            body.is_empty() || body.starts_with([';', '*', '!']) || body.starts_with('(') && body.ends_with(')');
         if comment {
             self.note(format!("INSERT {body}"));
             return Ok(());
