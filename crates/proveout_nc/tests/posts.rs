@@ -235,8 +235,8 @@ proptest! {
 
     #[test]
     fn two_posts_in_a_row_say_the_same((text, _) in path().prop_filter("no vectors", |p| !p.1), a in 0..6usize, b in 0..6usize) {
-        let (a, b) = (TARGETS[a], TARGETS[b]);
-        prop_assume!(readable(a) && readable(b));
+        let readers: Vec<Dialect> = TARGETS.into_iter().filter(|d| readable(*d)).collect();
+        let (a, b) = (readers[a % readers.len()], readers[b % readers.len()]);
         let first = ops(Dialect::Apt, &text, &settings(Dialect::Apt));
         let format = |from, to| PostSettings { work_offsets: settings(to).work_offsets, ..PostSettings::between(from, to) };
         let one = post(&first, a, format(Dialect::Apt, a)).unwrap();

@@ -1,6 +1,11 @@
 //! Helpers shared by the tests of posts.
 
-#![allow(clippy::unwrap_used, dead_code, reason = "helpers of tests fail by panic; not every test uses all of them")]
+#![allow(
+    clippy::unwrap_used,
+    dead_code,
+    unreachable_pub,
+    reason = "helpers of tests: fail by panic, not all used by every test"
+)]
 
 use proveout_nc::post::{PostError, PostSettings, post_for};
 use proveout_nc::{AxisValues, Command, Dialect, Feed, Motion, Op, Program, Settings};
