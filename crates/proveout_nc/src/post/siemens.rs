@@ -96,6 +96,9 @@ impl<W: Write> SiemensPost<W> {
                 self.line(&format!("G{}", 19 - self.plane))
             }
             Op::Offset(Offset::ToolEdge { edge }) => self.line(&format!("D{edge}")),
+            Op::Offset(Offset::ToolDelta { .. }) => {
+                Err(unsupported("delta values of the tool", "write them into the tool table"))
+            }
             Op::Offset(Offset::Work { word }) => {
                 let values = self.settings.work_offsets.get(word).copied().unwrap_or_default();
                 self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
@@ -114,6 +117,7 @@ impl<W: Write> SiemensPost<W> {
             Op::Override(change) => self.line(&format!("OVR={}", decimal(change.feed * 100.0, 3))),
             Op::Spline(_) => Err(unsupported("a Bezier curve", "write it as short straight blocks")),
             Op::Probe(_) => Err(unsupported("a probing motion", "write the measuring cycle by hand")),
+            Op::Retract(_) => Err(unsupported("a retraction along the tool axis", "write the retracted position")),
             Op::Thread(_) => Err(unsupported("a motion coupled to the spindle", "write the tapping cycle by hand")),
             Op::PathMode(PathMode::ExactStop) => self.line("G60"),
             Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance }) => {
