@@ -142,6 +142,9 @@ impl<W: Write> SiemensPost<W> {
                 let edge = self.out.edge(*edge, self.tool.as_ref());
                 self.line(&format!("D{edge}"))
             }
+            Op::Offset(Offset::ToolDelta { .. }) => {
+                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+            }
             Op::Offset(Offset::Work { word }) => {
                 let values = self.out.settings.work_offsets.get(word).copied().unwrap_or_default();
                 self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
@@ -159,6 +162,7 @@ impl<W: Write> SiemensPost<W> {
             Op::Override(change) => self.line(&format!("OVR={}", decimal(change.feed * 100.0, 3))),
             Op::Spline(_) => Err(Unsaid::new("a Bezier curve", "write it as short straight blocks")),
             Op::Probe(_) => Err(Unsaid::new("a probing motion", "write the measuring cycle by hand")),
+            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
             Op::PathMode(PathMode::ExactStop) => self.line("G60"),
             Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance }) => {
                 // A negative tolerance is the word for "as set up on the machine".
