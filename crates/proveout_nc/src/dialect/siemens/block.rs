@@ -207,6 +207,10 @@ impl Interpreter {
                 *slot = Some(self.variables.number(value, span)?);
                 return Ok(());
             }
+            if name == "DISC" {
+                self.modal.compensation.disc = self.variables.number(value, span)?;
+                return Ok(());
+            }
             if matches!(name, "CTOL" | "OTOL" | "ATOL") {
                 let value = self.variables.number(value, span)?;
                 return self.tolerance_word(name, value, span);
@@ -250,6 +254,8 @@ impl Interpreter {
                 let normal = ['X', 'Y', 'Z'][modal.normal];
                 self.emit(Op::Plane(normal));
             }
+            40..=42 => self.compensation_word(p, code, span)?,
+            450 | 451 => self.corner_word(code),
             53 | 153 => p.machine = true,
             54..=57 | 500 | 505..=599 => p.offset = Some(code),
             60 => self.path_mode(PathMode::ExactStop),
@@ -304,6 +310,9 @@ impl Interpreter {
                 .help("write it in a block of its own"));
             }
             p.frame = Some((frame, span));
+            return Ok(());
+        }
+        if self.compensation_name(name) {
             return Ok(());
         }
         match name {
@@ -417,6 +426,9 @@ impl Interpreter {
         }
         if !p.functions.is_empty() {
             self.functions_before(p, span)?;
+        }
+        if let Some(side) = p.compensation {
+            self.compensate(side, span)?;
         }
         if p.dwell {
             self.dwell(p, span)?;
@@ -534,7 +546,11 @@ impl Interpreter {
 
     fn edge(&mut self, edge: u32) {
         self.emit(Op::Offset(Offset::ToolEdge { edge }));
-        if self.technology.edge.replace(edge) != Some(edge) {
+        let before = self.technology.edge.replace(edge);
+        if before.unwrap_or(1) != edge {
+            self.edge_changed_radius();
+        }
+        if before != Some(edge) {
             // The tool stands still and its tip is now another point.
             let turned = self.technology.tcp() || self.position.frame().is_rotated();
             self.position.forget(if turned { LINEAR } else { 1 << self.modal.normal });
@@ -648,7 +664,7 @@ pub(crate) fn refused_word(word: &Word) -> Option<Fault> {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) } => {
             let known = matches!(
                 *code as i64,
-                0..=4 | 9 | 17..=19 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
+                0..=4 | 9 | 17..=19 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
             );
             if known || *code < 0.0 || code.fract() != 0.0 || words::is_noted_g(*code as u32) {
                 return None;

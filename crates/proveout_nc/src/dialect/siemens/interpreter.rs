@@ -71,6 +71,7 @@ pub(crate) struct Interpreter {
     pub(crate) settings: Settings,
     folders: Vec<PathBuf>,
     files: BTreeMap<PathBuf, Arc<Loaded>>,
+    main: Arc<Loaded>,
     stack: Vec<Level>,
     block: Block,
     pub(crate) queue: VecDeque<Command>,
@@ -105,6 +106,7 @@ impl Interpreter {
         let loaded = Arc::new(Loaded::new(source)?);
         let section = loaded.index.main;
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
+        let main = Arc::clone(&loaded);
         let level = Level {
             loaded,
             section,
@@ -118,6 +120,7 @@ impl Interpreter {
         Ok(Self {
             folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
             files: BTreeMap::new(),
+            main,
             stack: vec![level],
             block: Block::default(),
             queue: VecDeque::new(),
@@ -149,6 +152,13 @@ impl Interpreter {
 
     pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.emit(Op::Note(text.into()));
+    }
+
+    /// A line of a program that was read, for messages.
+    pub(crate) fn line_of(&self, file: &str, line: u32) -> Option<String> {
+        let mut programs = std::iter::once(&self.main).chain(self.files.values());
+        let program = programs.find(|program| &*program.source.name == file)?;
+        crate::compensation::line_of(&program.source, line)
     }
 
     /// Call level: 0 in the main program.
@@ -635,8 +645,11 @@ impl Interpreter {
             self.modal_call = None;
         }
         if let Some(saved) = level.saved {
-            let path_mode = self.modal.path_mode;
+            let (path_mode, side) = (self.modal.path_mode, self.modal.compensation.side);
             self.modal = *saved;
+            if self.modal.compensation.side != side {
+                self.tell_compensation();
+            }
             if self.modal.path_mode != path_mode {
                 self.emit(Op::PathMode(self.modal.path_mode));
             }

@@ -5,6 +5,7 @@
 //! [`frames`] and [`drilling`]. [`words`] lists what is read with a note or refused.
 
 mod block;
+mod compensation;
 mod drilling;
 mod eval;
 mod expr;
@@ -24,6 +25,7 @@ use interpreter::Interpreter;
 
 use super::Reader;
 use crate::Command;
+use crate::compensation::CompStyle;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
@@ -40,6 +42,14 @@ pub(crate) fn open(
 impl Reader for Interpreter {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn comp_style(&self) -> Option<CompStyle> {
+        Some(self.modal.compensation.style)
+    }
+
+    fn source_line(&self, file: &str, line: u32) -> Option<String> {
+        self.line_of(file, line)
     }
 }
 

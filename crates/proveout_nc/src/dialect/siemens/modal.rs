@@ -1,7 +1,8 @@
 //! What stays in force from block to block.
 
+use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
 use crate::frame::Frame;
-use crate::{Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
+use crate::{CompSide, Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
 
 /// G group 1 and its relatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +71,43 @@ pub(crate) struct Modal {
     /// ORIMKS: vectors are meant in the machine frame.
     pub(crate) machine_vectors: bool,
     pub(crate) frames: Frames,
+    pub(crate) compensation: Compensation,
+}
+
+/// Cutter radius compensation as it is programmed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Compensation {
+    pub(crate) side: CompSide,
+    pub(crate) style: CompStyle,
+    /// Word of G group 17 that is in force: NORM, KONT, KONTC, KONTT.
+    pub(crate) approach: &'static str,
+    /// CUT2DF: the plane turns with the frame.
+    pub(crate) plane_in_frame: bool,
+    /// DISC=, percent.
+    pub(crate) disc: f64,
+}
+
+impl Compensation {
+    /// G451: circles instead of intersections beyond this change of direction, degrees (standard of MD20210).
+    const CORNER_LIMIT_DEG: f64 = 100.0;
+
+    /// After reset: G40, NORM, G450, CFC, CUT2D.
+    pub(crate) const RESET: Self = Self {
+        side: CompSide::Off,
+        style: CompStyle { corner: Corner::Arc, entry: Entry::Perpendicular, feed: FeedAt::Contour },
+        approach: "NORM",
+        plane_in_frame: false,
+        disc: 0.0,
+    };
+
+    /// G450, G451.
+    pub(crate) fn corner(code: u32) -> Corner {
+        if code == 450 {
+            Corner::Arc
+        } else {
+            Corner::Intersection { limit: Self::CORNER_LIMIT_DEG.to_radians(), beyond: Beyond::Arc }
+        }
+    }
 }
 
 /// Frames of the control from the base to the work coordinates.
@@ -105,6 +143,7 @@ impl Modal {
             angles: OrientationAngles::RollPitchYaw,
             machine_vectors: false,
             frames: Frames { settable: Frame::IDENTITY, swivel: Frame::IDENTITY, programmable: Frame::IDENTITY },
+            compensation: Compensation::RESET,
         }
     }
 

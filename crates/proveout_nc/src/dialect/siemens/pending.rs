@@ -1,6 +1,6 @@
 //! The words of one block, sorted: what the block asks for, before anything is done.
 
-use crate::ToolName;
+use crate::{CompSide, ToolName};
 use crate::diagnostic::Span;
 
 /// How a coordinate is meant.
@@ -112,6 +112,8 @@ pub(crate) struct Pending {
     pub(crate) transformation: Option<bool>,
     /// Number of the G word of the work offset: 54, 505, 500.
     pub(crate) offset: Option<u32>,
+    /// G40, G41, G42.
+    pub(crate) compensation: Option<CompSide>,
 }
 
 impl Pending {

@@ -19,10 +19,9 @@ pub(crate) fn classify_name(name: &str) -> Class {
     match name {
         // Feed profile, acceleration behavior, compressors: the controller of the twin has its own.
         "FNORM" | "FLIN" | "FCUB" | "FFWON" | "FFWOF" | "SOFT" | "BRISK" | "DRIVE" | "SOFTA" | "BRISKA" | "DRIVEA"
-        | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "CFC" | "CFIN" | "CFTCP" | "DYNNORM"
+        | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "DYNNORM"
         | "DYNPOS" | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST"
-        | "OSC" | "UPATH" | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "G40" | "NORM" | "KONT" | "KONTC"
-        | "KONTT" | "CUT2D" | "CUT2DF" | "ORISON" | "ORISOF" => Class::Note,
+        | "OSC" | "UPATH" | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "CDOF" | "CDOF2" | "DIAMOF"
         | "DISPLON" | "DISPLOF" | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND" | "GROUP_END"
@@ -50,7 +49,6 @@ pub(crate) fn classify_name(name: &str) -> Class {
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"
         | "CYCLE982" | "CYCLE996" | "CYCLE998" => Class::Refused("the twin does not measure; take the probing out"),
-        "G41" | "G42" => Class::Refused("let the CAM system compensate the cutter radius, and use G40"),
         "CUT3DC" | "CUT3DF" | "CUT3DFS" | "CUT3DFF" | "CUT3DCC" | "CUT3DCCD" => {
             Class::Refused("let the CAM system compensate the cutter, and use CUT2D")
         }
@@ -73,7 +71,7 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         "AP" | "RP" => Class::Refused("program the point with X, Y, Z"),
         "FB" | "FZ" | "FD" | "FDA" | "FA" | "FPR" | "FRC" | "FRCM" => Class::Refused("write the feed with F and G94"),
         "CHF" | "CHR" | "RND" | "RNDM" | "ANG" => Class::Refused("program the chamfer or rounding with G1, G2, G3"),
-        "DISR" | "DISCL" | "DISC" | "NORM" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
+        "DISR" | "DISCL" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
         "POS" | "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
         "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
@@ -90,7 +88,7 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
     matches!(
         code,
         // Exact stop windows, corner behavior and approach of radius compensation that is off, Siemens mode.
-        40 | 290 | 450 | 451 | 460 | 461 | 462 | 601 | 602 | 603 | 140..=143 | 340 | 341 | 347 | 348 | 810..=819
+        290 | 460 | 461 | 462 | 601 | 602 | 603 | 140..=143 | 340 | 341 | 347 | 348 | 810..=819
     )
 }
 
@@ -100,7 +98,6 @@ pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
         5 | 7 => "program the path with G1",
         25 | 26 => "limits of working area and spindle speed belong into the machine file",
         33 | 34 | 35 | 63 | 331 | 332 | 335 | 336 => "threads are not part of the twin; take the block out",
-        41 | 42 => "let the CAM system compensate the cutter radius, and use G40",
         58 | 59 => "use TRANS or ATRANS",
         74 | 75 => "reference and fixed points are data of the machine; program SUPA G0 with coordinates",
         96 | 961 | 962 | 971..=973 => "constant cutting speed belongs to turning; use G94 or G95 and S in 1/min",
