@@ -129,7 +129,6 @@ impl Element {
         }
     }
 
-
     /// Length of the whole element in the unit of [`Self::back_from_end`].
     pub(super) fn extent(&self) -> f64 {
         match self.shape {
@@ -217,11 +216,7 @@ fn line_and_circle(point: Point, direction: Point, center: Point, radius: f64) -
 
 /// Square root that takes a touch of two curves, a little below zero by rounding, as zero.
 fn root(square: f64, radius: f64) -> Option<f64> {
-    if square >= 0.0 {
-        Some(square.sqrt())
-    } else {
-        (square > -2.0 * ROUNDING_MM * radius.abs()).then_some(0.0)
-    }
+    if square >= 0.0 { Some(square.sqrt()) } else { (square > -2.0 * ROUNDING_MM * radius.abs()).then_some(0.0) }
 }
 
 /// Largest tool radius that fits into the inside corner between two elements, found by halving; mm.

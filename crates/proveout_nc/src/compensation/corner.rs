@@ -71,7 +71,11 @@ impl CompStyle {
 pub(super) enum Piece {
     LineTo(Point),
     /// About the programmed corner.
-    ArcTo { end: Point, counter_clockwise: bool, sweep: f64 },
+    ArcTo {
+        end: Point,
+        counter_clockwise: bool,
+        sweep: f64,
+    },
 }
 
 /// The way around a corner.
@@ -124,9 +128,7 @@ pub(super) fn join(
             let point = along(p, s, reach);
             (point, point)
         }
-        Corner::Intersection { beyond: Beyond::Chamfer, .. } => {
-            (along(p, s, offset.abs()), along(q, t, -offset.abs()))
-        }
+        Corner::Intersection { beyond: Beyond::Chamfer, .. } => (along(p, s, offset.abs()), along(q, t, -offset.abs())),
         Corner::Arc | Corner::Intersection { beyond: Beyond::Arc, .. } => {
             let piece = Piece::ArcTo { end: q, counter_clockwise: offset < 0.0, sweep: turn };
             return Some(Join { end: p, pieces: vec![piece], start: q });

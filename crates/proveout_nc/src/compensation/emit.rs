@@ -123,14 +123,7 @@ impl Compensated {
 
     /// A piece of a corner, if it has a length; `self.residual` is where the tool center stands beside the corner. None where
     /// a circle would need a height that the program has not set.
-    fn piece(
-        &mut self,
-        piece: &Piece,
-        corner: Point,
-        offset: f64,
-        plane: &Plane,
-        rapid: bool,
-    ) -> Option<Option<Op>> {
+    fn piece(&mut self, piece: &Piece, corner: Point, offset: f64, plane: &Plane, rapid: bool) -> Option<Option<Op>> {
         let mut motion = self.last.clone()?;
         let at = [corner[0] + self.residual[0], corner[1] + self.residual[1]];
         let to = match piece {

@@ -224,8 +224,7 @@ impl Compensated {
                 self.normal = normal;
             }
             Op::Frame(change) => {
-                let frame =
-                    Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
+                let frame = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
                 if self.is_active() && frame.linear != self.frame.linear {
                     let message = "the frame turns, mirrors or scales while cutter compensation is on";
                     return Err(self.unfit(&command.location, message));

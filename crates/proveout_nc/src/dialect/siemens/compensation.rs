@@ -15,6 +15,10 @@ impl Interpreter {
     /// G40, G41, G42.
     pub(crate) fn compensation_word(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
         let side = [CompSide::Off, CompSide::Left, CompSide::Right][code as usize % 40 % 3];
+        if side == CompSide::Off && self.modal.compensation.side == CompSide::Off && p.compensation.is_none() {
+            self.note("G40");
+            return Ok(());
+        }
         if p.compensation.replace(side).is_some_and(|other| other != side) {
             return Err(Fault::new(codes::CONFLICT, span, format!("`G{code}` contradicts another word of its group"))
                 .help("keep one of G40, G41 and G42"));
@@ -50,12 +54,9 @@ impl Interpreter {
     /// Takes G40, G41, G42 of a block into effect, behind its tool and edge.
     pub(crate) fn compensate(&mut self, side: CompSide, span: Span) -> Result<(), Fault> {
         let state = self.modal.compensation;
-        if side == CompSide::Off && state.side == CompSide::Off {
-            self.note("G40");
-            return Ok(());
-        }
         if side != CompSide::Off {
-            let refuse = |message: String, help: &str| Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(help));
+            let refuse =
+                |message: String, help: &str| Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(help));
             if state.approach != "NORM" {
                 return refuse(format!("cutter compensation with `{}` is not supported", state.approach), "use NORM");
             }

@@ -1,10 +1,12 @@
 //! Siemens Sinumerik 840D sl.
 //!
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
-//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks in [`block`], [`motion`],
-//! [`frames`] and [`drilling`]. [`words`] lists what is read with a note or refused.
+//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] collects
+//! their words, [`act`] does them with [`motion`], [`frames`], [`technology`], [`compensation`] and [`drilling`]. [`words`] lists what is read with a note or refused.
 
+mod act;
 mod block;
+mod boring;
 mod compensation;
 mod drilling;
 mod eval;
@@ -17,6 +19,8 @@ mod motion;
 mod parser;
 mod pending;
 mod statement;
+mod tapping;
+mod technology;
 mod words;
 
 use std::path::PathBuf;

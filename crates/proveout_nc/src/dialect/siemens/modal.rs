@@ -15,6 +15,12 @@ pub(crate) enum Interpolation {
     Intermediate,
     /// CT: circle with tangential transition.
     Tangential,
+    /// G33: straight, coupled to the spindle.
+    Thread,
+    /// G331: tapping.
+    TapIn,
+    /// G332: out of the tapped hole.
+    TapOut,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,6 +171,10 @@ pub(crate) struct Technology {
     pub(crate) flood: bool,
     pub(crate) mist: bool,
     pub(crate) selected: Option<ToolName>,
+    /// Tool in the spindle, as far as the program says.
+    pub(crate) in_spindle: Option<ToolName>,
+    /// Pitch of the last thread block, mm, with its sign.
+    pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
     /// TRAORI.
     pub(crate) transformed: bool,
@@ -182,6 +192,8 @@ impl Technology {
             flood: false,
             mist: false,
             selected: None,
+            in_spindle: None,
+            pitch: None,
             edge: None,
             transformed: false,
             swiveled: false,

@@ -1,7 +1,7 @@
 //! The words of one block, sorted: what the block asks for, before anything is done.
 
-use crate::{CompSide, ToolName};
 use crate::diagnostic::Span;
+use crate::{CompSide, ToolName};
 
 /// How a coordinate is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +112,8 @@ pub(crate) struct Pending {
     pub(crate) transformation: Option<bool>,
     /// Number of the G word of the work offset: 54, 505, 500.
     pub(crate) offset: Option<u32>,
+    /// G63: this block is straight and in feed, whatever interpolation is in force.
+    pub(crate) tapping_feed: bool,
     /// G40, G41, G42.
     pub(crate) compensation: Option<CompSide>,
 }

@@ -19,9 +19,9 @@ pub(crate) fn classify_name(name: &str) -> Class {
     match name {
         // Feed profile, acceleration behavior, compressors: the controller of the twin has its own.
         "FNORM" | "FLIN" | "FCUB" | "FFWON" | "FFWOF" | "SOFT" | "BRISK" | "DRIVE" | "SOFTA" | "BRISKA" | "DRIVEA"
-        | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "DYNNORM"
-        | "DYNPOS" | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST"
-        | "OSC" | "UPATH" | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
+        | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "DYNNORM" | "DYNPOS" | "DYNROUGH"
+        | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
+        | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "CDOF" | "CDOF2" | "DIAMOF"
         | "DISPLON" | "DISPLOF" | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND" | "GROUP_END"
@@ -39,8 +39,8 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "TRANSMIT" | "TRACYL" | "TRAANG" | "TRACON" => Class::Refused("the twin knows TRAORI and TRAFOOF"),
         "INIT" | "START" | "WAITM" | "WAITMC" | "WAITE" | "SETM" | "CLEARM" | "COUPON" | "COUPOF" | "COUPDEF"
         | "TRAILON" | "TRAILOF" | "LEADON" | "LEADOF" => Class::Refused(ONE_CHANNEL),
-        "CYCLE83_EXT" | "CYCLE84" | "CYCLE840" | "CYCLE86" | "CYCLE87" | "CYCLE88" | "CYCLE89" | "CYCLE78" => {
-            Class::Refused("drilling cycles done here are CYCLE81, CYCLE82, CYCLE83 and CYCLE85")
+        "CYCLE83_EXT" | "CYCLE78" | "CYCLE435" | "CYCLE495" => {
+            Class::Refused("drilling cycles done here are CYCLE81 to CYCLE89 and CYCLE840")
         }
         "POCKET1" | "POCKET2" | "POCKET3" | "POCKET4" | "SLOT1" | "SLOT2" | "LONGHOLE" | "CYCLE60" | "CYCLE61"
         | "CYCLE62" | "CYCLE63" | "CYCLE64" | "CYCLE70" | "CYCLE71" | "CYCLE72" | "CYCLE73" | "CYCLE74" | "CYCLE75"
@@ -97,7 +97,7 @@ pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
     Some(match code {
         5 | 7 => "program the path with G1",
         25 | 26 => "limits of working area and spindle speed belong into the machine file",
-        33 | 34 | 35 | 63 | 331 | 332 | 335 | 336 => "threads are not part of the twin; take the block out",
+        34 | 35 | 335 | 336 => "program a thread of constant pitch with G33",
         58 | 59 => "use TRANS or ATRANS",
         74 | 75 => "reference and fixed points are data of the machine; program SUPA G0 with coordinates",
         96 | 961 | 962 | 971..=973 => "constant cutting speed belongs to turning; use G94 or G95 and S in 1/min",
