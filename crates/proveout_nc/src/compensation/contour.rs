@@ -3,34 +3,34 @@
 use std::f64::consts::TAU;
 
 /// Two points of the plane nearer than this are one, mm: below the resolution of every program.
-pub(super) const SAME_POINT_MM: f64 = 1e-6;
+pub(crate) const SAME_POINT_MM: f64 = 1e-6;
 /// Rounding of lengths and of arc lengths in intersections, mm: coordinates up to 10 m carry 2e-12 mm.
 const ROUNDING_MM: f64 = 1e-9;
 
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
-pub(super) fn sub(a: Point, b: Point) -> Point {
+pub(crate) fn sub(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-pub(super) fn along(a: Point, direction: Point, length: f64) -> Point {
+pub(crate) fn along(a: Point, direction: Point, length: f64) -> Point {
     [a[0] + length * direction[0], a[1] + length * direction[1]]
 }
 
-pub(super) fn dot(a: Point, b: Point) -> f64 {
+pub(crate) fn dot(a: Point, b: Point) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-pub(super) fn cross(a: Point, b: Point) -> f64 {
+pub(crate) fn cross(a: Point, b: Point) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-pub(super) fn norm(a: Point) -> f64 {
+pub(crate) fn norm(a: Point) -> f64 {
     a[0].hypot(a[1])
 }
 
 /// The direction turned by a quarter to the left.
-pub(super) fn left(direction: Point) -> Point {
+pub(crate) fn left(direction: Point) -> Point {
     [-direction[1], direction[0]]
 }
 
@@ -40,7 +40,7 @@ fn unit(a: Point) -> Point {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     Line,
     Arc {
         center: Point,
@@ -54,10 +54,10 @@ pub(super) enum Shape {
 
 /// One block of the programmed contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Element {
-    pub(super) start: Point,
-    pub(super) end: Point,
-    pub(super) shape: Shape,
+pub(crate) struct Element {
+    pub(crate) start: Point,
+    pub(crate) end: Point,
+    pub(crate) shape: Shape,
 }
 
 impl Element {
@@ -72,17 +72,17 @@ impl Element {
     }
 
     /// Unit direction of motion at the start.
-    pub(super) fn first_tangent(&self) -> Point {
+    pub(crate) fn first_tangent(&self) -> Point {
         self.tangent_at(self.start)
     }
 
     /// Unit direction of motion at the end.
-    pub(super) fn last_tangent(&self) -> Point {
+    pub(crate) fn last_tangent(&self) -> Point {
         self.tangent_at(self.end)
     }
 
     /// Radius of the equidistant of an arc: `offset` to the left brings it nearer to a center on the left.
-    pub(super) fn offset_radius(&self, offset: f64) -> Option<f64> {
+    pub(crate) fn offset_radius(&self, offset: f64) -> Option<f64> {
         match self.shape {
             Shape::Line => None,
             Shape::Arc { radius, counter_clockwise, .. } => {
@@ -92,12 +92,12 @@ impl Element {
     }
 
     /// Point of the equidistant beside the start, `offset` to the left of the motion.
-    pub(super) fn offset_start(&self, offset: f64) -> Point {
+    pub(crate) fn offset_start(&self, offset: f64) -> Point {
         self.offset_point(self.start, offset)
     }
 
     /// Point of the equidistant beside the end.
-    pub(super) fn offset_end(&self, offset: f64) -> Point {
+    pub(crate) fn offset_end(&self, offset: f64) -> Point {
         self.offset_point(self.end, offset)
     }
 
@@ -110,7 +110,7 @@ impl Element {
     }
 
     /// How far a point of the equidistant lies before its end: mm on a line, radian on an arc.
-    pub(super) fn back_from_end(&self, point: Point, offset: f64) -> f64 {
+    pub(crate) fn back_from_end(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
             Shape::Line => dot(sub(self.offset_end(offset), point), self.last_tangent()),
             Shape::Arc { center, counter_clockwise, .. } => {
@@ -120,7 +120,7 @@ impl Element {
     }
 
     /// How far a point of the equidistant lies behind its start.
-    pub(super) fn on_from_start(&self, point: Point, offset: f64) -> f64 {
+    pub(crate) fn on_from_start(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
             Shape::Line => dot(sub(point, self.offset_start(offset)), self.first_tangent()),
             Shape::Arc { center, counter_clockwise, .. } => {
@@ -129,8 +129,16 @@ impl Element {
         }
     }
 
+    /// Point of the element itself beside a point of its equidistant.
+    pub(crate) fn foot(&self, point: Point, offset: f64) -> Point {
+        match self.shape {
+            Shape::Line => along(point, left(self.first_tangent()), -offset),
+            Shape::Arc { center, radius, .. } => along(center, unit(sub(point, center)), radius),
+        }
+    }
+
     /// Length of the whole element in the unit of [`Self::back_from_end`].
-    pub(super) fn extent(&self) -> f64 {
+    pub(crate) fn extent(&self) -> f64 {
         match self.shape {
             Shape::Line => norm(sub(self.end, self.start)),
             Shape::Arc { sweep, .. } => sweep,
@@ -156,7 +164,7 @@ fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -
 ///
 /// `rest`: what the corner before has left of the first element, in the unit of its extent. Of several intersections that
 /// lie on both equidistants the one that takes the least from the first is meant; none where there is no such point.
-pub(super) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Point> {
+pub(crate) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Point> {
     let rounding = |e: &Element| match e.offset_radius(offset) {
         None => ROUNDING_MM,
         Some(radius) => ROUNDING_MM / radius.abs().max(1e-3),
@@ -220,7 +228,7 @@ fn root(square: f64, radius: f64) -> Option<f64> {
 }
 
 /// Largest tool radius that fits into the inside corner between two elements, found by halving; mm.
-pub(super) fn largest_inside(first: &Element, second: &Element, offset: f64) -> f64 {
+pub(crate) fn largest_inside(first: &Element, second: &Element, offset: f64) -> f64 {
     let fits = |offset: f64| {
         let room = |e: &Element| e.offset_radius(offset).is_none_or(|r| r > 0.0);
         room(first) && room(second) && inside_corner(first, second, offset, first.extent()).is_some()

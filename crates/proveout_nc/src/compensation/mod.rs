@@ -57,7 +57,7 @@
 //! Manual Fundamentals* (G40 to G42, G450, G451); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
 //! 2000, appendix on cutter radius compensation. Fanuc and Heidenhain from general knowledge of their manuals.
 
-mod contour;
+pub(crate) mod contour;
 mod corner;
 mod emit;
 mod plane;

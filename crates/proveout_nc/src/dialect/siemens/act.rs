@@ -14,8 +14,21 @@ use crate::{Op, ToolAction};
 use super::block::LINEAR;
 
 impl Interpreter {
-    pub(super) fn act(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
+    pub(super) fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
+        if let Some(code) = p.limits {
+            self.note(limits_text(code, p));
+            return Ok(());
+        }
+        if let Some(percent) = p.feed_override {
+            self.feed_override(percent, span)?;
+        }
+        if let Some(code) = p.pole {
+            return self.set_pole(code, p, span);
+        }
+        if p.polar_angle.is_some() || p.polar_radius.is_some() {
+            self.resolve_polar(p, span)?;
+        }
         if let Some(rounding) = p.rounding {
             self.rounding_word(rounding, span)?;
         }
@@ -61,7 +74,16 @@ impl Interpreter {
         if p.dwell {
             self.dwell(p, span)?;
         } else if p.frame.is_none() && (p.has_axis() || p.has_orientation() || p.has_center() || p.opening.is_some()) {
-            self.motion(p, span)?;
+            if p.positioning {
+                self.positioning(p, span)?;
+            } else {
+                let before = self.block_feed(p, span)?;
+                self.motion_with_corner(p, span)?;
+                if let Some(before) = before {
+                    self.technology.feed = before;
+                    self.tell_feed();
+                }
+            }
         }
         if !p.functions.is_empty() {
             self.functions_after(p);
@@ -114,4 +136,18 @@ impl Interpreter {
         Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
             .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))
     }
+}
+
+/// Limits of the working area or of the spindle speed, for a note.
+fn limits_text(code: u32, p: &Pending) -> String {
+    let mut text = format!("G{code}");
+    for (letter, coordinate) in crate::AXIS_LETTERS.iter().zip(&p.axes) {
+        if let Some(coordinate) = coordinate {
+            text.push_str(&format!(" {letter}{}", coordinate.value));
+        }
+    }
+    if let Some(speed) = p.speed {
+        text.push_str(&format!(" S{speed}"));
+    }
+    text
 }

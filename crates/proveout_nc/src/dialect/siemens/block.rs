@@ -21,7 +21,7 @@ impl Interpreter {
         for (at, word) in block.words.iter().enumerate() {
             self.collect(&mut pending, word, at, line)?;
         }
-        self.act(&pending, block)
+        self.act(&mut pending, block)
     }
 
     fn collect(&mut self, pending: &mut Pending, word: &Word, at: usize, line: &str) -> Result<(), Fault> {
@@ -194,10 +194,31 @@ impl Interpreter {
                 "TURN" => Some(&mut p.turns),
                 "RPL" => Some(&mut p.plane_angle),
                 "ADIS" => Some(&mut p.rounding),
+                "FB" => Some(&mut p.block_feed),
+                "CHF" => Some(&mut p.chamfer),
+                "CHR" => Some(&mut p.chamfer_leg),
+                "RND" => Some(&mut p.corner_radius),
+                "FRC" => Some(&mut p.corner_feed),
+                "OVR" => Some(&mut p.feed_override),
                 _ => None,
             };
             if let Some(slot) = slot {
                 *slot = Some(self.variables.number(value, span)?);
+                return Ok(());
+            }
+            if matches!(name, "AP" | "RP") {
+                let coordinate = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+                *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
+                return Ok(());
+            }
+            if matches!(name, "RNDM" | "FRCM") {
+                let value = self.variables.number(value, span)?;
+                if name == "RNDM" {
+                    let radius = value * self.modal.units.length();
+                    self.modal.modal_rounding = (radius > 0.0).then_some(radius);
+                } else {
+                    self.modal.corner_feed = (value > 0.0).then_some(value);
+                }
                 return Ok(());
             }
             if name == "DISC" {
@@ -209,8 +230,26 @@ impl Interpreter {
                 return self.tolerance_word(name, value, span);
             }
         }
-        if name == "$P_UIFR" {
-            return self.write_work_offset(indices, value, span);
+        if self.is_frame(name) {
+            return self.assign_frame(name, indices, value, span);
+        }
+        if let ("POS", [Expr::Name(axis)]) = (name, indices) {
+            let index = match axis.as_bytes() {
+                [letter] => AxisValues::index(char::from(*letter)),
+                _ => None,
+            };
+            let Some(axis) = index else {
+                return Err(Fault::new(
+                    codes::UNKNOWN_WORD,
+                    span,
+                    format!("`POS[{axis}]` names no axis of the reader"),
+                )
+                .help("use X Y Z A B C U V W"));
+            };
+            p.axes[axis] = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+            p.programmed |= 1 << axis;
+            p.positioning = true;
+            return Ok(());
         }
         match words::classify_assignment(name) {
             Class::Note => {
@@ -257,6 +296,12 @@ impl Interpreter {
             }
             40..=42 => self.compensation_word(p, code, span)?,
             450 | 451 => self.corner_word(code),
+            25 | 26 => p.limits = Some(code),
+            58 | 59 => {
+                let word = if code == 58 { FrameWord::G58 } else { FrameWord::G59 };
+                p.frame = Some((word, span));
+            }
+            110..=112 => p.pole = Some(code),
             53 | 153 => p.machine = true,
             54..=57 | 500 | 505..=599 => p.offset = Some(code),
             60 => self.path_mode(PathMode::ExactStop),
@@ -309,6 +354,10 @@ impl Interpreter {
             "CIP" => self.modal.interpolation = Interpolation::Intermediate,
             "CT" => self.modal.interpolation = Interpolation::Tangential,
             "ORIAXES" => self.orientation(OrientationInterpolation::Axes),
+            "ORIVECTPATH" => {
+                self.note("ORIVECTPATH: taken as ORIVECT");
+                self.orientation(OrientationInterpolation::GreatCircle);
+            }
             "ORIVECT" | "ORIPLANE" => self.orientation(OrientationInterpolation::GreatCircle),
             "ORIWKS" | "ORIMKS" => {
                 self.modal.machine_vectors = name == "ORIMKS";
@@ -391,7 +440,7 @@ pub(crate) fn refused_word(word: &Word) -> Option<Fault> {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) } => {
             let known = matches!(
                 *code as i64,
-                0..=4 | 9 | 17..=19 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
+                0..=4 | 9 | 17..=19 | 25 | 26 | 58 | 59 | 110..=112 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
             );
             if known || *code < 0.0 || code.fract() != 0.0 || words::is_noted_g(*code as u32) {
                 return None;

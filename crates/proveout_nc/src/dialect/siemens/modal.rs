@@ -78,6 +78,16 @@ pub(crate) struct Modal {
     pub(crate) machine_vectors: bool,
     pub(crate) frames: Frames,
     pub(crate) compensation: Compensation,
+    /// RNDM=, mm.
+    pub(crate) modal_rounding: Option<f64>,
+    /// FRCM=, as written.
+    pub(crate) corner_feed: Option<f64>,
+    /// Pole of polar coordinates, in the axes of the working plane, work coordinates, mm.
+    pub(crate) pole: [f64; 2],
+    /// RP, mm.
+    pub(crate) polar_radius: Option<f64>,
+    /// AP, degrees.
+    pub(crate) polar_angle: Option<f64>,
 }
 
 /// Cutter radius compensation as it is programmed.
@@ -119,17 +129,21 @@ impl Compensation {
 /// Frames of the control from the base to the work coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
+    /// $P_BFRAME.
+    pub(crate) base: Frame,
     /// G54 and the like.
     pub(crate) settable: Frame,
     /// CYCLE800.
     pub(crate) swivel: Frame,
     /// TRANS ROT SCALE MIRROR.
     pub(crate) programmable: Frame,
+    /// Part of its translation that ATRANS and G59 made; none where it is not along the axes of the frame.
+    pub(crate) additive: Option<[f64; 3]>,
 }
 
 impl Frames {
     pub(crate) fn total(&self) -> Frame {
-        self.settable.then(&self.swivel).then(&self.programmable)
+        self.base.then(&self.settable).then(&self.swivel).then(&self.programmable)
     }
 }
 
@@ -148,8 +162,19 @@ impl Modal {
             orientation,
             angles: OrientationAngles::RollPitchYaw,
             machine_vectors: false,
-            frames: Frames { settable: Frame::IDENTITY, swivel: Frame::IDENTITY, programmable: Frame::IDENTITY },
+            frames: Frames {
+                base: Frame::IDENTITY,
+                settable: Frame::IDENTITY,
+                swivel: Frame::IDENTITY,
+                programmable: Frame::IDENTITY,
+                additive: Some([0.0; 3]),
+            },
             compensation: Compensation::RESET,
+            modal_rounding: None,
+            corner_feed: None,
+            pole: [0.0; 2],
+            polar_radius: None,
+            polar_angle: None,
         }
     }
 

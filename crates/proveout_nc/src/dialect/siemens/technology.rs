@@ -2,12 +2,13 @@
 
 use super::block::LINEAR;
 use super::interpreter::Interpreter;
-use super::modal::FeedMode;
+use super::modal::{FeedMode, Interpolation};
 use super::pending::Pending;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{
-    Coolant, Dwell, Feed, Offset, Op, OrientationInterpolation, PathMode, Spindle, SpindleDirection, Tcp, ToolAction,
+    Coolant, Dwell, Feed, Offset, Op, OrientationInterpolation, Override, PathMode, Spindle, SpindleDirection, Tcp,
+    ToolAction,
 };
 
 impl Interpreter {
@@ -46,18 +47,22 @@ impl Interpreter {
             }
             return Ok(());
         };
+        self.technology.feed = Some(self.feed_of(value, span)?);
+        self.tell_feed();
+        Ok(())
+    }
+
+    pub(super) fn feed_of(&self, value: f64, span: Span) -> Result<Feed, Fault> {
         if !(value > 0.0 && value.is_finite()) {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}"))
                 .help("write F100"));
         }
         let factor = self.modal.units.feed();
-        self.technology.feed = Some(match self.modal.feed_mode {
+        Ok(match self.modal.feed_mode {
             FeedMode::PerTime => Feed::PerTime(value * factor / 60.0),
             FeedMode::PerRevolution => Feed::PerRevolution(value * factor),
             FeedMode::InverseTime => Feed::InverseTime(60.0 / value),
-        });
-        self.tell_feed();
-        Ok(())
+        })
     }
 
     /// Hands the feed out when it differs from the last one.
@@ -183,5 +188,41 @@ impl Interpreter {
         }
         self.emit(Op::Dwell(dwell));
         Ok(())
+    }
+
+    /// OVR=: programmed feed override.
+    pub(super) fn feed_override(&mut self, percent: f64, span: Span) -> Result<(), Fault> {
+        if !(percent > 0.0 && percent <= 200.0) {
+            return Err(Fault::new(
+                codes::BAD_VALUE,
+                span,
+                format!("OVR= must be above 0 and at most 200 and is {percent}"),
+            )
+            .help("write OVR=100"));
+        }
+        self.emit(Op::Override(Override { enabled: true, feed: percent / 100.0 }));
+        Ok(())
+    }
+
+    /// FB=: a feed for this block only; the answer is the feed to come back to.
+    pub(super) fn block_feed(&mut self, p: &Pending, span: Span) -> Result<Option<Option<Feed>>, Fault> {
+        let Some(value) = p.block_feed else { return Ok(None) };
+        let before = self.technology.feed;
+        self.technology.feed = Some(self.feed_of(value, span)?);
+        self.tell_feed();
+        Ok(Some(before))
+    }
+
+    /// POS[]=: positioning axes alone in a block.
+    pub(super) fn positioning(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        if p.has_orientation() || p.has_center() || p.machine {
+            return Err(Fault::new(codes::CONFLICT, span, "POS[ ]= stands with words of a path motion")
+                .help("write it in a block of its own"));
+        }
+        self.note("POS[ ]=: the axes are moved at rapid rate");
+        let before = std::mem::replace(&mut self.modal.interpolation, Interpolation::Rapid);
+        let result = self.motion(p, span);
+        self.modal.interpolation = before;
+        result
     }
 }

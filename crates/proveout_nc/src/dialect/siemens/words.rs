@@ -35,10 +35,11 @@ pub(crate) fn classify_name(name: &str) -> Class {
         | "ORICONCW" | "ORICONCCW" | "ORICONIO" | "ORICONTO" | "ORIVIRT1" | "ORIVIRT2" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3= and ORIAXES or ORIVECT")
         }
-        "ORIVECTPATH" => Class::Refused("use ORIVECT"),
         "TRANSMIT" | "TRACYL" | "TRAANG" | "TRACON" => Class::Refused("the twin knows TRAORI and TRAFOOF"),
-        "INIT" | "START" | "WAITM" | "WAITMC" | "WAITE" | "SETM" | "CLEARM" | "COUPON" | "COUPOF" | "COUPDEF"
-        | "TRAILON" | "TRAILOF" | "LEADON" | "LEADOF" => Class::Refused(ONE_CHANNEL),
+        "WAITM" | "WAITMC" | "WAITE" | "WAITP" | "SETM" | "CLEARM" => Class::Note,
+        "INIT" | "START" | "COUPON" | "COUPOF" | "COUPDEF" | "TRAILON" | "TRAILOF" | "LEADON" | "LEADOF" => {
+            Class::Refused(ONE_CHANNEL)
+        }
         "CYCLE83_EXT" | "CYCLE78" | "CYCLE435" | "CYCLE495" => {
             Class::Refused("drilling cycles done here are CYCLE81 to CYCLE89 and CYCLE840")
         }
@@ -67,12 +68,12 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         | "ADISPOS" | "STOLF" | "FXS" | "FXST" | "FXSW" | "FENDNORM" | "SCC" | "CUTMOD" | "FLIM" | "OVRRAP_NORM" => {
             Class::Note
         }
-        "OVR" | "OVRA" | "OVRRAP" => Class::Refused("write the feed itself with F"),
-        "AP" | "RP" => Class::Refused("program the point with X, Y, Z"),
-        "FB" | "FZ" | "FD" | "FDA" | "FA" | "FPR" | "FRC" | "FRCM" => Class::Refused("write the feed with F and G94"),
-        "CHF" | "CHR" | "RND" | "RNDM" | "ANG" => Class::Refused("program the chamfer or rounding with G1, G2, G3"),
+        "OVRA" | "OVRRAP" => Class::Refused("write the feed itself with F"),
+        "FA" => Class::Note,
+        "FZ" | "FD" | "FDA" | "FPR" => Class::Refused("write the feed with F and G94"),
+        "ANG" => Class::Refused("program the end point with X, Y, Z"),
         "DISR" | "DISCL" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
-        "POS" | "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
+        "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
         "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
         }
@@ -96,12 +97,9 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
 pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
     Some(match code {
         5 | 7 => "program the path with G1",
-        25 | 26 => "limits of working area and spindle speed belong into the machine file",
         34 | 35 | 335 | 336 => "program a thread of constant pitch with G33",
-        58 | 59 => "use TRANS or ATRANS",
         74 | 75 => "reference and fixed points are data of the machine; program SUPA G0 with coordinates",
         96 | 961 | 962 | 971..=973 => "constant cutting speed belongs to turning; use G94 or G95 and S in 1/min",
-        110..=112 => "program the point with X, Y, Z",
         147 | 148 | 247 | 248 => "program the approach with G1, G2, G3",
         291 => "ISO mode is a dialect of its own; use G290",
         931 => "use G93 or G94",

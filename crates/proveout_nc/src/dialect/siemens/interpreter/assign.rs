@@ -6,10 +6,30 @@ use super::super::parser::{Definition, Type};
 use super::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::frame::Frame;
+
+/// Most variables of type FRAME.
+const MAX_FRAMES: usize = 10_000;
 
 impl Interpreter {
     pub(super) fn define(&mut self, kind: Type, definition: &Definition) -> Result<(), Fault> {
         let span = definition.span;
+        if kind == Type::Frame {
+            if !definition.sizes.is_empty() {
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "arrays of frames are not supported")
+                    .help("define one variable for each frame"));
+            }
+            let frame = match &definition.initial {
+                Some(initial) => self.frame_value(initial, span)?,
+                None => Frame::IDENTITY,
+            };
+            if self.frame_variables.len() >= MAX_FRAMES && !self.frame_variables.contains_key(&definition.name) {
+                return Err(Fault::new(codes::BAD_VALUE, span, format!("more than {MAX_FRAMES} frames are defined"))
+                    .help("define fewer frames"));
+            }
+            self.frame_variables.insert(definition.name.clone(), frame);
+            return Ok(());
+        }
         let sizes = self.variables.indices(&definition.sizes, span)?;
         let count = sizes.len();
         self.variables.define(&definition.name, kind, sizes.clone(), span)?;
@@ -72,7 +92,7 @@ impl Interpreter {
         }
         let fault = if name.starts_with('$') {
             Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` cannot be written here"))
-                .help("of the system variables, $P_UIFR can be written")
+                .help("of the system variables, frames such as $P_UIFR[1] can be written")
         } else {
             Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
                 .help(format!("write DEF REAL {name} before it is used"))

@@ -57,15 +57,18 @@ impl Interpreter {
         let found = match jump.direction {
             Direction::Forward => self.find_target(loaded, at, &name, true),
             Direction::Backward => self.find_target(loaded, at, &name, false),
-            Direction::Either => {
+            Direction::Either | Direction::Silent => {
                 self.find_target(loaded, at, &name, true).or_else(|| self.find_target(loaded, at, &name, false))
             }
         };
+        if found.is_none() && jump.direction == Direction::Silent {
+            return Ok(());
+        }
         let Some(target) = found else {
             let way = match jump.direction {
                 Direction::Forward => "behind this block",
                 Direction::Backward => "before this block",
-                Direction::Either => "in this program",
+                Direction::Either | Direction::Silent => "in this program",
             };
             return Err(Fault::new(codes::JUMP_TARGET, jump.span, format!("the jump target `{name}` is not {way}"))
                 .help("write the label with a colon, or jump in the other direction"));

@@ -11,12 +11,14 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::corners::{Corner, CornerMark};
 use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::{Index, Section};
 use super::modal::{Modal, Technology};
 use super::parser::{self, Block, Call, Statement};
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::frame::Frame;
 use crate::source::{Mark, Source};
 use crate::state::Position;
 use crate::{Command, Location, Op, Settings, WorkOffset};
@@ -79,7 +81,15 @@ pub(crate) struct Interpreter {
     main: Arc<Loaded>,
     stack: Vec<Level>,
     block: Block,
-    pub(crate) queue: VecDeque<Command>,
+    queue: VecDeque<(Command, Option<CornerMark>)>,
+    /// Commands that have passed the corners.
+    pub(crate) ready: VecDeque<Command>,
+    /// The last motion asked for a chamfer or rounding at its end.
+    pub(crate) corner_waits: bool,
+    /// Motions handed out so far.
+    pub(crate) moves: u64,
+    /// A motion that waits for the block behind it.
+    pub(crate) corner: Option<Corner>,
     location: Location,
     done: bool,
     /// What ended the run, to be told behind the commands before it.
@@ -90,7 +100,10 @@ pub(crate) struct Interpreter {
     next_pass_of_for: bool,
     block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
     pub(crate) variables: Variables,
-    pub(crate) offsets: BTreeMap<String, WorkOffset>,
+    /// Settable frames by the G word that calls them.
+    pub(crate) offsets: BTreeMap<String, Frame>,
+    /// Variables of type FRAME; one scope for the whole run.
+    pub(crate) frame_variables: BTreeMap<String, Frame>,
     pub(crate) modal: Modal,
     pub(crate) technology: Technology,
     pub(crate) position: Position,
@@ -129,6 +142,10 @@ impl Interpreter {
             stack: vec![level],
             block: Block::default(),
             queue: VecDeque::new(),
+            ready: VecDeque::new(),
+            corner: None,
+            corner_waits: false,
+            moves: 0,
             location,
             done: false,
             failure: None,
@@ -137,7 +154,12 @@ impl Interpreter {
             next_pass_of_for: false,
             block_numbers: BTreeMap::new(),
             variables: Variables::new(&settings.variables, settings.limits.max_array_elements),
-            offsets: settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), offset)).collect(),
+            offsets: settings
+                .work_offsets
+                .iter()
+                .map(|(word, &offset)| (word.to_ascii_uppercase(), settable(offset)))
+                .collect(),
+            frame_variables: BTreeMap::new(),
             modal: Modal::new(settings.orientation_interpolation),
             technology: Technology::new(),
             position: Position::new(),
@@ -152,7 +174,14 @@ impl Interpreter {
 
     /// Hands a command out with the place of the block.
     pub(crate) fn emit(&mut self, op: Op) {
-        self.queue.push_back(Command { location: self.location.clone(), op });
+        self.queue.push_back((Command { location: self.location.clone(), op }, None));
+    }
+
+    /// Marks the motion handed out last, with what its end needs.
+    pub(crate) fn mark_corner(&mut self, mark: CornerMark) {
+        if let Some((_, slot)) = self.queue.back_mut() {
+            *slot = Some(mark);
+        }
     }
 
     pub(crate) fn note(&mut self, text: impl Into<String>) {
@@ -174,6 +203,7 @@ impl Interpreter {
     /// A motion was made: loops that move are not idle.
     pub(crate) fn moved(&mut self) {
         self.idle_passes = 0;
+        self.moves += 1;
     }
 
     /// Ends the program, or the subprogram.
@@ -243,6 +273,9 @@ impl Interpreter {
         } else {
             self.location = Location { file: Arc::clone(&loaded.source.name), line: at.line, column, length, depth };
         }
+        if line.contains('$') || !self.frame_variables.is_empty() {
+            self.refresh_system(block);
+        }
         match block.statement.take() {
             Some(statement) => self.statement(loaded, at, statement, block.span),
             None => self.execute(block, line),
@@ -302,6 +335,12 @@ impl Interpreter {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
+            Statement::GotoStart => {
+                self.count_pass(span)?;
+                if let Some(level) = self.stack.last_mut() {
+                    level.cursor = level.section.start;
+                }
+            }
             Statement::Goto(jump) => self.jump(loaded, at, &jump)?,
             Statement::Case { selector, branches, default } => {
                 let selector = self.variables.number(&selector, span)?;
@@ -345,13 +384,36 @@ impl Interpreter {
     }
 }
 
+/// Settable frame of a work offset of the settings.
+fn settable(offset: WorkOffset) -> Frame {
+    Frame { rotary: offset.rotary, ..Frame::translation(offset.translation) }
+}
+
 impl Iterator for Interpreter {
     type Item = Result<Command, Box<Diagnostic>>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(command) = self.queue.pop_front() {
+            if let Some(command) = self.ready.pop_front() {
                 return Some(Ok(command));
+            }
+            if let Some((command, mark)) = self.queue.pop_front() {
+                if mark.is_none() && self.corner.is_none() {
+                    return Some(Ok(command));
+                }
+                if let Err(fault) = self.through_corners(command, mark) {
+                    self.queue.clear();
+                    self.done = true;
+                    self.stack.clear();
+                    self.failure = Some(fault);
+                }
+                continue;
+            }
+            if self.done
+                && let Some(corner) = self.corner.take()
+            {
+                self.no_corner(corner);
+                continue;
             }
             if let Some(failure) = self.failure.take() {
                 return Some(Err(failure));
