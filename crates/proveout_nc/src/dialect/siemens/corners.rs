@@ -122,12 +122,12 @@ impl Interpreter {
     pub(crate) fn through_corners(
         &mut self,
         command: Command,
-        mark: Option<CornerMark>,
+        mark: Option<Box<CornerMark>>,
     ) -> Result<(), Box<Diagnostic>> {
         let Some(mut corner) = self.corner.take() else {
             match mark {
                 Some(mark) if mark.kind.is_some() => {
-                    self.corner = Some(Corner { command, mark, held: Vec::new() });
+                    self.corner = Some(Box::new(Corner { command, mark: *mark, held: Vec::new() }));
                 }
                 _ => self.ready.push_back(command),
             }
@@ -152,13 +152,14 @@ impl Interpreter {
             Ok(Some(piece)) => {
                 let location = corner.command.location.clone();
                 let told = corner.held.iter().rev().find_map(|c| if let Op::Feed(f) = c.op { Some(f) } else { None });
-                self.ready.push_back(corner.command);
-                self.ready.extend(corner.held);
-                if let Some((feed, _)) = corner.mark.feed {
+                let Corner { command, mark: own, held } = *corner;
+                self.ready.push_back(command);
+                self.ready.extend(held);
+                if let Some((feed, _)) = own.feed {
                     self.ready.push_back(Command { location: location.clone(), op: Op::Feed(feed) });
                 }
                 self.ready.push_back(Command { location: location.clone(), op: piece });
-                if let Some(before) = corner.mark.feed.and_then(|(_, before)| told.or(before)) {
+                if let Some(before) = own.feed.and_then(|(_, before)| told.or(before)) {
                     self.ready.push_back(Command { location, op: Op::Feed(before) });
                 }
             }
@@ -182,14 +183,17 @@ impl Interpreter {
     }
 
     /// No block follows that a piece could be put before.
-    pub(crate) fn no_corner(&mut self, corner: Corner) {
+    pub(crate) fn no_corner(&mut self, corner: Box<Corner>) {
         let note = Command {
             location: corner.command.location.clone(),
-            op: Op::Note("no chamfer or rounding: no line or circle of the working plane follows".to_owned()),
+            op: Op::Note(
+                "no chamfer or rounding: the next motion makes no corner with this one in the working plane".to_owned(),
+            ),
         };
-        self.ready.push_back(corner.command);
+        let Corner { command, held, .. } = *corner;
+        self.ready.push_back(command);
         self.ready.push_back(note);
-        self.ready.extend(corner.held);
+        self.ready.extend(held);
     }
 }
 

@@ -17,7 +17,8 @@ impl Interpreter {
     /// Gives the variables the values of the system variables as they are before this line.
     pub(crate) fn refresh_system(&mut self, block: &Block) {
         let mut values: Vec<(String, f64)> = Vec::new();
-        let mut put = |name: &str, value: f64| values.push((name.to_owned(), value));
+        // Conversion to degrees and back leaves the last bits; programs compare such values.
+        let mut put = |name: &str, value: f64| values.push((name.to_owned(), (value * 1e9).round() / 1e9));
         let length = self.modal.units.length();
         for (axis, letter) in AXIS_LETTERS.iter().enumerate() {
             let unit = |v: f64| if (3..6).contains(&axis) { v.to_degrees() } else { v / length };

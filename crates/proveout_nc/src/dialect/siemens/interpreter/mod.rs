@@ -81,7 +81,7 @@ pub(crate) struct Interpreter {
     main: Arc<Loaded>,
     stack: Vec<Level>,
     block: Block,
-    queue: VecDeque<(Command, Option<CornerMark>)>,
+    queue: VecDeque<(Command, Option<Box<CornerMark>>)>,
     /// Commands that have passed the corners.
     pub(crate) ready: VecDeque<Command>,
     /// The last motion asked for a chamfer or rounding at its end.
@@ -89,7 +89,7 @@ pub(crate) struct Interpreter {
     /// Motions handed out so far.
     pub(crate) moves: u64,
     /// A motion that waits for the block behind it.
-    pub(crate) corner: Option<Corner>,
+    pub(crate) corner: Option<Box<Corner>>,
     location: Location,
     done: bool,
     /// What ended the run, to be told behind the commands before it.
@@ -180,7 +180,7 @@ impl Interpreter {
     /// Marks the motion handed out last, with what its end needs.
     pub(crate) fn mark_corner(&mut self, mark: CornerMark) {
         if let Some((_, slot)) = self.queue.back_mut() {
-            *slot = Some(mark);
+            *slot = Some(Box::new(mark));
         }
     }
 
