@@ -29,6 +29,8 @@ codes! {
     ARITHMETIC = "nc-arithmetic", "A calculation has no result, such as a division by zero.",
         "Check the values of the expression.";
     BAD_VALUE = "nc-bad-value", "A word has a value outside of what it allows.", "Use a value that the word allows.";
+    COMPENSATION = "nc-compensation", "The path of the tool center cannot be computed from the programmed contour.",
+        "Use a tool that fits, give its radius, or write G40 before blocks that cannot be compensated.";
     CONFLICT = "nc-conflicting-words", "Two words of a block contradict each other.",
         "Write them in blocks of their own.";
     DIALECT = "nc-dialect", "The dialect of the program could not be told from its name and text.",
