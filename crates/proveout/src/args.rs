@@ -18,7 +18,7 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Diagnostics only: scenes, machines, tool libraries, NC programs
     Check(CheckArgs),
-    /// Print the canonical commands of a program, one JSON object a line
+    /// Print the canonical commands of a program, one JSON object a line, or write it in another dialect
     Nc(NcArgs),
     /// Tool pose of joint positions, or joint positions of tool poses, CSV from standard input to standard output
     Kinematics(KinematicsArgs),
@@ -105,6 +105,30 @@ pub(crate) struct NcArgs {
     /// Tool library: tool calls must be in it
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
+    /// Write the program in this dialect instead: siemens-840d, fanuc, haas, linuxcnc, iso, heidenhain, apt
+    #[arg(long, value_name = "DIALECT")]
+    pub(crate) post: Option<String>,
+    /// With --post: decimals of lengths and angles (default: as programs of the dialect have them)
+    #[arg(long, value_name = "N", requires = "post", value_parser = clap::value_parser!(u8).range(0..=9))]
+    pub(crate) decimals: Option<u8>,
+    /// With --post: lengths in inch, with one decimal more
+    #[arg(long, requires = "post")]
+    pub(crate) inch: bool,
+    /// With --post: number the blocks in steps of N
+    #[arg(long, value_name = "N", requires = "post")]
+    pub(crate) block_numbers: Option<u32>,
+    /// With --post: number or name of the program
+    #[arg(long, value_name = "NAME", requires = "post")]
+    pub(crate) program_name: Option<String>,
+    /// With --post: arcs by their radius where that defines them well
+    #[arg(long, requires = "post")]
+    pub(crate) arc_radius: bool,
+    /// With --post: write words in every block, also those that have not changed
+    #[arg(long, requires = "post")]
+    pub(crate) all_words: bool,
+    /// With --post: write all decimals (10.000)
+    #[arg(long, requires = "post")]
+    pub(crate) trailing_zeros: bool,
 }
 
 #[derive(Debug, Args)]

@@ -216,7 +216,13 @@ where
             Op::Linear(motion) => self.straight(motion, MoveKind::Feed, location)?,
             Op::Arc(arc) => self.arc(arc, location)?,
             Op::Dwell(dwell) => self.dwell(*dwell, location)?,
-            Op::Spline(_) | Op::Probe(_) | Op::Thread(_) | Op::CutterComp(_) | Op::Override(_) => {
+            Op::Spline(_)
+            | Op::Probe(_)
+            | Op::Thread(_)
+            | Op::CutterComp(_)
+            | Op::Override(_)
+            | Op::Retract(_)
+            | Op::Offset(Offset::ToolDelta { .. }) => {
                 actions::special(&command.op, location)?;
             }
             Op::Feed(feed) => self.state.feed = Some(*feed),

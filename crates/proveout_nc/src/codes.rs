@@ -29,6 +29,8 @@ codes! {
     ARITHMETIC = "nc-arithmetic", "A calculation has no result, such as a division by zero.",
         "Check the values of the expression.";
     BAD_VALUE = "nc-bad-value", "A word has a value outside of what it allows.", "Use a value that the word allows.";
+    COMPENSATION = "nc-compensation", "The path of the tool center cannot be computed from the programmed contour.",
+        "Use a tool that fits, give its radius, or write G40 before blocks that cannot be compensated.";
     CONFLICT = "nc-conflicting-words", "Two words of a block contradict each other.",
         "Write them in blocks of their own.";
     DIALECT = "nc-dialect", "The dialect of the program could not be told from its name and text.",
@@ -48,6 +50,8 @@ codes! {
         "Switch the five-axis transformation on, and give a vector with a length.";
     POSITION_UNKNOWN = "nc-position-unknown", "A motion needs a coordinate that the program has not set.",
         "Program X, Y and Z in the first block after machine coordinates, a tool change or a transformation.";
+    PROGRAM_ALARM = "nc-program-alarm", "The program itself raises an alarm.",
+        "Find out which condition of the program is not met.";
     STRUCTURE = "nc-structure", "Opening and closing words of a control structure do not match.",
         "Write the missing word.";
     SUBPROGRAM = "nc-subprogram", "A subprogram that is called is not there.",

@@ -91,6 +91,8 @@ pub enum Op {
     Probe(ProbeMotion),
     /// Straight motion coupled to the spindle (G33, rigid tapping).
     Thread(ThreadMotion),
+    /// Motion along the tool axis away from the workpiece, of which the reader does not know start or direction (M140 MB).
+    Retract(Retract),
     /// Wait.
     Dwell(Dwell),
     /// Feed value in force from here.
@@ -134,7 +136,9 @@ pub struct Motion {
     /// Programmed coordinates in the active work frame; all axes whose position is known there.
     pub end: AxisValues,
     /// The same point in base coordinates: after all offsets, frames, mirrors and scales, tool length not applied. An axis
-    /// without a value keeps the position that the machine has.
+    /// without a value keeps the position that the machine has. Where X, Y or Z stands in the block and none of the three
+    /// has a value here, the frame in force is turned and the program has not set all it needs (first block in a tilted
+    /// plane): the rest of the point comes from the position of the machine, seen in that frame.
     pub end_base: AxisValues,
     /// Programmed tool axis in the work frame, where the orientation is programmed as a vector (unit length).
     pub tool_axis: Option<[f64; 3]>,
@@ -201,6 +205,15 @@ pub struct ThreadMotion {
     pub pitch: f64,
     /// The spindle direction during the motion, where the cycle sets it (tapping in, tapping out); none: as it runs.
     pub direction: Option<SpindleDirection>,
+}
+
+/// Retraction along the tool axis. Behind it the program knows no linear coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Retract {
+    /// Way, mm; none: to the end of the traverse of the machine.
+    pub distance: Option<f64>,
+    /// At rapid rate, else in feed.
+    pub rapid: bool,
 }
 
 /// Wait, in one of two units.
@@ -270,6 +283,15 @@ pub enum Offset {
     ToolEdge {
         /// D or H number.
         edge: u32,
+    },
+    /// Delta values of a tool call (DL, DR, DR2), added to those of the tool table, mm.
+    ToolDelta {
+        /// Length.
+        length: f64,
+        /// Radius: counts for cutter radius compensation.
+        radius: f64,
+        /// Corner radius.
+        corner_radius: f64,
     },
     /// Work offset in effect, by the word of the program (`G54`, `G500`).
     Work {

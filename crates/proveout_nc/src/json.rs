@@ -33,6 +33,7 @@ fn point(p: [f64; 3]) -> Value {
 /// | `spline` | as motions; also `control`, `control_base`: the two inner points of a cubic Bezier curve |
 /// | `probe` | as motions; also `away`, `must_switch` |
 /// | `thread` | as motions; also `pitch_mm`, and `direction` where the cycle sets it |
+/// | `retract` | `distance_mm`, null for the end of the traverse; `rapid` |
 /// | `cutter_comp` | `side`: `off`, `left`, `right`; `offset`, `radius_mm`, null where not known |
 /// | `override` | `enabled`, `feed_percent` |
 /// | `dwell` | `seconds` or `revolutions` |
@@ -41,7 +42,7 @@ fn point(p: [f64; 3]) -> Value {
 /// | `spindle` | `direction`: `off`, `cw`, `ccw`; `speed_rpm` |
 /// | `tool` | `action`: `select`, `change`; `number`, `name`, or neither for an empty spindle |
 /// | `plane` | `plane` |
-/// | `offset` | `edge`, or `word` of the work offset |
+/// | `offset` | `edge`, or `word` of the work offset, or `delta_length_mm`, `delta_radius_mm`, `delta_corner_radius_mm` |
 /// | `frame` | `word`, `rotation` (3 rows), `translation`, `rotary_deg` of A, B, C |
 /// | `tcp` | `on`, `interpolation`: `axes`, `great_circle` |
 /// | `path_mode` | `mode`: `exact_stop`, `continuous`; `tolerance_mm`, `orientation_tolerance_deg` |
@@ -114,6 +115,7 @@ fn name(op: &Op) -> &'static str {
         Op::Spline(_) => "spline",
         Op::Probe(_) => "probe",
         Op::Thread(_) => "thread",
+        Op::Retract(_) => "retract",
         Op::CutterComp(_) => "cutter_comp",
         Op::Override(_) => "override",
         Op::Dwell(_) => "dwell",
@@ -256,6 +258,15 @@ fn fill(object: &mut Map<String, Value>, op: &Op) {
             put("plane", json!(["YZ", "ZX", "XY"].get(normal)));
         }
         Op::Offset(Offset::ToolEdge { edge }) => put("edge", json!(edge)),
+        Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
+            put("delta_length_mm", json!(rounded(*length)));
+            put("delta_radius_mm", json!(rounded(*radius)));
+            put("delta_corner_radius_mm", json!(rounded(*corner_radius)));
+        }
+        Op::Retract(retract) => {
+            put("distance_mm", json!(retract.distance.map(rounded)));
+            put("rapid", json!(retract.rapid));
+        }
         Op::Offset(Offset::Work { word }) => put("word", json!(word)),
         Op::Frame(frame) => {
             put("word", json!(frame.word));

@@ -49,7 +49,7 @@ impl Program {
             dialect => dialect,
         };
         let reader = dialect::open(dialect, source, folder, settings)?;
-        Ok(Self { commands: Compensated::new(reader, settings), dialect })
+        Ok(Self { commands: Compensated::new(reader, dialect, settings), dialect })
     }
 
     /// The dialect that is read.

@@ -132,6 +132,9 @@ pub struct Settings {
     pub skipped_levels: u16,
     /// Largest difference between the radius at the start and at the end of an arc, mm.
     pub arc_tolerance_mm: f64,
+    /// Lengths without a decimal point count least increments (0.001 mm, 0.0001 inch) on a Fanuc and a Haas; false reads them
+    /// as millimeters or inches ("calculator type").
+    pub least_increments: bool,
     /// Path of the orientation before the program says otherwise.
     pub orientation_interpolation: OrientationInterpolation,
     /// Cutter radius compensation.
@@ -150,6 +153,7 @@ impl Default for Settings {
             subprogram_folders: Vec::new(),
             skipped_levels: 0,
             arc_tolerance_mm: 0.01,
+            least_increments: false,
             orientation_interpolation: OrientationInterpolation::GreatCircle,
             compensation: Compensation::Programmed,
             limits: Limits::default(),

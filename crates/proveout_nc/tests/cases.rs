@@ -7,7 +7,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use proveout_nc::{CODES, Dialect, JsonWriter, Program, Settings, WorkOffset, check};
+use proveout_nc::{
+    CODES, Compensation, Dialect, JsonWriter, Program, Settings, ToolName, ToolRadii, WorkOffset, check,
+};
 
 /// Folders of `tests/cases` and `tests/bad` with the dialect of their programs.
 const DIALECTS: [(&str, Dialect); 8] = [
@@ -90,7 +92,15 @@ fn bad_programs_raise_the_error_they_name() {
         let code = text.lines().next().unwrap();
         let code =
             code.trim_matches(|c: char| matches!(c, ';' | '(' | ')' | '$' | '%') || c.is_whitespace()).to_owned();
-        let faults = check(&path, &Settings { dialect, ..Settings::default() });
+        let mut settings = Settings { dialect, ..Settings::default() };
+        // What only the path of the tool center can raise.
+        if path.file_name().unwrap().to_string_lossy().starts_with("compensation") {
+            let mut radii = ToolRadii::default();
+            radii.by_tool.insert(ToolName::Number(1), 5.0);
+            radii.by_offset.insert(1, 5.0);
+            settings.compensation = Compensation::ToolCenter(radii);
+        }
+        let faults = check(&path, &settings);
         let fault = faults.first().unwrap_or_else(|| panic!("{} raises nothing", path.display()));
         assert_eq!(fault.code, code, "{}: {fault}", path.display());
         assert!(fault.help.as_ref().is_some_and(|h| !h.is_empty()), "{} has no remedy", path.display());

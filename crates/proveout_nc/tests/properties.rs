@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
 use proptest::prelude::*;
-use proveout_nc::post::{PostSettings, SiemensPost};
+use proveout_nc::post::{Post, PostSettings, SiemensPost};
 use proveout_nc::{AxisValues, Command, Dialect, Motion, Op, Program, Settings};
 
 fn settings() -> Settings {

@@ -1,33 +1,104 @@
 use std::io::{self, BufWriter, Write};
 
-use proveout_nc::{Dialect, JsonWriter, Op, Program, Settings, ToolAction, ToolName};
+use proveout_nc::post::{Post, PostError, PostSettings, post_for};
+use proveout_nc::{Command, Dialect, JsonWriter, Op, Program, Settings, ToolAction, ToolName};
 use proveout_sim::SimError;
 use proveout_tool::{ToolId, ToolLibrary};
 
 use crate::{args::NcArgs, failure::Failure};
 
-/// Prints the canonical commands of a program as JSON lines.
+/// Where the commands go.
+enum Sink<'a, W> {
+    Json(JsonWriter, W),
+    Post(Box<dyn Post + 'a>),
+}
+
+impl<W: Write> Sink<'_, W> {
+    fn write(&mut self, command: &Command) -> Result<(), Failure> {
+        match self {
+            Self::Json(writer, out) => writer.write(command, out).map_err(told),
+            Self::Post(post) => post.write(command).map_err(unsaid),
+        }
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        match self {
+            Self::Json(_, out) => out.flush().map_err(told),
+            Self::Post(post) => post.finish().map_err(unsaid),
+        }
+    }
+}
+
+fn told(e: io::Error) -> Failure {
+    Failure::new(format!("standard output: {e}"))
+}
+
+/// What a language cannot say, with the place of the program that asks for it.
+fn unsaid(error: PostError) -> Failure {
+    match error {
+        PostError::Io(e) => told(e),
+        PostError::Unsupported { what, help, location: l } => {
+            Failure::new(format!("the dialect of --post cannot say {what}"))
+                .at(&l.file, l.line as usize, l.column as usize, l.length as usize, "")
+                .with_help(help)
+        }
+        other => Failure::new(other.to_string()),
+    }
+}
+
+fn dialect_of(name: &str) -> Result<Dialect, Failure> {
+    Dialect::from_name(name).ok_or_else(|| {
+        let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
+        Failure::new(format!("dialect {name:?} is not known"))
+            .with_help(format!("write one of {}, or leave it out", names.join(", ")))
+    })
+}
+
+/// The format that the call asks for.
+fn format(args: &NcArgs, from: Dialect, to: Dialect) -> PostSettings {
+    let mut settings = PostSettings::between(from, to);
+    if args.inch {
+        settings = settings.in_inches();
+    }
+    if let Some(decimals) = args.decimals {
+        let more = settings.center_decimals.saturating_sub(settings.length_decimals);
+        settings.length_decimals = usize::from(decimals);
+        settings.angle_decimals = usize::from(decimals);
+        settings.center_decimals = usize::from(decimals) + more;
+    }
+    settings.block_number_step = args.block_numbers.or(settings.block_number_step);
+    settings.arc_radius |= args.arc_radius;
+    settings.modal &= !args.all_words;
+    settings.trailing_zeros |= args.trailing_zeros;
+    match &args.program_name {
+        Some(name) => settings.program_name.clone_from(name),
+        None => {
+            if let Some(stem) = args.program.file_stem() {
+                settings.program_name = stem.to_string_lossy().into_owned();
+            }
+        }
+    }
+    settings
+}
+
+/// Prints the canonical commands of a program as JSON lines, or the program in another dialect.
 pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
-    let dialect = match args.dialect.as_deref() {
-        None => Dialect::Auto,
-        Some(name) => Dialect::from_name(name).ok_or_else(|| {
-            let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
-            Failure::new(format!("dialect {name:?} is not known"))
-                .with_help(format!("write one of {}, or leave it out", names.join(", ")))
-        })?,
-    };
+    let dialect = args.dialect.as_deref().map_or(Ok(Dialect::Auto), dialect_of)?;
     let tools = args.tools.as_ref().map(|t| ToolLibrary::read(t)).transpose();
     let tools = tools.map_err(|e| Failure::from(&SimError::from(e)))?;
+    let target = args.post.as_deref().map(dialect_of).transpose()?;
     let settings = Settings { dialect, ..Settings::default() };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
     let mut out = BufWriter::new(io::stdout().lock());
-    let mut writer = JsonWriter::new();
-    let told = |e: io::Error| Failure::new(format!("standard output: {e}"));
+    let mut sink = match target {
+        None => Sink::Json(JsonWriter::new(), out),
+        Some(to) => Sink::Post(post_for(to, format(args, program.dialect(), to), &mut out).map_err(unsaid)?),
+    };
     for command in program {
         let command = match command {
             Ok(command) => command,
             Err(e) => {
-                out.flush().map_err(told)?;
+                sink.flush()?;
                 return Err(Failure::from(&SimError::from(e)));
             }
         };
@@ -40,14 +111,14 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
             if let Some(id) = id
                 && tools.find(&id).is_none()
             {
-                out.flush().map_err(told)?;
+                sink.flush()?;
                 let l = &command.location;
                 return Err(Failure::new(format!("the tool library has no tool {id:?}"))
                     .at(&l.file, l.line as usize, l.column as usize, l.length as usize, "")
                     .with_help("add it to the library, or leave --tools out"));
             }
         }
-        writer.write(&command, &mut out).map_err(told)?;
+        sink.write(&command)?;
     }
-    out.flush().map_err(told)
+    sink.flush()
 }

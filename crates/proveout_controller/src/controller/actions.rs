@@ -3,7 +3,7 @@
 
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{
-    Command, CompSide, Dwell, Location, Op, OrientationInterpolation, Override, Spindle, SpindleDirection, Tcp,
+    Command, CompSide, Dwell, Location, Offset, Op, OrientationInterpolation, Override, Spindle, SpindleDirection, Tcp,
     ToolName,
 };
 
@@ -22,6 +22,8 @@ pub(super) fn special(op: &Op, location: &Location) -> Result<(), Box<ControlErr
         Op::Spline(_) => "a spline motion",
         Op::Probe(_) => "a probing motion",
         Op::Thread(_) => "a motion coupled to the spindle",
+        Op::Retract(_) => "a retraction along the tool axis to a place that only the machine knows",
+        Op::Offset(Offset::ToolDelta { length, .. }) if *length != 0.0 => "a delta value of the tool length",
         Op::CutterComp(comp) if comp.side != CompSide::Off => "a contour that is not yet the path of the tool center",
         Op::Override(Override { feed, .. }) if *feed != 1.0 => "a programmed feed override",
         _ => return Ok(()),

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 
 use crate::Command;
 use crate::codes;
+use crate::compensation::CompStyle;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
@@ -21,6 +22,17 @@ pub use detect::detect;
 pub(crate) trait Reader: Debug {
     /// The next command, or what ended the run.
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>>;
+
+    /// How cutter compensation goes around corners and onto the contour, behind the command given last; none: as is usual
+    /// for the dialect.
+    fn comp_style(&self) -> Option<CompStyle> {
+        None
+    }
+
+    /// Text of a line of a program that was read, for messages of the stages behind the reader.
+    fn source_line(&self, _file: &str, _line: u32) -> Option<String> {
+        None
+    }
 }
 
 /// The reader of a program. `folder`: where the main program lies, if it is a file. `dialect` is not [`Dialect::Auto`].

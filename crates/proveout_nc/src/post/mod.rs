@@ -3,43 +3,174 @@
 //! A post writes what the commands say and nothing else. Reading the text gives the same motions within the decimals that
 //! were written; a frame may come back as several commands that end in the same transform.
 
+mod apt;
+mod format;
+mod heidenhain;
+mod iso;
+mod iso_motion;
 mod siemens;
+mod siemens_frames;
 
 use std::collections::BTreeMap;
 use std::io;
 
-use crate::{Location, WorkOffset};
+use crate::settings::Dialect;
+use crate::{Command, Location, WorkOffset};
 
+pub use apt::AptPost;
+pub use heidenhain::HeidenhainPost;
+pub use iso::IsoPost;
 pub use siemens::SiemensPost;
+
+/// Writes canonical commands as program text, one after the other.
+pub trait Post {
+    /// Writes a command.
+    ///
+    /// # Errors
+    /// The sink fails, or the command cannot be said in this language.
+    fn write(&mut self, command: &Command) -> Result<(), PostError>;
+
+    /// Writes what stands behind the last command, and flushes the sink.
+    ///
+    /// # Errors
+    /// The sink fails.
+    fn finish(&mut self) -> Result<(), PostError>;
+}
+
+/// The post of a dialect.
+///
+/// # Errors
+/// There is no post for [`Dialect::Auto`] and [`Dialect::HeidenhainIso`].
+pub fn post_for<'a, W: io::Write + 'a>(
+    dialect: Dialect,
+    settings: PostSettings,
+    sink: W,
+) -> Result<Box<dyn Post + 'a>, PostError> {
+    Ok(match dialect {
+        Dialect::Siemens840d => Box::new(SiemensPost::new(sink, settings)),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
+            Box::new(IsoPost::new(dialect, sink, settings))
+        }
+        Dialect::Heidenhain => Box::new(HeidenhainPost::new(sink, settings)),
+        Dialect::Apt => Box::new(AptPost::new(sink, settings)),
+        Dialect::HeidenhainIso | Dialect::Auto => return Err(PostError::NoPost { dialect: dialect.name() }),
+    })
+}
+
+/// Which number calls the length of the tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EdgeNumbers {
+    /// As the commands say: for a program of the same kind of control.
+    #[default]
+    AsProgrammed,
+    /// The number of the tool, as ISO programs have it (`T5 M6`, `G43 H5`).
+    Tool,
+    /// 1, as an 840D has it for the first cutting edge.
+    One,
+}
 
 /// Format of the text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PostSettings {
-    /// Decimals of lengths, mm.
+    /// Decimals of lengths, mm or inch.
     pub length_decimals: usize,
+    /// Decimals of arc centers.
+    pub center_decimals: usize,
     /// Decimals of rotary axes and frame angles, degrees.
     pub angle_decimals: usize,
     /// Decimals of the components of tool vectors.
     pub vector_decimals: usize,
     /// Decimals of feed values.
     pub feed_decimals: usize,
-    /// Distance of the N words; none: no N words.
+    /// A whole number of a length, angle or feed ends in a decimal point (`X10.`): many ISO controls read `X10` as 0.010 mm.
+    pub decimal_point: bool,
+    /// All decimals are written (`X10.000`).
+    pub trailing_zeros: bool,
+    /// Lengths in inch.
+    pub inches: bool,
+    /// Arcs of up to a half turn by their radius (R, CR=) instead of their center.
+    pub arc_radius: bool,
+    /// Coordinates that have not changed, and words that are in force, are left out.
+    pub modal: bool,
+    /// Distance of the N words; none: no N words. Klartext numbers its blocks in steps of one in any case.
     pub block_number_step: Option<u32>,
+    /// Number (`1234`) or name of the program.
+    pub program_name: String,
+    /// Lines at the begin, as they stand, in place of the usual ones of the dialect.
+    pub header: Option<Vec<String>>,
+    /// Lines at the end, as they stand, behind the end of the program.
+    pub footer: Vec<String>,
+    /// Which number calls the length of a tool.
+    pub edge_numbers: EdgeNumbers,
     /// Values of the work offsets that stand in the control, as in [`crate::Settings::work_offsets`]: a frame command gives
     /// the whole transform, the text only the part above the work offset.
     pub work_offsets: BTreeMap<String, WorkOffset>,
 }
 
 impl Default for PostSettings {
-    /// 3 decimals for lengths and angles of axes as shop programs have, 6 for vectors, no block numbers, no offsets.
+    /// 3 decimals for lengths and angles of axes as shop programs have, 5 for centers, 6 for vectors, no block numbers, mm,
+    /// no offsets.
     fn default() -> Self {
         Self {
             length_decimals: 3,
+            center_decimals: 5,
             angle_decimals: 3,
             vector_decimals: 6,
             feed_decimals: 1,
+            decimal_point: false,
+            trailing_zeros: false,
+            inches: false,
+            arc_radius: false,
+            modal: false,
             block_number_step: None,
+            program_name: "PROVEOUT".to_owned(),
+            header: None,
+            footer: Vec::new(),
+            edge_numbers: EdgeNumbers::AsProgrammed,
             work_offsets: BTreeMap::new(),
+        }
+    }
+}
+
+impl PostSettings {
+    /// What programs of a dialect usually look like, for commands that were read from another one.
+    pub fn between(from: Dialect, to: Dialect) -> Self {
+        let iso = |d: Dialect| matches!(d, Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc);
+        let base = Self { modal: true, ..Self::default() };
+        match to {
+            _ if iso(to) => Self {
+                center_decimals: if to == Dialect::LinuxCnc { 5 } else { 4 },
+                decimal_point: true,
+                program_name: "1".to_owned(),
+                edge_numbers: if iso(from) { EdgeNumbers::AsProgrammed } else { EdgeNumbers::Tool },
+                ..base
+            },
+            Dialect::Siemens840d => Self {
+                edge_numbers: if from == to { EdgeNumbers::AsProgrammed } else { EdgeNumbers::One },
+                modal: false,
+                ..base
+            },
+            Dialect::Apt => Self {
+                length_decimals: 5,
+                vector_decimals: 8,
+                feed_decimals: 4,
+                decimal_point: true,
+                modal: false,
+                ..base
+            },
+            _ => base,
+        }
+    }
+
+    /// The same with one decimal more for lengths and feed, in inch.
+    #[must_use]
+    pub fn in_inches(self) -> Self {
+        Self {
+            length_decimals: self.length_decimals + 1,
+            center_decimals: self.center_decimals + 1,
+            feed_decimals: self.feed_decimals + 2,
+            inches: true,
+            ..self
         }
     }
 }
@@ -50,6 +181,12 @@ pub enum PostError {
     /// The sink failed.
     #[error("the program cannot be written: {0}")]
     Io(#[from] io::Error),
+    /// No post writes this dialect.
+    #[error("no post writes the dialect {dialect}; choose siemens-840d, fanuc, haas, linuxcnc, iso, heidenhain or apt")]
+    NoPost {
+        /// Name of the dialect.
+        dialect: &'static str,
+    },
     /// A command that the language of the post cannot say.
     #[error("{}:{}: {what}; {help}", location.file, location.line)]
     Unsupported {
@@ -60,6 +197,37 @@ pub enum PostError {
         /// Place of the command.
         location: Location,
     },
+}
+
+/// A command that cannot be said, before it knows its place.
+#[derive(Debug)]
+pub(crate) enum Unsaid {
+    Io(io::Error),
+    Unsupported(String, &'static str),
+}
+
+impl From<io::Error> for Unsaid {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl Unsaid {
+    pub(crate) fn new(what: impl Into<String>, help: &'static str) -> Self {
+        Self::Unsupported(what.into(), help)
+    }
+
+    pub(crate) fn at(self, location: &Location) -> PostError {
+        match self {
+            Self::Io(error) => PostError::Io(error),
+            Self::Unsupported(what, help) => PostError::Unsupported { what, help, location: location.clone() },
+        }
+    }
+}
+
+/// Place of what stands behind the last command.
+pub(crate) fn nowhere() -> Location {
+    Location { file: "".into(), line: 0, column: 0, length: 0, depth: 0 }
 }
 
 /// Number with at most so many decimals, without trailing zeros: `10`, `-0.5`, `0`.

@@ -3,27 +3,38 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::{PostError, PostSettings, decimal, positive};
+use super::format::{Lines, full_turns, radius_word};
+use super::{Post, PostError, PostSettings, Unsaid, decimal};
 use crate::frame::{self, Frame};
 use crate::{
-    AXIS_LETTERS, ArcMotion, AxisValues, Command, CompSide, Coolant, Dwell, Feed, FrameChange, Motion, Offset, Op,
-    OrientationInterpolation, PathMode, SpindleDirection, Tcp, ToolAction, ToolName,
+    AXIS_LETTERS, ArcMotion, AxisValues, Command, CompSide, Coolant, CutterComp, Dwell, Feed, FrameChange, Motion,
+    Offset, Op, OrientationInterpolation, PathMode, SpindleDirection, Tcp, ThreadMotion, ToolAction, ToolName,
 };
 
 /// Writes canonical commands as a program for an 840D, one after the other.
 #[derive(Debug)]
 pub struct SiemensPost<W> {
-    sink: W,
-    settings: PostSettings,
-    number: u32,
+    pub(crate) out: Lines<W>,
+    begun: bool,
     interpolation: Option<&'static str>,
     plane: usize,
     feed: Option<Feed>,
     feed_mode: Option<&'static str>,
     coolant: Coolant,
     tcp: Option<Tcp>,
-    settable: Frame,
-    programmable: Frame,
+    tool: Option<ToolName>,
+    pub(crate) settable: Frame,
+    /// CYCLE800.
+    pub(crate) swivel: Frame,
+    pub(crate) programmable: Frame,
+    /// A frame that waits to be told whether the control turns the tool upright on it.
+    pub(crate) waiting: Option<FrameChange>,
+    /// The swivel plane ends with it.
+    pub(crate) plane_ends: bool,
+    /// Direction of the tapping motion that went in.
+    tapping: Option<SpindleDirection>,
+    /// CYCLE800 has switched tool center point control on.
+    pub(crate) swiveled: bool,
     /// Text of the last coordinate of each axis, to see when an end point falls onto its start.
     written: [Option<String>; 9],
 }
@@ -32,36 +43,64 @@ impl<W: Write> SiemensPost<W> {
     /// A post that writes to a sink.
     pub fn new(sink: W, settings: PostSettings) -> Self {
         Self {
-            sink,
-            settings,
-            number: 0,
+            out: Lines::new(sink, settings),
+            begun: false,
             interpolation: None,
             plane: 2,
             feed: None,
             feed_mode: None,
             coolant: Coolant { flood: false, mist: false },
             tcp: None,
+            tool: None,
             settable: Frame::IDENTITY,
+            swivel: Frame::IDENTITY,
+            waiting: None,
+            plane_ends: false,
+            swiveled: false,
+            tapping: None,
             programmable: Frame::IDENTITY,
             written: Default::default(),
         }
     }
 
-    /// Writes a command.
-    ///
-    /// # Errors
-    /// The sink fails, or the command cannot be said in this language.
-    pub fn write(&mut self, command: &Command) -> Result<(), PostError> {
-        let unsupported = |what: &str, help: &'static str| PostError::Unsupported {
-            what: what.to_owned(),
-            help,
-            location: command.location.clone(),
-        };
-        match &command.op {
+    fn begin(&mut self) -> Result<(), Unsaid> {
+        self.begun = true;
+        if let Some(header) = self.out.settings.header.take() {
+            return header.iter().try_for_each(|line| self.out.plain(line));
+        }
+        if self.out.settings.inches { self.line("G700") } else { Ok(()) }
+    }
+
+    fn command(&mut self, op: &Op) -> Result<(), Unsaid> {
+        if !self.begun {
+            self.begin()?;
+        }
+        if self.waiting.is_some() {
+            if let Op::Tcp(tcp) = op
+                && !tcp.on
+            {
+                // What becomes of the plane is told by the next command.
+                if self.swiveled {
+                    self.plane_ends = true;
+                    self.tcp = Some(*tcp);
+                    return Ok(());
+                }
+                return self.tcp(*tcp);
+            }
+            if let (Op::Rapid(motion), Some(change)) = (op, &self.waiting)
+                && is_swivel(motion)
+            {
+                let change = change.clone();
+                (self.waiting, self.plane_ends) = (None, false);
+                return self.cycle800(&change);
+            }
+            self.write_frame()?;
+        }
+        match op {
             Op::Rapid(motion) | Op::Linear(motion) => {
-                let word = if matches!(command.op, Op::Rapid(_)) { "G0" } else { "G1" };
-                if motion.tool_axis.is_some() && !self.tcp.is_some_and(|tcp| tcp.on) {
-                    return Err(unsupported(
+                let word = if matches!(op, Op::Rapid(_)) { "G0" } else { "G1" };
+                if motion.tool_axis.is_some() && (!self.tcp.is_some_and(|tcp| tcp.on) || self.swiveled) {
+                    return Err(Unsaid::new(
                         "a tool vector without TRAORI",
                         "write swivel planes as frames and rotary axes",
                     ));
@@ -71,8 +110,9 @@ impl<W: Write> SiemensPost<W> {
             }
             Op::Arc(arc) => match self.arc_words(arc) {
                 Some(words) => self.line(&words),
-                None => Err(unsupported("a full circle outside of G17, G18, G19", "split it into two arcs")),
+                None => Err(Unsaid::new("a full circle outside of G17, G18, G19", "split it into two arcs")),
             },
+            Op::Thread(thread) => self.thread(thread),
             Op::Dwell(Dwell::Seconds(seconds)) => self.line(&format!("G4 F{}", decimal(*seconds, 3))),
             Op::Dwell(Dwell::Revolutions(revolutions)) => self.line(&format!("G4 S{}", decimal(*revolutions, 3))),
             Op::Feed(feed) => self.feed(*feed),
@@ -90,37 +130,46 @@ impl<W: Write> SiemensPost<W> {
             Op::Tool(ToolAction::Select(ToolName::Empty)) => self.line("T0"),
             Op::Tool(ToolAction::Select(ToolName::Number(number))) => self.line(&format!("T{number}")),
             Op::Tool(ToolAction::Select(ToolName::Name(name))) => self.line(&format!("T=\"{}\"", plain(name))),
-            Op::Tool(ToolAction::Change(_)) => self.line("M6"),
+            Op::Tool(ToolAction::Change(tool)) => {
+                self.tool = Some(tool.clone());
+                self.line("M6")
+            }
             Op::Plane(normal) => {
                 self.plane = AxisValues::index(*normal).filter(|&axis| axis < 3).unwrap_or(2);
                 self.line(&format!("G{}", 19 - self.plane))
             }
-            Op::Offset(Offset::ToolEdge { edge }) => self.line(&format!("D{edge}")),
-            Op::Offset(Offset::Work { word }) => {
-                let values = self.settings.work_offsets.get(word).copied().unwrap_or_default();
-                self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
-                self.line(word)
+            Op::Offset(Offset::ToolEdge { edge }) => {
+                let edge = self.out.edge(*edge, self.tool.as_ref());
+                self.line(&format!("D{edge}"))
             }
-            Op::Frame(change) => match self.frame_lines(change) {
-                Some(lines) => lines.iter().try_for_each(|line| self.line(line)),
-                None => Err(unsupported("a frame with shear", "use rotations, mirrors and scales")),
-            },
+            Op::Offset(Offset::ToolDelta { .. }) => {
+                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+            }
+            Op::Offset(Offset::Work { word }) => {
+                let values = self.out.settings.work_offsets.get(word).copied().unwrap_or_default();
+                self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+                self.line(&offset_word(word)?)
+            }
+            Op::Frame(change) => {
+                self.waiting = Some(change.clone());
+                Ok(())
+            }
             Op::Tcp(tcp) => self.tcp(*tcp),
-            Op::CutterComp(comp) => self.line(match comp.side {
-                CompSide::Off => "G40",
-                CompSide::Left => "G41",
-                CompSide::Right => "G42",
-            }),
+            Op::CutterComp(comp) => self.compensation(comp),
+            Op::Override(change) if !change.enabled => {
+                Err(Unsaid::new("a fixed override (M49)", "write the feed without override"))
+            }
             Op::Override(change) => self.line(&format!("OVR={}", decimal(change.feed * 100.0, 3))),
-            Op::Spline(_) => Err(unsupported("a Bezier curve", "write it as short straight blocks")),
-            Op::Probe(_) => Err(unsupported("a probing motion", "write the measuring cycle by hand")),
-            Op::Thread(_) => Err(unsupported("a motion coupled to the spindle", "write the tapping cycle by hand")),
+            Op::Spline(_) => Err(Unsaid::new("a Bezier curve", "write it as short straight blocks")),
+            Op::Probe(_) => Err(Unsaid::new("a probing motion", "write the measuring cycle by hand")),
+            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
             Op::PathMode(PathMode::ExactStop) => self.line("G60"),
             Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance }) => {
                 // A negative tolerance is the word for "as set up on the machine".
-                let contour = tolerance.map_or("-1".to_owned(), |t| decimal(t, self.settings.length_decimals + 2));
+                let contour = tolerance
+                    .map_or("-1".to_owned(), |t| decimal(self.out.in_unit(t), self.out.settings.length_decimals + 2));
                 let orientation = orientation_tolerance
-                    .map_or("-1".to_owned(), |t| decimal(t.to_degrees(), self.settings.angle_decimals + 2));
+                    .map_or("-1".to_owned(), |t| decimal(t.to_degrees(), self.out.settings.angle_decimals + 2));
                 self.line(&format!("CTOL={contour} OTOL={orientation} G645"))
             }
             Op::Coolant(coolant) => self.coolant(*coolant),
@@ -133,27 +182,11 @@ impl<W: Write> SiemensPost<W> {
 
     /// Gives the sink back.
     pub fn into_inner(self) -> W {
-        self.sink
+        self.out.sink
     }
 
-    fn line(&mut self, words: &str) -> Result<(), PostError> {
-        if words.is_empty() {
-            return Ok(());
-        }
-        if let Some(step) = self.settings.block_number_step {
-            self.number = self.number.saturating_add(step);
-            write!(self.sink, "N{} ", self.number)?;
-        }
-        writeln!(self.sink, "{words}")?;
-        Ok(())
-    }
-
-    fn coordinate(&self, axis: usize, value: f64) -> String {
-        if (3..6).contains(&axis) {
-            decimal(value.to_degrees(), self.settings.angle_decimals)
-        } else {
-            decimal(value, self.settings.length_decimals)
-        }
+    pub(crate) fn line(&mut self, words: &str) -> Result<(), Unsaid> {
+        self.out.block(words)
     }
 
     /// G word, coordinates and tool vector of a motion; `forced` axes are written even when not programmed.
@@ -173,18 +206,18 @@ impl<W: Write> SiemensPost<W> {
         for (axis, letter) in AXIS_LETTERS.iter().enumerate() {
             let wanted = all || (motion.programmed | forced) >> axis & 1 == 1;
             if let Some(value) = motion.end.get(axis).filter(|_| wanted) {
-                let text = self.coordinate(axis, value);
+                let text = self.out.axis(axis, value);
                 words.push(format!("{letter}{text}"));
                 self.written[axis] = (!motion.machine_coordinates).then_some(text);
             }
         }
         if let Some(axis) = motion.tool_axis {
             for (letter, component) in ['A', 'B', 'C'].iter().zip(axis) {
-                words.push(format!("{letter}3={}", decimal(component, self.settings.vector_decimals)));
+                words.push(format!("{letter}3={}", self.out.vector(component)));
             }
         }
         if let Some(Feed::InverseTime(seconds)) = self.feed.filter(|_| word != "G0") {
-            words.push(format!("F{}", positive(60.0 / seconds, 6)));
+            words.push(format!("F{}", self.out.above_zero(60.0 / seconds, 6)));
         }
         words.join(" ")
     }
@@ -192,23 +225,22 @@ impl<W: Write> SiemensPost<W> {
     /// Words of an arc; none for what CIP cannot say.
     fn arc_words(&mut self, arc: &ArcMotion) -> Option<String> {
         let normal = arc.normal.iter().position(|v| v.abs() > 1.0 - 1e-9);
-        let extra_turns = ((arc.sweep / TAU - 1e-9).ceil() - 1.0).max(0.0);
-        let within = arc.sweep - extra_turns * TAU;
+        let extra_turns = full_turns(arc);
+        let within = arc.sweep - f64::from(extra_turns) * TAU;
         let mut words = String::new();
         let plane_axes: u16 = match normal {
             Some(axis) => 0b111 & !(1 << axis),
             None => 0b111,
         };
         let falls_together = (0..3).filter(|axis| plane_axes >> axis & 1 == 1).all(|axis| {
-            let end = arc.motion.end.get(axis).map(|value| self.coordinate(axis, value));
+            let end = arc.motion.end.get(axis).map(|value| self.out.axis(axis, value));
             end.is_some() && end == self.written[axis]
         });
         if falls_together && within < TAU / 2.0 {
             // Shorter than the last decimal: as an arc it would come back as a full circle.
             return Some(self.motion_words("G1", &arc.motion, plane_axes));
         }
-        let d = self.settings.length_decimals;
-        let turns = if extra_turns > 0.0 { format!(" TURN={extra_turns}") } else { String::new() };
+        let turns = if extra_turns > 0 { format!(" TURN={extra_turns}") } else { String::new() };
         match normal {
             Some(axis) => {
                 if self.plane != axis {
@@ -217,9 +249,12 @@ impl<W: Write> SiemensPost<W> {
                 }
                 let word = if arc.normal[axis] > 0.0 { "G3" } else { "G2" };
                 words.push_str(&self.motion_words(word, &arc.motion, plane_axes));
+                if let Some(radius) = radius_word(arc, &self.out.settings).filter(|_| !falls_together) {
+                    words.push_str(&format!(" CR={}", self.out.center(radius)));
+                    return Some(words);
+                }
                 for (at, letter) in ['I', 'J', 'K'].into_iter().enumerate().filter(|(at, _)| *at != axis) {
-                    // Two decimals more than the end: the radius follows from the center.
-                    words.push_str(&format!(" {letter}=AC({})", decimal(arc.center[at], d + 2)));
+                    words.push_str(&format!(" {letter}=AC({})", self.out.center(arc.center[at])));
                 }
             }
             None => {
@@ -234,7 +269,7 @@ impl<W: Write> SiemensPost<W> {
                 let middle: [f64; 3] = std::array::from_fn(|i| arc.center[i] + c * out[i] + s * across[i]);
                 words.push_str(&self.motion_words("CIP", &arc.motion, plane_axes));
                 for (letter, value) in ['I', 'J', 'K'].into_iter().zip(middle) {
-                    words.push_str(&format!(" {letter}1={}", decimal(value, d + 2)));
+                    words.push_str(&format!(" {letter}1={}", self.out.center(value)));
                 }
             }
         }
@@ -242,11 +277,13 @@ impl<W: Write> SiemensPost<W> {
         Some(words)
     }
 
-    fn feed(&mut self, feed: Feed) -> Result<(), PostError> {
-        let d = self.settings.feed_decimals;
+    fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
         let (mode, value) = match feed {
-            Feed::PerTime(v) => ("G94", format!("F{}", positive(v * 60.0, d))),
-            Feed::PerRevolution(v) => ("G95", format!("F{}", positive(v, d + 3))),
+            Feed::PerTime(v) => ("G94", format!("F{}", self.out.feed(v * 60.0))),
+            Feed::PerRevolution(v) => {
+                let decimals = self.out.settings.feed_decimals + 3;
+                ("G95", format!("F{}", self.out.above_zero(self.out.in_unit(v), decimals)))
+            }
             // Stands in every block with a motion.
             Feed::InverseTime(_) => ("G93", String::new()),
         };
@@ -262,7 +299,7 @@ impl<W: Write> SiemensPost<W> {
         self.line(&words.join(" "))
     }
 
-    fn coolant(&mut self, coolant: Coolant) -> Result<(), PostError> {
+    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
         let before = std::mem::replace(&mut self.coolant, coolant);
         let off = before.flood && !coolant.flood || before.mist && !coolant.mist;
         if off || !coolant.flood && !coolant.mist {
@@ -277,8 +314,15 @@ impl<W: Write> SiemensPost<W> {
         Ok(())
     }
 
-    fn tcp(&mut self, tcp: Tcp) -> Result<(), PostError> {
-        let before = self.tcp.replace(tcp);
+    fn tcp(&mut self, tcp: Tcp) -> Result<(), Unsaid> {
+        let mut before = self.tcp.replace(tcp);
+        if self.swiveled {
+            // CYCLE800 has it on, and its end switches it off.
+            if !tcp.on {
+                self.end_swivel()?;
+            }
+            before = Some(tcp);
+        }
         let interpolation = match tcp.interpolation {
             OrientationInterpolation::Axes => "ORIAXES",
             OrientationInterpolation::GreatCircle => "ORIVECT",
@@ -292,99 +336,82 @@ impl<W: Write> SiemensPost<W> {
         Ok(())
     }
 
-    /// TRANS, AROT, AMIRROR, ASCALE that make the transform above the work offset; none for a sheared one.
-    fn frame_lines(&mut self, change: &FrameChange) -> Option<Vec<String>> {
-        let total = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
-        // A work offset only shifts, so what lies above it is the difference of the shifts.
-        let above = Frame {
-            linear: total.linear,
-            translation: frame::sub(total.translation, self.settable.translation),
-            rotary: frame::sub(total.rotary, self.settable.rotary),
+    /// G41, G42 with the number of the cutting edge where the commands name one.
+    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unsaid> {
+        let word = match comp.side {
+            CompSide::Off => return self.line("G40"),
+            CompSide::Left => "G41",
+            CompSide::Right => "G42",
         };
-        if above == self.programmable {
-            return Some(Vec::new());
-        }
-        let (angles, mirrored, factors) = decompose(&above)?;
-        self.programmable = above;
-        let (d, a) = (self.settings.length_decimals, self.settings.angle_decimals);
-        let mut trans = format!(
-            "TRANS X{} Y{} Z{}",
-            decimal(above.translation[0], d),
-            decimal(above.translation[1], d),
-            decimal(above.translation[2], d)
-        );
-        for (letter, offset) in ['A', 'B', 'C'].into_iter().zip(above.rotary) {
-            if offset != 0.0 {
-                trans.push_str(&format!(" {letter}{}", decimal(offset.to_degrees(), a)));
+        // An 840D has length and radius under one number, which is in force already.
+        self.line(word)
+    }
+
+    /// G33 while the spindle runs, G331 in and G332 out for rigid tapping.
+    fn thread(&mut self, thread: &ThreadMotion) -> Result<(), Unsaid> {
+        let axes: Vec<usize> = (0..3).filter(|axis| thread.motion.programmed >> axis & 1 == 1).collect();
+        let start: Vec<Option<f64>> =
+            axes.iter().map(|&a| self.written[a].as_ref().and_then(|t| t.parse().ok())).collect();
+        let moves = |at: usize| {
+            let end = thread.motion.end.get(axes[at]).map(|v| self.out.in_unit(v));
+            end.zip(start[at]).is_none_or(|(end, start)| (end - start).abs() > 1e-9)
+        };
+        let moving: Vec<usize> = (0..axes.len()).filter(|&at| moves(at)).map(|at| axes[at]).collect();
+        let [axis] = moving.as_slice() else {
+            return Err(Unsaid::new("a thread that is not along one axis", "turn the frame so that it is"));
+        };
+        let letter = ['I', 'J', 'K'][*axis];
+        let pitch = self.out.center(thread.pitch);
+        let (word, sign) = match (thread.direction, self.tapping) {
+            (None, _) => ("G33", ""),
+            (Some(direction), None) => {
+                self.tapping = Some(direction);
+                ("G331", if direction == SpindleDirection::CounterClockwise { "-" } else { "" })
             }
-        }
-        let mut lines = vec![trans];
-        if angles != [0.0; 3] {
-            // A frame turns points far from its origin: it is written finer than an axis.
-            let text = angles.map(|v| decimal(v, a + 6));
-            lines.push(format!("AROT X{} Y{} Z{}", text[0], text[1], text[2]));
-        }
-        if mirrored {
-            lines.push("AMIRROR X0".to_owned());
-        }
-        if factors.iter().any(|f| (f - 1.0).abs() > 1e-9) {
-            let text = factors.map(|v| decimal(v, 9));
-            lines.push(format!("ASCALE X{} Y{} Z{}", text[0], text[1], text[2]));
-        }
-        Some(lines)
+            (Some(_), Some(inward)) => {
+                self.tapping = None;
+                ("G332", if inward == SpindleDirection::CounterClockwise { "-" } else { "" })
+            }
+        };
+        let words = self.motion_words(word, &thread.motion, 1 << axis);
+        self.line(&format!("{words} {letter}{sign}{pitch}"))
+    }
+}
+
+impl<W: Write> Post for SiemensPost<W> {
+    fn write(&mut self, command: &Command) -> Result<(), PostError> {
+        self.command(&command.op).map_err(|unsaid| unsaid.at(&command.location))
+    }
+
+    fn finish(&mut self) -> Result<(), PostError> {
+        let end = |post: &mut Self| -> Result<(), Unsaid> {
+            post.write_frame()?;
+            post.out.footer()
+        };
+        end(self).map_err(|unsaid| unsaid.at(&super::nowhere()))
+    }
+}
+
+/// A motion that only turns the tool upright on the new frame.
+fn is_swivel(motion: &Motion) -> bool {
+    motion.programmed == 0 && motion.tool_axis.is_some_and(|axis| axis[2] > 1.0 - 1e-9)
+}
+
+/// The word of a work offset on an 840D.
+fn offset_word(word: &str) -> Result<String, Unsaid> {
+    let code = word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok());
+    match code {
+        Some(54..=57 | 500 | 505..=599) => Ok(word.to_owned()),
+        // The fifth and sixth offset.
+        Some(code @ 58..=59) => Ok(format!("G{}", code - 58 + 505)),
+        _ => match word.strip_prefix("G54.1 P").and_then(|n| n.parse::<u32>().ok()) {
+            Some(number @ 1..=93) => Ok(format!("G{}", 506 + number)),
+            _ => Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
+        },
     }
 }
 
 /// Text between quotation marks: the mark itself cannot be written.
 fn plain(text: &str) -> String {
     text.replace('"', "'").replace(['\n', '\r'], " ")
-}
-
-/// Linear part as Rz Ry Rx, a mirror of X, and scales: angles in degrees.
-fn decompose(frame: &Frame) -> Option<([f64; 3], bool, [f64; 3])> {
-    let m = &frame.linear;
-    let column = |at: usize| [m[0][at], m[1][at], m[2][at]];
-    let factors = [frame::norm(column(0)), frame::norm(column(1)), frame::norm(column(2))];
-    let mirrored = frame.determinant() < 0.0;
-    let mut unit = [frame::unit(column(0))?, frame::unit(column(1))?, frame::unit(column(2))?];
-    if mirrored {
-        unit[0] = unit[0].map(|v| -v);
-    }
-    let square = |a: usize, b: usize| frame::dot(unit[a], unit[b]).abs() < 1e-9;
-    if !(square(0, 1) && square(0, 2) && square(1, 2)) {
-        return None;
-    }
-    // R[i][j] is unit[j][i]; the image of e_x of Rz Ry Rx is (cz cy, sz cy, -sy).
-    let r = |row: usize, at: usize| unit[at][row];
-    let cy = r(0, 0).hypot(r(1, 0));
-    let y = (-r(2, 0)).atan2(cy);
-    let (x, z) = if cy > 1e-9 {
-        (r(2, 1).atan2(r(2, 2)), r(1, 0).atan2(r(0, 0)))
-    } else {
-        // Y is plus or minus 90 degrees: X and Z turn about the same axis, all goes to Z.
-        (0.0, (-r(0, 1)).atan2(r(1, 1)))
-    };
-    Some(([x, y, z].map(|v| v.to_degrees() + 0.0), mirrored, factors))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn decomposition_gives_the_frame_back() {
-        for angles in
-            [[10.0, 20.0, 30.0], [0.0, 90.0, 40.0], [-170.0, -90.0, 12.0], [180.0, 0.0, -90.0], [0.0, -45.0, 0.0]]
-        {
-            for scale in [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [2.0, 3.0, -4.0]] {
-                let frame = Frame::rpy(angles).then(&Frame::scale(scale));
-                let (angles, mirrored, factors) = decompose(&frame).unwrap();
-                let mirror = Frame::scale([if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0]);
-                let again = Frame::rpy(angles).then(&mirror).then(&Frame::scale(factors));
-                for (a, b) in again.linear.iter().flatten().zip(frame.linear.iter().flatten()) {
-                    assert!((a - b).abs() < 1e-9, "{angles:?} {scale:?}");
-                }
-            }
-        }
-    }
 }

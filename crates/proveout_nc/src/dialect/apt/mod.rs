@@ -1,22 +1,61 @@
 //! APT cutter location data.
+//!
+//! Words after ISO 4343:2000 (major words of the processor output and of post-processor statements), with the forms that
+//! CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`, `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`,
+//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`) and the ISO 4343 output of Autodesk's
+//! posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
+//! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say.
+//!
+//! CL data knows no machine and no zero point: its coordinates are those of work offset G54, and the first command says
+//! so. Without tool vectors it runs with the axes of the machine; from the first vector on, tool center point control is
+//! on and every motion carries the tool axis.
+
+mod circle;
+mod drilling;
+mod path;
+mod reader;
+mod statement;
+mod technology;
+mod words;
 
 use std::path::PathBuf;
 
-use super::{Reader, unknown};
+use super::Reader;
+use crate::Command;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::Settings;
-use crate::source::Source;
+use crate::source::{Mark, Source};
+
+use reader::AptReader;
+use statement::Statement;
 
 /// The reader of a program.
 pub(crate) fn open(
     source: Source,
     _folder: Option<PathBuf>,
-    _settings: &Settings,
+    settings: &Settings,
 ) -> Result<Box<dyn Reader>, Diagnostics> {
-    Err(unknown(&source))
+    Ok(Box::new(AptReader::new(source, settings)))
 }
 
-/// All faults of single lines.
-pub(crate) fn line_faults(_source: &Source) -> Vec<Diagnostic> {
-    Vec::new()
+impl Reader for AptReader {
+    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
+        self.next()
+    }
+}
+
+/// All faults of single statements: grammar, and words that are refused wherever they stand.
+pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
+    let mut faults = Vec::new();
+    let mut statement = Statement::new();
+    let mut at = Mark::START;
+    while let Some((result, next)) = statement::read(source, at, &mut statement) {
+        let bad = match result {
+            Err(bad) => Some(bad),
+            Ok(()) => reader::refused_word(&statement),
+        };
+        faults.extend(bad.map(|bad| bad.diagnostic(source)));
+        at = next;
+    }
+    faults
 }

@@ -1,23 +1,78 @@
 //! Heidenhain TNC: Klartext and DIN/ISO.
+//!
+//! Text runs through [`text`] (lines to blocks), [`parser`] (Klartext; [`statements`], [`plane_words`], [`expr`] for its parts) or
+//! [`din`] (DIN/ISO) into the words of [`words`], and [`interpreter`] (labels, jumps, program calls), which executes paths in
+//! [`motion`], [`circle`], [`corner`] and [`approach`], everything else in [`execute`], [`functions`], [`frames`], [`plane`],
+//! [`cycle`], [`drilling`] and [`pattern`].
+//!
+//! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining cycles* (34059x), and the
+//! *iTNC 530* manuals (340 49x) for the old forms of cycles.
+
+mod approach;
+mod circle;
+mod corner;
+mod cycle;
+mod din;
+mod drilling;
+mod execute;
+mod expr;
+mod frames;
+mod functions;
+mod interpreter;
+mod lexer;
+mod motion;
+mod parser;
+mod pattern;
+mod plane;
+mod plane_words;
+mod state;
+mod statements;
+mod text;
+mod variables;
+mod words;
 
 use std::path::PathBuf;
 
-use super::{Reader, unknown};
+use interpreter::Interpreter;
+
+use super::Reader;
+use crate::Command;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::{Dialect, Settings};
-use crate::source::Source;
+use crate::source::{Mark, Source};
 
 /// The reader of a program.
 pub(crate) fn open(
-    _dialect: Dialect,
+    dialect: Dialect,
     source: Source,
-    _folder: Option<PathBuf>,
-    _settings: &Settings,
+    folder: Option<PathBuf>,
+    settings: &Settings,
 ) -> Result<Box<dyn Reader>, Diagnostics> {
-    Err(unknown(&source))
+    Ok(Box::new(Interpreter::new(dialect, source, folder, settings)?))
 }
 
-/// All faults of single lines.
-pub(crate) fn line_faults(_dialect: Dialect, _source: &Source) -> Vec<Diagnostic> {
-    Vec::new()
+impl Reader for Interpreter {
+    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
+        self.next()
+    }
+}
+
+/// All faults of single blocks: grammar, and words that are refused wherever they stand.
+pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+    let mut faults = Vec::new();
+    let mut block = words::Block::default();
+    let mut buffer = String::new();
+    let mut at = Mark::START;
+    loop {
+        let Some(found) = text::block(source, at, &mut buffer) else { return faults };
+        let parsed = if dialect == Dialect::HeidenhainIso {
+            din::parse(found.text, &mut block)
+        } else {
+            parser::parse(found.text, &mut block)
+        };
+        if let Err(fault) = parsed {
+            faults.push(text::locate(fault, source, at, found.text));
+        }
+        at = found.next;
+    }
 }

@@ -1,23 +1,76 @@
 //! ISO 6983 / RS274: Fanuc, Haas, `LinuxCNC`.
+//!
+//! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
+//! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
+//! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
+//! and [`cycles`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+
+mod arcs;
+mod block;
+mod calls;
+mod control;
+mod cycles;
+mod eval;
+mod expr;
+mod flavor;
+mod index;
+mod interpreter;
+mod length;
+mod machine;
+mod modal;
+mod motion;
+mod offsets;
+mod parser;
+mod pending;
+mod statement;
+mod system;
+mod technology;
+mod tilt;
+mod variables;
+mod words;
 
 use std::path::PathBuf;
 
-use super::{Reader, unknown};
+use interpreter::Interpreter;
+
+use super::Reader;
+use crate::Command;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::{Dialect, Settings};
-use crate::source::Source;
+use crate::source::{Mark, Source};
 
 /// The reader of a program.
 pub(crate) fn open(
-    _dialect: Dialect,
+    dialect: Dialect,
     source: Source,
-    _folder: Option<PathBuf>,
-    _settings: &Settings,
+    folder: Option<PathBuf>,
+    settings: &Settings,
 ) -> Result<Box<dyn Reader>, Diagnostics> {
-    Err(unknown(&source))
+    let told = flavor::tell(dialect, &source);
+    Ok(Box::new(Interpreter::new(source, folder, settings, told)?))
 }
 
-/// All faults of single lines.
-pub(crate) fn line_faults(_dialect: Dialect, _source: &Source) -> Vec<Diagnostic> {
-    Vec::new()
+impl Reader for Interpreter {
+    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
+        self.next()
+    }
+}
+
+/// All faults of single lines: grammar, and words that are refused wherever they stand.
+pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+    let flavor = flavor::tell(dialect, source).flavor;
+    let mut faults = Vec::new();
+    let mut block = parser::Block::default();
+    let mut at = Mark::START;
+    while let Some((line, next)) = source.line(at) {
+        let fault = match parser::parse_line(line, flavor, &mut block) {
+            Err(fault) => Some(fault),
+            Ok(()) => block.words.iter().find_map(|word| block::refused_word(flavor, word)),
+        };
+        if let Some(fault) = fault {
+            faults.push(fault.at(&source.name, at.line, line));
+        }
+        at = next;
+    }
+    faults
 }

@@ -1,25 +1,18 @@
-//! Executes a block of words: collects them, then acts in the order of the control.
-//!
-//! Order within a block: G words and frames, transformation, feed, speed, tool and edge, functions before the motion
-//! (M3 M4 M6 M7 M8 M19 and machine-builder functions), motion or dwell, functions behind it (M5 M9 M0 M1), cycle or
-//! subprogram call, end of program.
+//! Collects the words of a block; [`super::act`] does what they ask for.
 
 use super::eval::{self, Val};
 use super::expr::Expr;
-use super::interpreter::{Interpreter, missing_subprogram};
+use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, OrientationAngles, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::words::{self, Class};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{
-    AxisValues, Coolant, Dwell, Feed, Offset, Op, OrientationInterpolation, PathMode, Spindle, SpindleDirection, Tcp,
-    ToolAction, ToolName,
-};
+use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
 /// Bits of X, Y and Z.
-const LINEAR: u16 = 0b111;
+pub(super) const LINEAR: u16 = 0b111;
 
 impl Interpreter {
     /// Executes the words of a block.
@@ -28,7 +21,7 @@ impl Interpreter {
         for (at, word) in block.words.iter().enumerate() {
             self.collect(&mut pending, word, at, line)?;
         }
-        self.act(&pending, block)
+        self.act(&mut pending, block)
     }
 
     fn collect(&mut self, pending: &mut Pending, word: &Word, at: usize, line: &str) -> Result<(), Fault> {
@@ -201,10 +194,35 @@ impl Interpreter {
                 "TURN" => Some(&mut p.turns),
                 "RPL" => Some(&mut p.plane_angle),
                 "ADIS" => Some(&mut p.rounding),
+                "FB" => Some(&mut p.block_feed),
+                "CHF" => Some(&mut p.chamfer),
+                "CHR" => Some(&mut p.chamfer_leg),
+                "RND" => Some(&mut p.corner_radius),
+                "FRC" => Some(&mut p.corner_feed),
+                "OVR" => Some(&mut p.feed_override),
                 _ => None,
             };
             if let Some(slot) = slot {
                 *slot = Some(self.variables.number(value, span)?);
+                return Ok(());
+            }
+            if matches!(name, "AP" | "RP") {
+                let coordinate = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+                *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
+                return Ok(());
+            }
+            if matches!(name, "RNDM" | "FRCM") {
+                let value = self.variables.number(value, span)?;
+                if name == "RNDM" {
+                    let radius = value * self.modal.units.length();
+                    self.modal.modal_rounding = (radius > 0.0).then_some(radius);
+                } else {
+                    self.modal.corner_feed = (value > 0.0).then_some(value);
+                }
+                return Ok(());
+            }
+            if name == "DISC" {
+                self.modal.compensation.disc = self.variables.number(value, span)?;
                 return Ok(());
             }
             if matches!(name, "CTOL" | "OTOL" | "ATOL") {
@@ -212,8 +230,26 @@ impl Interpreter {
                 return self.tolerance_word(name, value, span);
             }
         }
-        if name == "$P_UIFR" {
-            return self.write_work_offset(indices, value, span);
+        if self.is_frame(name) {
+            return self.assign_frame(name, indices, value, span);
+        }
+        if let ("POS", [Expr::Name(axis)]) = (name, indices) {
+            let index = match axis.as_bytes() {
+                [letter] => AxisValues::index(char::from(*letter)),
+                _ => None,
+            };
+            let Some(axis) = index else {
+                return Err(Fault::new(
+                    codes::UNKNOWN_WORD,
+                    span,
+                    format!("`POS[{axis}]` names no axis of the reader"),
+                )
+                .help("use X Y Z A B C U V W"));
+            };
+            p.axes[axis] = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+            p.programmed |= 1 << axis;
+            p.positioning = true;
+            return Ok(());
         }
         match words::classify_assignment(name) {
             Class::Note => {
@@ -243,6 +279,14 @@ impl Interpreter {
             1 => modal.interpolation = Interpolation::Linear,
             2 => modal.interpolation = Interpolation::Clockwise,
             3 => modal.interpolation = Interpolation::CounterClockwise,
+            33 => modal.interpolation = Interpolation::Thread,
+            331 => modal.interpolation = Interpolation::TapIn,
+            332 => modal.interpolation = Interpolation::TapOut,
+            63 => {
+                // Feed and speed are programmed to fit; the chuck takes up what they differ.
+                p.tapping_feed = true;
+                self.note("G63");
+            }
             4 => p.dwell = true,
             9 => p.exact_stop = true,
             17..=19 => {
@@ -250,6 +294,14 @@ impl Interpreter {
                 let normal = ['X', 'Y', 'Z'][modal.normal];
                 self.emit(Op::Plane(normal));
             }
+            40..=42 => self.compensation_word(p, code, span)?,
+            450 | 451 => self.corner_word(code),
+            25 | 26 => p.limits = Some(code),
+            58 | 59 => {
+                let word = if code == 58 { FrameWord::G58 } else { FrameWord::G59 };
+                p.frame = Some((word, span));
+            }
+            110..=112 => p.pole = Some(code),
             53 | 153 => p.machine = true,
             54..=57 | 500 | 505..=599 => p.offset = Some(code),
             60 => self.path_mode(PathMode::ExactStop),
@@ -279,20 +331,6 @@ impl Interpreter {
         Ok(())
     }
 
-    fn feed_mode(&mut self, mode: FeedMode) {
-        if self.modal.feed_mode != mode {
-            self.modal.feed_mode = mode;
-            // A number keeps no meaning across modes: F must be programmed anew.
-            self.technology.feed = None;
-        }
-    }
-
-    /// Takes a corner treatment into effect and tells it.
-    pub(crate) fn path_mode(&mut self, mode: PathMode) {
-        self.modal.path_mode = mode;
-        self.emit(Op::PathMode(mode));
-    }
-
     fn name(&mut self, p: &mut Pending, name: &str, span: Span, at: usize) -> Result<(), Fault> {
         if let Some(frame) = FrameWord::from_name(name) {
             if p.frame.is_some() {
@@ -306,6 +344,9 @@ impl Interpreter {
             p.frame = Some((frame, span));
             return Ok(());
         }
+        if self.compensation_name(name) {
+            return Ok(());
+        }
         match name {
             "SUPA" => p.machine = true,
             "TRAORI" => p.transformation = Some(true),
@@ -313,6 +354,10 @@ impl Interpreter {
             "CIP" => self.modal.interpolation = Interpolation::Intermediate,
             "CT" => self.modal.interpolation = Interpolation::Tangential,
             "ORIAXES" => self.orientation(OrientationInterpolation::Axes),
+            "ORIVECTPATH" => {
+                self.note("ORIVECTPATH: taken as ORIVECT");
+                self.orientation(OrientationInterpolation::GreatCircle);
+            }
             "ORIVECT" | "ORIPLANE" => self.orientation(OrientationInterpolation::GreatCircle),
             "ORIWKS" | "ORIMKS" => {
                 self.modal.machine_vectors = name == "ORIMKS";
@@ -363,259 +408,6 @@ impl Interpreter {
         }
         Ok(())
     }
-
-    fn orientation(&mut self, interpolation: OrientationInterpolation) {
-        self.modal.orientation = interpolation;
-        self.tell_tcp();
-    }
-
-    /// Hands the state of the tool center point control out.
-    pub(crate) fn tell_tcp(&mut self) {
-        // ORIMKS interpolates the machine axes whatever else is said.
-        let interpolation =
-            if self.modal.machine_vectors { OrientationInterpolation::Axes } else { self.modal.orientation };
-        self.emit(Op::Tcp(Tcp { on: self.technology.tcp(), interpolation }));
-    }
-
-    fn act(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
-        let span = block.span;
-        if let Some(rounding) = p.rounding {
-            self.rounding_word(rounding, span)?;
-        }
-        if let Some(offset) = p.offset {
-            self.work_offset(offset);
-        }
-        if let Some((word, frame_span)) = p.frame {
-            if p.machine || p.has_orientation() || p.has_center() {
-                return Err(Fault::new(
-                    codes::CONFLICT,
-                    frame_span,
-                    format!("`{}` cannot stand with a motion", word.name()),
-                )
-                .help("write the frame in a block of its own"));
-            }
-            self.frame_instruction(word, p, frame_span)?;
-        }
-        if let Some(on) = p.transformation {
-            let before = self.technology.tcp();
-            self.technology.transformed = on;
-            self.tell_tcp();
-            if before != self.technology.tcp() {
-                self.position.forget(LINEAR);
-            }
-        }
-        if !p.dwell {
-            self.feed_word(p, span)?;
-            self.speed_word(p, span)?;
-        }
-        if let Some(tool) = &p.tool {
-            self.technology.selected = Some(tool.clone());
-            self.emit(Op::Tool(ToolAction::Select(tool.clone())));
-        }
-        if let Some(edge) = p.edge {
-            self.edge(edge);
-        }
-        if !p.functions.is_empty() {
-            self.functions_before(p, span)?;
-        }
-        if p.dwell {
-            self.dwell(p, span)?;
-        } else if p.frame.is_none() && (p.has_axis() || p.has_orientation() || p.has_center() || p.opening.is_some()) {
-            self.motion(p, span)?;
-        }
-        if !p.functions.is_empty() {
-            self.functions_after(p);
-        }
-        self.calls(p, block)?;
-        if p.functions.iter().any(|m| matches!(m, 2 | 17 | 30)) {
-            self.end_of_program();
-        }
-        Ok(())
-    }
-
-    fn calls(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
-        let passes = p.passes.unwrap_or(1);
-        if p.passes.is_some() && p.call.is_none() && p.numbered_call.is_none() {
-            return Err(Fault::new(codes::UNKNOWN_WORD, block.span, "`P` has no subprogram in its block")
-                .help("write P with a subprogram call, such as L100 P3"));
-        }
-        if let Some(number) = p.numbered_call
-            && passes > 0
-        {
-            let call = Call { name: format!("L{number}"), arguments: None };
-            if !self.call_subprogram(&call, passes, block.span)? {
-                return Err(missing_subprogram(&call.name, block.span));
-            }
-        }
-        if let Some(word) = p.call.and_then(|at| block.words.get(at)) {
-            let call = match &word.kind {
-                WordKind::Call(call) => call.clone(),
-                WordKind::Name(name) => Call { name: name.clone(), arguments: None },
-                _ => return Ok(()),
-            };
-            if passes > 0 {
-                self.run_call(&call, passes, word.span)?;
-            }
-        } else if p.has_axis()
-            && p.frame.is_none()
-            && !p.machine
-            && let Some(modal) = self.modal_call.clone()
-            && modal.level == self.depth()
-        {
-            self.run_call(&modal.call, 1, block.span)?;
-        }
-        Ok(())
-    }
-
-    fn run_call(&mut self, call: &Call, passes: u32, span: Span) -> Result<(), Fault> {
-        if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
-            return Ok(());
-        }
-        Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
-            .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))
-    }
-
-    fn feed_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
-        let Some(value) = p.feed else {
-            if self.modal.feed_mode == FeedMode::InverseTime {
-                // Inverse time holds for one block.
-                self.technology.feed = None;
-            }
-            return Ok(());
-        };
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}"))
-                .help("write F100"));
-        }
-        let factor = self.modal.units.feed();
-        self.technology.feed = Some(match self.modal.feed_mode {
-            FeedMode::PerTime => Feed::PerTime(value * factor / 60.0),
-            FeedMode::PerRevolution => Feed::PerRevolution(value * factor),
-            FeedMode::InverseTime => Feed::InverseTime(60.0 / value),
-        });
-        self.tell_feed();
-        Ok(())
-    }
-
-    /// Hands the feed out when it differs from the last one.
-    pub(crate) fn tell_feed(&mut self) {
-        let inverse = self.modal.feed_mode == FeedMode::InverseTime;
-        if let Some(feed) = self.technology.feed
-            && (inverse || self.technology.told_feed != Some(feed))
-        {
-            self.technology.told_feed = Some(feed);
-            self.emit(Op::Feed(feed));
-        }
-    }
-
-    fn speed_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
-        let Some(speed) = p.speed else { return Ok(()) };
-        if !(speed >= 0.0 && speed.is_finite()) {
-            return Err(Fault::new(
-                codes::BAD_VALUE,
-                span,
-                format!("the spindle speed must not be negative and is {speed}"),
-            )
-            .help("write S1000 and the direction with M3 or M4"));
-        }
-        let changed = self.technology.speed != Some(speed);
-        self.technology.speed = Some(speed);
-        let turns = self.technology.direction != SpindleDirection::Off;
-        if changed && turns && !p.functions.iter().any(|m| matches!(m, 3..=5)) {
-            self.tell_spindle();
-        }
-        Ok(())
-    }
-
-    fn tell_spindle(&mut self) {
-        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
-        self.emit(Op::Spindle(spindle));
-    }
-
-    fn edge(&mut self, edge: u32) {
-        self.emit(Op::Offset(Offset::ToolEdge { edge }));
-        if self.technology.edge.replace(edge) != Some(edge) {
-            // The tool stands still and its tip is now another point.
-            let turned = self.technology.tcp() || self.position.frame().is_rotated();
-            self.position.forget(if turned { LINEAR } else { 1 << self.modal.normal });
-            self.tangent = None;
-        }
-    }
-
-    fn functions_before(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
-        for &m in &p.functions {
-            match m {
-                0 | 1 | 2 | 5 | 9 | 17 | 30 => {}
-                3 | 4 => {
-                    self.technology.direction =
-                        if m == 3 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
-                    self.tell_spindle();
-                }
-                6 => {
-                    let tool = self.technology.selected.clone().ok_or_else(|| {
-                        Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
-                    })?;
-                    self.emit(Op::Tool(ToolAction::Change(tool)));
-                    // The change moves the machine to where its tool changer is.
-                    self.position.forget(LINEAR);
-                    self.tangent = None;
-                }
-                7 | 8 => {
-                    if m == 7 {
-                        self.technology.mist = true
-                    } else {
-                        self.technology.flood = true
-                    }
-                    self.tell_coolant();
-                }
-                _ => self.note(format!("M{m}")),
-            }
-        }
-        Ok(())
-    }
-
-    fn tell_coolant(&mut self) {
-        let coolant = Coolant { flood: self.technology.flood, mist: self.technology.mist };
-        self.emit(Op::Coolant(coolant));
-    }
-
-    fn functions_after(&mut self, p: &Pending) {
-        for &m in &p.functions {
-            match m {
-                5 => {
-                    self.technology.direction = SpindleDirection::Off;
-                    self.tell_spindle();
-                }
-                9 => {
-                    self.technology.flood = false;
-                    self.technology.mist = false;
-                    self.tell_coolant();
-                }
-                0 | 1 => self.emit(Op::Stop { optional: m == 1 }),
-                _ => {}
-            }
-        }
-    }
-
-    fn dwell(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
-        let dwell = match (p.feed, p.speed) {
-            (Some(seconds), None) => Dwell::Seconds(seconds),
-            (None, Some(revolutions)) => Dwell::Revolutions(revolutions),
-            _ => {
-                return Err(Fault::new(codes::MISSING_VALUE, span, "G4 needs either F in seconds or S in revolutions")
-                    .help("write G4 F2"));
-            }
-        };
-        if p.has_axis() {
-            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
-                .help("write G4 in a block of its own"));
-        }
-        if !matches!(dwell, Dwell::Seconds(v) | Dwell::Revolutions(v) if v >= 0.0) {
-            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write G4 F2"));
-        }
-        self.emit(Op::Dwell(dwell));
-        Ok(())
-    }
 }
 
 fn set_once(already: bool, letter: char, span: Span) -> Result<(), Fault> {
@@ -648,7 +440,7 @@ pub(crate) fn refused_word(word: &Word) -> Option<Fault> {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) } => {
             let known = matches!(
                 *code as i64,
-                0..=4 | 9 | 17..=19 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
+                0..=4 | 9 | 17..=19 | 25 | 26 | 58 | 59 | 110..=112 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
             );
             if known || *code < 0.0 || code.fract() != 0.0 || words::is_noted_g(*code as u32) {
                 return None;

@@ -1,7 +1,7 @@
 //! Drilling cycles and hole patterns, expanded to motions.
 //!
-//! Courses after the programming manual (Siemens, *NC programming, cycles*: CYCLE81, CYCLE82, CYCLE83, CYCLE85, HOLES1,
-//! HOLES2). All lengths run along the normal of the working plane; the drilling direction is from the retraction plane to
+//! Courses after the programming manual (Siemens, *NC programming, cycles*: CYCLE81, CYCLE82, CYCLE83, HOLES1, HOLES2;
+//! the others in [`super::tapping`] and [`super::boring`]). All lengths run along the normal of the working plane; the drilling direction is from the retraction plane to
 //! the final depth.
 
 use super::eval::Val;
@@ -20,17 +20,20 @@ fn anticipation(depth: f64) -> f64 {
 
 /// Retraction of chip breaking where none is given, mm.
 const CHIP_BREAK_RETRACTION: f64 = 1.0;
+/// Cycles that make one hole.
+const DRILLING: [&str; 10] =
+    ["CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE840", "CYCLE85", "CYCLE86", "CYCLE87", "CYCLE88", "CYCLE89"];
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
 
 /// The planes that all drilling cycles share, mm.
 #[derive(Clone, Copy, Debug)]
-struct Planes {
-    retraction: f64,
+pub(crate) struct Planes {
+    pub(crate) retraction: f64,
     /// Reference plane moved by the safety distance.
-    start: f64,
-    reference: f64,
-    depth: f64,
+    pub(crate) start: f64,
+    pub(crate) reference: f64,
+    pub(crate) depth: f64,
 }
 
 impl Interpreter {
@@ -39,13 +42,20 @@ impl Interpreter {
         match call.name.as_str() {
             "CYCLE832" => self.cycle832(call, span)?,
             "CYCLE800" => self.cycle800(call, span)?,
-            "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE85" => {
+            name if DRILLING.contains(&name) => {
                 let values = self.arguments(call, span)?;
                 let planes = self.planes(&call.name, &values, span)?;
-                self.need_feed(span)?;
-                match call.name.as_str() {
+                if !matches!(name, "CYCLE84" | "CYCLE840") {
+                    self.need_feed(span)?;
+                }
+                match name {
                     "CYCLE83" => self.deep_hole(planes, &values, span)?,
+                    "CYCLE84" => self.rigid_tapping(planes, &values, span)?,
+                    "CYCLE840" => self.floating_tapping(planes, &values, span)?,
                     "CYCLE85" => self.reaming(planes, &values, span)?,
+                    "CYCLE86" => self.boring_with_lift(planes, &values, span)?,
+                    "CYCLE87" | "CYCLE88" => self.boring_with_stop(name, planes, &values, span)?,
+                    "CYCLE89" => self.boring_in_and_out(planes, &values, span)?,
                     name => {
                         let dwell = if name == "CYCLE82" { number(&values, 5, name, span)? } else { None };
                         self.along(planes.start, true, span)?;
@@ -95,71 +105,59 @@ impl Interpreter {
     }
 
     /// Straight motion along the normal of the plane.
-    fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
-        let axis = self.modal.normal;
-        if self.position.work.get(axis) == Some(to) {
+    pub(crate) fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        if self.position.work.get(self.modal.normal) == Some(to) {
             return Ok(());
         }
-        let mut end = self.position.work;
-        end.put(axis, to);
-        self.straight(end, 1 << axis, rapid, span)
+        let motion = self.along_motion(to, span)?;
+        self.tangent = None;
+        self.go(motion, rapid);
+        Ok(())
     }
 
-    fn straight(&mut self, end: crate::AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
+    /// The motion along the normal of the plane to a coordinate.
+    pub(crate) fn along_motion(&self, to: f64, span: Span) -> Result<Motion, Fault> {
+        let axis = self.modal.normal;
+        let mut end = self.position.work;
+        end.put(axis, to);
+        self.cycle_motion(end, 1 << axis, span)
+    }
+
+    pub(crate) fn straight(
+        &mut self,
+        end: crate::AxisValues,
+        programmed: u16,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let motion = self.cycle_motion(end, programmed, span)?;
+        self.tangent = None;
+        self.go(motion, rapid);
+        Ok(())
+    }
+
+    fn cycle_motion(&self, end: crate::AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
         let end_base = self.position.base_of(&end, programmed).map_err(|missing| {
             let message = format!("the cycle needs the position of {}, which the program has not set", missing.0);
             Fault::new(codes::POSITION_UNKNOWN, span, message).help("program X, Y and Z before the cycle")
         })?;
-        self.tangent = None;
-        self.go(
-            Motion {
-                end,
-                end_base,
-                tool_axis: None,
-                tool_axis_base: None,
-                programmed,
-                machine_coordinates: false,
-                exact_stop: false,
-            },
-            rapid,
-        );
-        Ok(())
+        Ok(Motion {
+            end,
+            end_base,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed,
+            machine_coordinates: false,
+            exact_stop: false,
+        })
     }
 
     /// Dwell of a cycle: seconds above zero, revolutions below.
-    fn wait(&mut self, dwell: Option<f64>) {
+    pub(crate) fn wait(&mut self, dwell: Option<f64>) {
         match dwell {
             Some(seconds) if seconds > 0.0 => self.emit(Op::Dwell(Dwell::Seconds(seconds))),
             Some(revolutions) if revolutions < 0.0 => self.emit(Op::Dwell(Dwell::Revolutions(-revolutions))),
             _ => {}
-        }
-    }
-
-    /// CYCLE85(RTP, RFP, SDIS, DP, DPR, DTB, FFR, RFF): down with FFR, up with RFF.
-    fn reaming(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
-        let (down, up) = (number(values, 6, "CYCLE85", span)?, number(values, 7, "CYCLE85", span)?);
-        let before = self.technology.feed;
-        self.along(planes.start, true, span)?;
-        self.cycle_feed(down);
-        self.along(planes.depth, false, span)?;
-        self.wait(number(values, 5, "CYCLE85", span)?);
-        self.cycle_feed(up.or(down));
-        self.along(planes.start, false, span)?;
-        if self.technology.feed != before {
-            self.technology.feed = before;
-            self.tell_feed();
-        }
-        self.along(planes.retraction, true, span)
-    }
-
-    fn cycle_feed(&mut self, value: Option<f64>) {
-        let factor = self.modal.units.feed();
-        if let Some(value) = value.filter(|v| *v > 0.0) {
-            self.technology.feed = Some(match self.technology.feed {
-                Some(Feed::PerRevolution(_)) => Feed::PerRevolution(value * factor),
-                _ => Feed::PerTime(value * factor / 60.0),
-            });
-            self.tell_feed();
         }
     }
 
@@ -272,7 +270,7 @@ impl Interpreter {
         end.put(second, v);
         self.straight(end, 1 << first | 1 << second, true, span)?;
         let Some(modal) = self.modal_call.clone() else { return Ok(()) };
-        if matches!(modal.call.name.as_str(), "CYCLE81" | "CYCLE82" | "CYCLE83" | "CYCLE85") {
+        if DRILLING.contains(&modal.call.name.as_str()) {
             self.run_cycle(&modal.call, span)?;
             return Ok(());
         }
@@ -281,7 +279,7 @@ impl Interpreter {
             span,
             format!("a hole pattern with `{}` is not supported", modal.call.name),
         )
-        .help("use MCALL with CYCLE81, CYCLE82, CYCLE83 or CYCLE85"))
+        .help("use MCALL with a drilling cycle (CYCLE81 to CYCLE89)"))
     }
 }
 

@@ -35,6 +35,8 @@ pub(crate) struct Variables {
     given: BTreeMap<String, f64>,
     /// Local variables, one map for each call level; those of the main program are seen from subprograms.
     levels: Vec<BTreeMap<String, Variable>>,
+    /// System variables with the values that they have before the line in work.
+    system: BTreeMap<String, f64>,
     elements: usize,
     max_elements: usize,
 }
@@ -54,7 +56,12 @@ impl Variables {
                 }
             }
         }
-        Self { params, given: names, levels: vec![BTreeMap::new()], elements: 0, max_elements }
+        Self { params, given: names, levels: vec![BTreeMap::new()], system: BTreeMap::new(), elements: 0, max_elements }
+    }
+
+    /// Values of system variables by name and indices.
+    pub(crate) fn set_system(&mut self, values: Vec<(String, f64)>) {
+        self.system = values.into_iter().collect();
     }
 
     pub(crate) fn enter(&mut self) {
@@ -130,7 +137,9 @@ impl Variables {
             Expr::Name(name) => self.name(name, span)?,
             Expr::Element(name, indices) => {
                 let Some(variable) = self.find(name) else {
-                    return Err(unknown(name, span));
+                    let key = super::system::system_key(name, indices, &|e| self.number(e, span).ok());
+                    let value = self.given.get(&key).or_else(|| self.system.get(&key));
+                    return value.map(|v| Val::Number(*v)).ok_or_else(|| unknown(&key, span));
                 };
                 let indices = self.indices(indices, span)?;
                 variable.values[position(name, &variable.sizes, &indices, span)?].clone()
@@ -186,6 +195,9 @@ impl Variables {
             return Ok(variable.values[0].clone());
         }
         if let Some(&value) = self.given.get(name) {
+            return Ok(Val::Number(value));
+        }
+        if let Some(&value) = self.system.get(name) {
             return Ok(Val::Number(value));
         }
         Ok(Val::Number(match name {
@@ -251,7 +263,7 @@ impl Variables {
             Binary::Greater => truth(a > b && !equal),
             Binary::LessEqual => truth(a < b || equal),
             Binary::GreaterEqual => truth(a > b || equal),
-            Binary::Join => Val::Text(String::new()),
+            Binary::Join | Binary::Chain => Val::Text(String::new()),
         })
     }
 

@@ -50,6 +50,8 @@ pub(crate) enum Binary {
     Xor,
     Or,
     Join,
+    /// `:` between frames.
+    Chain,
     Equal,
     NotEqual,
     Less,
@@ -61,6 +63,7 @@ pub(crate) enum Binary {
 impl Binary {
     fn priority(self) -> u8 {
         match self {
+            Self::Chain => 11,
             Self::Multiply | Self::Divide | Self::Div | Self::Mod => 10,
             Self::Add | Self::Subtract => 9,
             Self::BitAnd => 8,
@@ -112,6 +115,7 @@ fn operator(s: &mut Scanner<'_>) -> Option<Binary> {
     let (operator, length) = match (s.peek(), s.peek_at(1)) {
         (b'+', _) => (Binary::Add, 1),
         (b'-', _) => (Binary::Subtract, 1),
+        (b':', b) if b != b'=' => (Binary::Chain, 1),
         (b'*', _) => (Binary::Multiply, 1),
         (b'/', _) => (Binary::Divide, 1),
         (b'=', b'=') => (Binary::Equal, 2),

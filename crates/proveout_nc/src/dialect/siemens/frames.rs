@@ -1,7 +1,7 @@
 //! Work offsets, programmable frames, swivel planes, and the tolerance of the path.
 //!
 //! ```text
-//! base = settable (G54) * swivel (CYCLE800) * programmable (TRANS ROT SCALE MIRROR) * work
+//! base = base frame * settable (G54) * swivel (CYCLE800) * programmable (TRANS ROT SCALE MIRROR) * work
 //! ```
 //!
 //! An absolute instruction replaces the whole programmable frame, so `TRANS X0 Y0 Z0` takes an AROT away too; an additive one
@@ -9,14 +9,13 @@
 //! Z, the new Y, the newest X (Siemens, *NC programming*, "Programmable rotation", RPY, the standard setting of MD10600).
 
 use super::eval::Val;
-use super::expr::Expr;
 use super::interpreter::Interpreter;
 use super::parser::Call;
 use super::pending::{FrameWord, Pending};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
-use crate::{AxisValues, FrameChange, Motion, Offset, Op, PathMode, WorkOffset};
+use crate::{FrameChange, Motion, Offset, Op, PathMode};
 
 impl Interpreter {
     /// Takes the frames of the modal state into effect and tells them.
@@ -34,48 +33,20 @@ impl Interpreter {
 
     pub(crate) fn work_offset(&mut self, code: u32) {
         let word = format!("G{code}");
-        let values = self.offsets.get(&word).copied().unwrap_or_default();
-        self.modal.frames.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+        self.modal.frames.settable = self.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY);
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));
         if self.modal.frames.total() != *self.position.frame() {
             self.take_frames(&word);
         }
     }
 
-    /// `$P_UIFR[1, X, TR] = 10`: writes a work offset; it acts when its G word is programmed next.
-    pub(crate) fn write_work_offset(&mut self, indices: &[Expr], value: &Expr, span: Span) -> Result<(), Fault> {
-        let wrong = || {
-            Fault::new(codes::UNSUPPORTED_WORD, span, "of `$P_UIFR` only the translation of one axis can be written")
-                .help("write $P_UIFR[1,X,TR]=10")
-        };
-        let [number, Expr::Name(axis), Expr::Name(part)] = indices else { return Err(wrong()) };
-        let axis = match axis.as_bytes() {
-            [letter] => AxisValues::index(char::from(*letter)).filter(|&a| a < 6).ok_or_else(wrong)?,
-            _ => return Err(wrong()),
-        };
-        if part != "TR" {
-            return Err(wrong());
-        }
-        let number = self.variables.number(number, span)?;
-        let code = match number {
-            n if (1.0..=4.0).contains(&n) && n.fract() == 0.0 => 53.0 + n,
-            n if (5.0..=99.0).contains(&n) && n.fract() == 0.0 => 500.0 + n,
-            _ => return Err(wrong()),
-        };
-        let value = self.variables.number(value, span)?;
-        let offset: &mut WorkOffset = self.offsets.entry(format!("G{code}")).or_default();
-        if axis < 3 {
-            offset.translation[axis] = value * self.modal.units.length();
-        } else {
-            offset.rotary[axis - 3] = value.to_radians();
-        }
-        Ok(())
-    }
-
     pub(crate) fn frame_instruction(&mut self, word: FrameWord, p: &Pending, span: Span) -> Result<(), Fault> {
         let mut values = [None; 9];
         for (axis, coordinate) in p.axes.iter().enumerate() {
             values[axis] = coordinate.map(|c| c.value);
+        }
+        if matches!(word, FrameWord::G58 | FrameWord::G59) {
+            return self.axial_offset(word, &values, span);
         }
         if !matches!(word, FrameWord::Trans | FrameWord::ATrans) && p.programmed >> 3 != 0 {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("`{}` takes X, Y and Z", word.name()))
@@ -108,9 +79,19 @@ impl Interpreter {
                 }
                 Frame::scale(factors)
             }
+            FrameWord::G58 | FrameWord::G59 => Frame::IDENTITY,
             FrameWord::Mirror | FrameWord::AMirror => {
                 Frame::scale(std::array::from_fn(|i| if values[i].is_some() { -1.0 } else { 1.0 }))
             }
+        };
+        let additive = match (word, self.modal.frames.additive) {
+            (FrameWord::Trans, _) => Some([0.0; 3]),
+            (FrameWord::ATrans, Some(sum)) if !self.modal.frames.programmable.is_rotated() => {
+                Some(std::array::from_fn(|i| sum[i] + change.translation[i]))
+            }
+            (FrameWord::ATrans, _) => None,
+            (_, sum) if word.is_additive() => sum,
+            _ => Some([0.0; 3]),
         };
         let programmable = if word.is_additive() { self.modal.frames.programmable.then(&change) } else { change };
         if !programmable.translation.iter().chain(programmable.linear.iter().flatten()).all(|v| v.is_finite())
@@ -119,6 +100,33 @@ impl Interpreter {
             return Err(Fault::new(codes::BAD_VALUE, span, "the frame is degenerate").help("check its values"));
         }
         self.modal.frames.programmable = programmable;
+        self.modal.frames.additive = additive;
+        self.take_frames(word.name());
+        Ok(())
+    }
+
+    /// G58 and G59: the absolute and the additive part of the programmable translation, axis by axis.
+    fn axial_offset(&mut self, word: FrameWord, values: &[Option<f64>; 9], span: Span) -> Result<(), Fault> {
+        if values[3..].iter().any(Option::is_some) {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("`{}` takes X, Y and Z", word.name()))
+                .help("use TRANS for rotary axes"));
+        }
+        let Some(mut additive) = self.modal.frames.additive else {
+            let message = format!("`{}` behind ATRANS in a turned frame is not supported", word.name());
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("use TRANS and ATRANS"));
+        };
+        let length = self.modal.units.length();
+        let translation = &mut self.modal.frames.programmable.translation;
+        for axis in 0..3 {
+            let Some(value) = values[axis].map(|v| v * length) else { continue };
+            if word == FrameWord::G58 {
+                translation[axis] = value + additive[axis];
+            } else {
+                translation[axis] += value - additive[axis];
+                additive[axis] = value;
+            }
+        }
+        self.modal.frames.additive = Some(additive);
         self.take_frames(word.name());
         Ok(())
     }

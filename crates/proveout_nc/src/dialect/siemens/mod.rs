@@ -1,13 +1,18 @@
 //! Siemens Sinumerik 840D sl.
 //!
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
-//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks in [`block`], [`motion`],
-//! [`frames`] and [`drilling`]. [`words`] lists what is read with a note or refused.
+//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] collects
+//! their words, [`act`] does them with [`motion`], [`frames`], [`technology`], [`compensation`] and [`drilling`]. [`words`] lists what is read with a note or refused.
 
+mod act;
 mod block;
+mod boring;
+mod compensation;
+mod corners;
 mod drilling;
 mod eval;
 mod expr;
+mod frame_values;
 mod frames;
 mod index;
 mod interpreter;
@@ -15,7 +20,11 @@ mod modal;
 mod motion;
 mod parser;
 mod pending;
+mod polar;
 mod statement;
+mod system;
+mod tapping;
+mod technology;
 mod words;
 
 use std::path::PathBuf;
@@ -24,6 +33,7 @@ use interpreter::Interpreter;
 
 use super::Reader;
 use crate::Command;
+use crate::compensation::CompStyle;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
@@ -40,6 +50,14 @@ pub(crate) fn open(
 impl Reader for Interpreter {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn comp_style(&self) -> Option<CompStyle> {
+        Some(self.modal.compensation.style)
+    }
+
+    fn source_line(&self, file: &str, line: u32) -> Option<String> {
+        self.line_of(file, line)
     }
 }
 

@@ -1,7 +1,8 @@
 //! What stays in force from block to block.
 
+use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
 use crate::frame::Frame;
-use crate::{Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
+use crate::{CompSide, Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
 
 /// G group 1 and its relatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +15,12 @@ pub(crate) enum Interpolation {
     Intermediate,
     /// CT: circle with tangential transition.
     Tangential,
+    /// G33: straight, coupled to the spindle.
+    Thread,
+    /// G331: tapping.
+    TapIn,
+    /// G332: out of the tapped hole.
+    TapOut,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,22 +77,73 @@ pub(crate) struct Modal {
     /// ORIMKS: vectors are meant in the machine frame.
     pub(crate) machine_vectors: bool,
     pub(crate) frames: Frames,
+    pub(crate) compensation: Compensation,
+    /// RNDM=, mm.
+    pub(crate) modal_rounding: Option<f64>,
+    /// FRCM=, as written.
+    pub(crate) corner_feed: Option<f64>,
+    /// Pole of polar coordinates, in the axes of the working plane, work coordinates, mm.
+    pub(crate) pole: [f64; 2],
+    /// RP, mm.
+    pub(crate) polar_radius: Option<f64>,
+    /// AP, degrees.
+    pub(crate) polar_angle: Option<f64>,
+}
+
+/// Cutter radius compensation as it is programmed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Compensation {
+    pub(crate) side: CompSide,
+    pub(crate) style: CompStyle,
+    /// Word of G group 17 that is in force: NORM, KONT, KONTC, KONTT.
+    pub(crate) approach: &'static str,
+    /// CUT2DF: the plane turns with the frame.
+    pub(crate) plane_in_frame: bool,
+    /// DISC=, percent.
+    pub(crate) disc: f64,
+}
+
+impl Compensation {
+    /// G451: circles instead of intersections beyond this change of direction, degrees (standard of MD20210).
+    const CORNER_LIMIT_DEG: f64 = 100.0;
+
+    /// After reset: G40, NORM, G450, CFC, CUT2D.
+    pub(crate) const RESET: Self = Self {
+        side: CompSide::Off,
+        style: CompStyle { corner: Corner::Arc, entry: Entry::Perpendicular, feed: FeedAt::Contour },
+        approach: "NORM",
+        plane_in_frame: false,
+        disc: 0.0,
+    };
+
+    /// G450, G451.
+    pub(crate) fn corner(code: u32) -> Corner {
+        if code == 450 {
+            Corner::Arc
+        } else {
+            Corner::Intersection { limit: Self::CORNER_LIMIT_DEG.to_radians(), beyond: Beyond::Arc }
+        }
+    }
 }
 
 /// Frames of the control from the base to the work coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
+    /// $P_BFRAME.
+    pub(crate) base: Frame,
     /// G54 and the like.
     pub(crate) settable: Frame,
     /// CYCLE800.
     pub(crate) swivel: Frame,
     /// TRANS ROT SCALE MIRROR.
     pub(crate) programmable: Frame,
+    /// Part of its translation that ATRANS and G59 made; none where it is not along the axes of the frame.
+    pub(crate) additive: Option<[f64; 3]>,
 }
 
 impl Frames {
     pub(crate) fn total(&self) -> Frame {
-        self.settable.then(&self.swivel).then(&self.programmable)
+        self.base.then(&self.settable).then(&self.swivel).then(&self.programmable)
     }
 }
 
@@ -104,7 +162,19 @@ impl Modal {
             orientation,
             angles: OrientationAngles::RollPitchYaw,
             machine_vectors: false,
-            frames: Frames { settable: Frame::IDENTITY, swivel: Frame::IDENTITY, programmable: Frame::IDENTITY },
+            frames: Frames {
+                base: Frame::IDENTITY,
+                settable: Frame::IDENTITY,
+                swivel: Frame::IDENTITY,
+                programmable: Frame::IDENTITY,
+                additive: Some([0.0; 3]),
+            },
+            compensation: Compensation::RESET,
+            modal_rounding: None,
+            corner_feed: None,
+            pole: [0.0; 2],
+            polar_radius: None,
+            polar_angle: None,
         }
     }
 
@@ -126,6 +196,10 @@ pub(crate) struct Technology {
     pub(crate) flood: bool,
     pub(crate) mist: bool,
     pub(crate) selected: Option<ToolName>,
+    /// Tool in the spindle, as far as the program says.
+    pub(crate) in_spindle: Option<ToolName>,
+    /// Pitch of the last thread block, mm, with its sign.
+    pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
     /// TRAORI.
     pub(crate) transformed: bool,
@@ -143,6 +217,8 @@ impl Technology {
             flood: false,
             mist: false,
             selected: None,
+            in_spindle: None,
+            pitch: None,
             edge: None,
             transformed: false,
             swiveled: false,

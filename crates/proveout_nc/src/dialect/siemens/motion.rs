@@ -21,13 +21,18 @@ impl Interpreter {
         if p.machine {
             return self.machine_motion(p, span);
         }
-        let interpolation = self.modal.interpolation;
-        let is_arc = !matches!(interpolation, Interpolation::Rapid | Interpolation::Linear);
-        if !is_arc && (p.has_center() || p.radius.is_some() || p.opening.is_some()) {
+        let interpolation = if p.tapping_feed { Interpolation::Linear } else { self.modal.interpolation };
+        let is_thread = matches!(interpolation, Interpolation::Thread | Interpolation::TapIn | Interpolation::TapOut);
+        let is_arc = !is_thread && !matches!(interpolation, Interpolation::Rapid | Interpolation::Linear);
+        if is_thread && (p.has_orientation() || p.radius.is_some() || p.opening.is_some()) {
+            return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a tool vector stand in a thread block")
+                .help("take them out"));
+        }
+        if !is_arc && !is_thread && (p.has_center() || p.radius.is_some() || p.opening.is_some()) {
             return Err(Fault::new(codes::CONFLICT, span, "words of an arc stand in a block without G2 or G3")
                 .help("write G2 or G3, or take I J K, CR=, AR= out"));
         }
-        if interpolation != Interpolation::Rapid {
+        if interpolation != Interpolation::Rapid && !is_thread {
             self.need_feed(span)?;
         }
         let end = self.targets(p, span)?;
@@ -39,6 +44,9 @@ impl Interpreter {
         }
         let start = self.position.work.xyz();
         let motion = self.complete(p, end, p.programmed, span)?;
+        if is_thread {
+            return self.thread_block(p, motion, span);
+        }
         self.tangent = match (start, end.xyz()) {
             (Some(start), Some(end)) => frame::unit(frame::sub(end, start)).or(self.tangent),
             _ => None,

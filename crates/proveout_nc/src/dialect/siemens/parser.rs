@@ -54,6 +54,8 @@ pub(crate) enum Direction {
     Forward,
     Backward,
     Either,
+    /// GOTOC: as GOTO, and no fault where the target is missing.
+    Silent,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +71,7 @@ pub(crate) enum Type {
     Int,
     Bool,
     Text,
+    Frame,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +109,8 @@ pub(crate) enum Statement {
     Loop,
     EndLoop,
     Goto(Jump),
+    /// GOTOS: to the first block of the program.
+    GotoStart,
     Case {
         selector: Expr,
         branches: Vec<(Expr, Jump)>,

@@ -1,7 +1,7 @@
 //! The words of one block, sorted: what the block asks for, before anything is done.
 
-use crate::ToolName;
 use crate::diagnostic::Span;
+use crate::{CompSide, ToolName};
 
 /// How a coordinate is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,10 @@ pub(crate) enum FrameWord {
     AScale,
     Mirror,
     AMirror,
+    /// Absolute translation, axis by axis.
+    G58,
+    /// Additive translation, axis by axis.
+    G59,
 }
 
 impl FrameWord {
@@ -64,6 +68,8 @@ impl FrameWord {
             Self::AScale => "ASCALE",
             Self::Mirror => "MIRROR",
             Self::AMirror => "AMIRROR",
+            Self::G58 => "G58",
+            Self::G59 => "G59",
         }
     }
 
@@ -112,6 +118,28 @@ pub(crate) struct Pending {
     pub(crate) transformation: Option<bool>,
     /// Number of the G word of the work offset: 54, 505, 500.
     pub(crate) offset: Option<u32>,
+    /// CHF=, CHR=, RND=.
+    pub(crate) chamfer: Option<f64>,
+    pub(crate) chamfer_leg: Option<f64>,
+    pub(crate) corner_radius: Option<f64>,
+    /// FRC=.
+    pub(crate) corner_feed: Option<f64>,
+    /// G110, G111, G112.
+    pub(crate) pole: Option<u32>,
+    pub(crate) polar_angle: Option<Coordinate>,
+    pub(crate) polar_radius: Option<Coordinate>,
+    /// FB=.
+    pub(crate) block_feed: Option<f64>,
+    /// OVR=, percent.
+    pub(crate) feed_override: Option<f64>,
+    /// POS[]=: the axes are positioning axes.
+    pub(crate) positioning: bool,
+    /// G25, G26: the axes and S of the block are limits.
+    pub(crate) limits: Option<u32>,
+    /// G63: this block is straight and in feed, whatever interpolation is in force.
+    pub(crate) tapping_feed: bool,
+    /// G40, G41, G42.
+    pub(crate) compensation: Option<CompSide>,
 }
 
 impl Pending {

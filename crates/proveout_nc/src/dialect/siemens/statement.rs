@@ -26,7 +26,8 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
         "LOOP" => Statement::Loop,
         "ENDLOOP" => Statement::EndLoop,
         "REPEAT" | "REPEATB" => repeat(s, name == "REPEATB", start)?,
-        "GOTO" | "GOTOF" | "GOTOB" | "GOTOS" | "GOTOC" => {
+        "GOTOS" => Statement::GotoStart,
+        "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" => {
             s.set_pos(start);
             match jump(s)? {
                 Some(jump) => Statement::Goto(jump),
@@ -70,6 +71,7 @@ fn jump(s: &mut Scanner<'_>) -> Result<Option<Jump>, Fault> {
         "GOTO" => Direction::Either,
         "GOTOF" => Direction::Forward,
         "GOTOB" => Direction::Backward,
+        "GOTOC" => Direction::Silent,
         _ => {
             s.set_pos(before);
             return Ok(None);
@@ -179,10 +181,11 @@ fn variable_type(s: &mut Scanner<'_>) -> Result<Type, Fault> {
             }
             Type::Text
         }
-        "FRAME" | "AXIS" => {
+        "FRAME" => Type::Frame,
+        "AXIS" => {
             let message = format!("variables of type `{name}` are not supported");
             return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
-                .help("program the frame with TRANS, ROT, SCALE, MIRROR"));
+                .help("write the letter of the axis itself"));
         }
         _ => {
             let message = format!("`{name}` is not a type of a variable");

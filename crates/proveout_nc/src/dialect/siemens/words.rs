@@ -19,10 +19,9 @@ pub(crate) fn classify_name(name: &str) -> Class {
     match name {
         // Feed profile, acceleration behavior, compressors: the controller of the twin has its own.
         "FNORM" | "FLIN" | "FCUB" | "FFWON" | "FFWOF" | "SOFT" | "BRISK" | "DRIVE" | "SOFTA" | "BRISKA" | "DRIVEA"
-        | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "CFC" | "CFIN" | "CFTCP" | "DYNNORM"
-        | "DYNPOS" | "DYNROUGH" | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST"
-        | "OSC" | "UPATH" | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "G40" | "NORM" | "KONT" | "KONTC"
-        | "KONTT" | "CUT2D" | "CUT2DF" | "ORISON" | "ORISOF" => Class::Note,
+        | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "DYNNORM" | "DYNPOS" | "DYNROUGH"
+        | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
+        | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "CDOF" | "CDOF2" | "DIAMOF"
         | "DISPLON" | "DISPLOF" | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND" | "GROUP_END"
@@ -36,12 +35,13 @@ pub(crate) fn classify_name(name: &str) -> Class {
         | "ORICONCW" | "ORICONCCW" | "ORICONIO" | "ORICONTO" | "ORIVIRT1" | "ORIVIRT2" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3= and ORIAXES or ORIVECT")
         }
-        "ORIVECTPATH" => Class::Refused("use ORIVECT"),
         "TRANSMIT" | "TRACYL" | "TRAANG" | "TRACON" => Class::Refused("the twin knows TRAORI and TRAFOOF"),
-        "INIT" | "START" | "WAITM" | "WAITMC" | "WAITE" | "SETM" | "CLEARM" | "COUPON" | "COUPOF" | "COUPDEF"
-        | "TRAILON" | "TRAILOF" | "LEADON" | "LEADOF" => Class::Refused(ONE_CHANNEL),
-        "CYCLE83_EXT" | "CYCLE84" | "CYCLE840" | "CYCLE86" | "CYCLE87" | "CYCLE88" | "CYCLE89" | "CYCLE78" => {
-            Class::Refused("drilling cycles done here are CYCLE81, CYCLE82, CYCLE83 and CYCLE85")
+        "WAITM" | "WAITMC" | "WAITE" | "WAITP" | "SETM" | "CLEARM" => Class::Note,
+        "INIT" | "START" | "COUPON" | "COUPOF" | "COUPDEF" | "TRAILON" | "TRAILOF" | "LEADON" | "LEADOF" => {
+            Class::Refused(ONE_CHANNEL)
+        }
+        "CYCLE83_EXT" | "CYCLE78" | "CYCLE435" | "CYCLE495" => {
+            Class::Refused("drilling cycles done here are CYCLE81 to CYCLE89 and CYCLE840")
         }
         "POCKET1" | "POCKET2" | "POCKET3" | "POCKET4" | "SLOT1" | "SLOT2" | "LONGHOLE" | "CYCLE60" | "CYCLE61"
         | "CYCLE62" | "CYCLE63" | "CYCLE64" | "CYCLE70" | "CYCLE71" | "CYCLE72" | "CYCLE73" | "CYCLE74" | "CYCLE75"
@@ -50,7 +50,6 @@ pub(crate) fn classify_name(name: &str) -> Class {
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"
         | "CYCLE982" | "CYCLE996" | "CYCLE998" => Class::Refused("the twin does not measure; take the probing out"),
-        "G41" | "G42" => Class::Refused("let the CAM system compensate the cutter radius, and use G40"),
         "CUT3DC" | "CUT3DF" | "CUT3DFS" | "CUT3DFF" | "CUT3DCC" | "CUT3DCCD" => {
             Class::Refused("let the CAM system compensate the cutter, and use CUT2D")
         }
@@ -69,12 +68,12 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         | "ADISPOS" | "STOLF" | "FXS" | "FXST" | "FXSW" | "FENDNORM" | "SCC" | "CUTMOD" | "FLIM" | "OVRRAP_NORM" => {
             Class::Note
         }
-        "OVR" | "OVRA" | "OVRRAP" => Class::Refused("write the feed itself with F"),
-        "AP" | "RP" => Class::Refused("program the point with X, Y, Z"),
-        "FB" | "FZ" | "FD" | "FDA" | "FA" | "FPR" | "FRC" | "FRCM" => Class::Refused("write the feed with F and G94"),
-        "CHF" | "CHR" | "RND" | "RNDM" | "ANG" => Class::Refused("program the chamfer or rounding with G1, G2, G3"),
-        "DISR" | "DISCL" | "DISC" | "NORM" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
-        "POS" | "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
+        "OVRA" | "OVRRAP" => Class::Refused("write the feed itself with F"),
+        "FA" => Class::Note,
+        "FZ" | "FD" | "FDA" | "FPR" => Class::Refused("write the feed with F and G94"),
+        "ANG" => Class::Refused("program the end point with X, Y, Z"),
+        "DISR" | "DISCL" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
+        "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
         "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
         }
@@ -90,7 +89,7 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
     matches!(
         code,
         // Exact stop windows, corner behavior and approach of radius compensation that is off, Siemens mode.
-        40 | 290 | 450 | 451 | 460 | 461 | 462 | 601 | 602 | 603 | 140..=143 | 340 | 341 | 347 | 348 | 810..=819
+        290 | 460 | 461 | 462 | 601 | 602 | 603 | 140..=143 | 340 | 341 | 347 | 348 | 810..=819
     )
 }
 
@@ -98,13 +97,9 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
 pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
     Some(match code {
         5 | 7 => "program the path with G1",
-        25 | 26 => "limits of working area and spindle speed belong into the machine file",
-        33 | 34 | 35 | 63 | 331 | 332 | 335 | 336 => "threads are not part of the twin; take the block out",
-        41 | 42 => "let the CAM system compensate the cutter radius, and use G40",
-        58 | 59 => "use TRANS or ATRANS",
+        34 | 35 | 335 | 336 => "program a thread of constant pitch with G33",
         74 | 75 => "reference and fixed points are data of the machine; program SUPA G0 with coordinates",
         96 | 961 | 962 | 971..=973 => "constant cutting speed belongs to turning; use G94 or G95 and S in 1/min",
-        110..=112 => "program the point with X, Y, Z",
         147 | 148 | 247 | 248 => "program the approach with G1, G2, G3",
         291 => "ISO mode is a dialect of its own; use G290",
         931 => "use G93 or G94",

@@ -1,0 +1,176 @@
+//! Hands blocks of the contour out as motions of the tool center.
+
+use super::contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
+use super::corner::{self, Entry, FeedAt, Join, Piece};
+use super::plane::Plane;
+use super::{Compensated, Fault, Pending, State, motion_mut, motion_of};
+use crate::codes;
+use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
+
+impl Compensated {
+    /// Ends the pending block before the next one, or beside its own end where there is none; hands out what was held behind
+    /// it and the pieces of the corner. The answer is where the next block begins, and with which offset.
+    pub(super) fn settle(&mut self, next: Option<(&Element, &Command)>) -> Result<Option<(Point, f64)>, Fault> {
+        let Some(pending) = self.pending.take() else {
+            // Switched off before a block in the plane came: nothing has moved.
+            if next.is_none() && self.state == State::Entering {
+                self.state = State::Off;
+            }
+            return Ok(None);
+        };
+        let Some(plane) = self.plane else { return Ok(None) };
+        let offset = pending.offset;
+        let join = match next {
+            None if pending.entry => {
+                return Err(self.unfit(
+                    &pending.command.location,
+                    "cutter compensation is switched off behind its entry move, with no contour between",
+                ));
+            }
+            None => {
+                let end = pending.element.offset_end(offset);
+                Join { end, pieces: Vec::new(), start: end }
+            }
+            Some((element, _)) if pending.entry && pending.style.entry == Entry::Perpendicular => {
+                corner::perpendicular_entry(element, offset)
+            }
+            Some((element, command)) => {
+                let rapid = matches!(command.op, Op::Rapid(_));
+                let corner = self.reader.comp_style().unwrap_or(self.default_style).corner;
+                corner::join(&pending.element, element, offset, pending.rest, corner, rapid)
+                    .ok_or_else(|| self.too_large(&pending, element, &command.location))?
+            }
+        };
+        let corner_point = pending.element.end;
+        self.hand_out(pending, join.end, &plane);
+        for mut command in std::mem::take(&mut self.held) {
+            if let Some(motion) = motion_mut(&mut command.op) {
+                plane.shift(&mut motion.end_base, sub(join.end, corner_point));
+                self.last = Some(motion.clone());
+            }
+            self.out.push_back(Ok(command));
+        }
+        self.residual = sub(join.end, corner_point);
+        let Some((_, command)) = next else { return Ok(None) };
+        let rapid = matches!(command.op, Op::Rapid(_));
+        for piece in &join.pieces {
+            let op = self.piece(piece, corner_point, offset, &plane, rapid).ok_or_else(|| {
+                let missing: String = crate::AXIS_LETTERS[..3].iter().filter(|l| self.is_missing(**l)).collect();
+                self.unknown(&command.location, &missing)
+            })?;
+            if let Some(op) = op {
+                // The piece belongs to the block that it leads to.
+                self.out.push_back(Ok(Command { location: command.location.clone(), op }));
+            }
+        }
+        Ok(Some((join.start, offset)))
+    }
+
+    fn too_large(&self, pending: &Pending, element: &Element, location: &Location) -> Fault {
+        let fits = corner::fitting_radius(&pending.element, element, pending.offset);
+        let message = format!(
+            "the tool of radius {} mm does not fit between this block and the one of line {}",
+            pending.offset.abs(),
+            pending.command.location.line
+        );
+        let help = if fits > SAME_POINT_MM && fits < 0.999 * pending.offset.abs() {
+            format!("a radius of at most {fits:.4} mm fits into this corner")
+        } else {
+            // The corner by itself would do: another corner has taken what is left of the block before.
+            format!(
+                "the block of line {} is too short between its two corners; use a smaller tool or a longer block",
+                pending.command.location.line
+            )
+        };
+        self.fault(codes::COMPENSATION, location, message, help)
+    }
+
+    /// The block with its end moved to the tool center.
+    fn hand_out(&mut self, pending: Pending, end: Point, plane: &Plane) {
+        let Pending { mut command, element, offset, rest, feed, style, .. } = pending;
+        let mut scaled = None;
+        if let (Op::Arc(arc), Shape::Arc { radius, .. }) = (&mut command.op, element.shape) {
+            let own = element.offset_radius(offset).unwrap_or(radius);
+            arc.sweep = rest - element.back_from_end(end, offset);
+            arc.radius = own;
+            let inside = own < radius;
+            let at_contour = style.feed == FeedAt::Contour || style.feed == FeedAt::ContourInside && inside;
+            scaled = feed.filter(|_| at_contour && radius > 0.0).and_then(|feed| scale_feed(feed, own / radius));
+        }
+        if let Some(motion) = motion_mut(&mut command.op) {
+            plane.shift(&mut motion.end_base, sub(end, element.end));
+        }
+        self.last = motion_of(&command.op).cloned();
+        if matches!(&command.op, Op::Arc(arc) if arc.sweep * arc.radius <= SAME_POINT_MM) {
+            // Its corners have taken all of it.
+            return;
+        }
+        let location = command.location.clone();
+        match (scaled, feed) {
+            (Some(scaled), Some(feed)) => {
+                self.out.push_back(Ok(Command { location: location.clone(), op: Op::Feed(scaled) }));
+                self.out.push_back(Ok(command));
+                self.out.push_back(Ok(Command { location, op: Op::Feed(feed) }));
+            }
+            _ => self.out.push_back(Ok(command)),
+        }
+    }
+
+    fn is_missing(&self, letter: char) -> bool {
+        let end = self.last.as_ref().map(|motion| motion.end_base);
+        AxisValues::index(letter).is_some_and(|axis| end.is_none_or(|end| end.get(axis).is_none()))
+    }
+
+    /// A piece of a corner, if it has a length; `self.residual` is where the tool center stands beside the corner. None where
+    /// a circle would need a height that the program has not set.
+    fn piece(&mut self, piece: &Piece, corner: Point, offset: f64, plane: &Plane, rapid: bool) -> Option<Option<Op>> {
+        let mut motion = self.last.clone()?;
+        let at = [corner[0] + self.residual[0], corner[1] + self.residual[1]];
+        let to = match piece {
+            Piece::LineTo(to) => *to,
+            Piece::ArcTo { end, .. } => *end,
+        };
+        if norm(sub(to, at)) <= SAME_POINT_MM {
+            return Some(None);
+        }
+        let center_base = {
+            let mut center = motion.end_base;
+            plane.shift(&mut center, self.residual.map(|v| -v));
+            center.xyz()
+        };
+        plane.shift(&mut motion.end_base, sub(to, at));
+        motion.programmed = plane.axes;
+        motion.exact_stop = false;
+        self.residual = sub(to, corner);
+        self.last = Some(motion.clone());
+        let Piece::ArcTo { counter_clockwise, sweep, .. } = *piece else {
+            return Some(Some(straight(motion, rapid)));
+        };
+        let (center, center_base) = (motion.end.xyz()?, center_base?);
+        let sense = if counter_clockwise { 1.0 } else { -1.0 };
+        Some(Some(Op::Arc(ArcMotion {
+            motion,
+            center,
+            center_base,
+            normal: plane.work_normal.map(|c| sense * c + 0.0),
+            normal_base: plane.normal.map(|c| sense * c + 0.0),
+            radius: offset.abs(),
+            sweep,
+        })))
+    }
+}
+
+fn straight(motion: Motion, rapid: bool) -> Op {
+    if rapid { Op::Rapid(motion) } else { Op::Linear(motion) }
+}
+
+fn scale_feed(feed: Feed, factor: f64) -> Option<Feed> {
+    if (factor - 1.0).abs() < 1e-9 {
+        return None;
+    }
+    match feed {
+        Feed::PerTime(v) => Some(Feed::PerTime(v * factor)),
+        Feed::PerRevolution(v) => Some(Feed::PerRevolution(v * factor)),
+        Feed::InverseTime(_) => None,
+    }
+}

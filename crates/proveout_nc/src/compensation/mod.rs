@@ -1,0 +1,541 @@
+//! Cutter radius compensation: from the programmed contour to the path of the tool center.
+//!
+//! A stage behind the readers of all dialects. It works where [`Compensation::ToolCenter`] gives the radii of the tools;
+//! otherwise commands pass through one by one and [`Op::CutterComp`] says what the control would do.
+//!
+//! # Geometry
+//!
+//! All is computed in the working plane in base coordinates, with `u` and `v` along the axes of the plane as the frame turns
+//! and mirrors them. `o` is the offset to the left of the motion: the radius with G41, minus the radius with G42. Beside a
+//! point of the contour with the unit tangent `t`, the tool center is at `point + o * left(t)`.
+//!
+//! ```text
+//!   outside corner                     inside corner                 arc, tool on the side of the center
+//!
+//!          , - ~ .                     o - - - - - - X               contour  __________
+//!        '         \  circle about     |  equi-      .                      /  R         \
+//!   - - p     P     q the corner P,    |  distants   . o             - - -/-.- - - - - - .\- -
+//!   ----------o     '  or the point    |  meet in X  .                   |   R - o         |
+//!             |     '  where the       --------------+ P                 |        c        |
+//!             |     '  tangents meet                 |
+//! ```
+//!
+//! * The equidistant of a line is the parallel line; of an arc, the circle about the same center with the radius `R - o`
+//!   where the arc runs counter-clockwise and `R + o` where it runs clockwise. It must stay above zero.
+//! * With tangents `s` before and `t` behind a corner, the corner is inside where `o * (s x t) > 0`. There the equidistants,
+//!   lines or circles, are intersected; of the points that lie on both, the one that takes least of the first block is taken.
+//!   If none does, the tool does not fit: `nc-compensation` names block, radius and the radius that fits.
+//! * At an outside corner the tool goes around as the dialect says: on a circle about `P` (G450 of Siemens, `LinuxCNC`,
+//!   Heidenhain), or over the intersection of the tangents (G451 up to 100 degrees, MD20210, a circle beyond; Fanuc up to 90
+//!   degrees, beyond both tangents go on for one radius and a line joins them). At rapid rate there are no circles: the lines
+//!   of Fanuc are taken, which lie outside of them.
+//! * Every point of these paths is at least `|o|` away from both blocks of the corner: on the circle and at `X` exactly, on
+//!   the tangents and the chamfer at least.
+//!
+//! # Entry, exit, and blocks between
+//!
+//! * *Entry*, a straight block with a motion in the plane. Perpendicular: it ends at `P + o * left(t)` of the first block of
+//!   the contour (NORM of Siemens; start-up type A of Fanuc and Haas; RL/RR of Heidenhain). `LinuxCNC`: the entry block is a
+//!   block of the contour that begins at the uncompensated point, and must be longer than the radius.
+//! * *Exit*: the last block ends beside its own end; the next straight block with a motion in the plane leads from there to
+//!   its programmed end. All four families do this with their standard settings.
+//! * *Blocks without motion in the plane* are executed where the block before ends, ahead of the circle of the corner, as the
+//!   manual of Siemens says of G450.
+//! * *Another radius* while it is on: a straight block begins with the old one and ends with the new one.
+//! * Axes outside of the plane move along with their block; pieces of corners keep them still.
+//! * Feed on arcs holds at the contour with CFC (standard of Siemens), inside of it with CFIN, else at the tool center.
+//!
+//! # Limits
+//!
+//! A block's end is known when the next one with a motion in the plane is; at most [`LOOK_AHEAD`] commands may stand between.
+//! Only blocks that follow each other are checked against each other, as the controls do without bottleneck detection (CDOF);
+//! a narrow place between other blocks is left to the collision check. Refused by name (`nc-compensation`): splines, probing
+//! and threads in the plane, circles outside of the plane, tool axes not square to it, machine coordinates, a tool change,
+//! another plane, a turned frame or tool center point control in between, inverse time feed, G41 behind G42 without G40.
+//!
+//! Sources: Siemens, *SINUMERIK 840D sl Function Manual Basic Functions* (W1, tool radius compensation 2D) and *Programming
+//! Manual Fundamentals* (G40 to G42, G450, G451); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
+//! 2000, appendix on cutter radius compensation. Fanuc and Heidenhain from general knowledge of their manuals.
+
+pub(crate) mod contour;
+mod corner;
+mod emit;
+mod plane;
+
+use std::collections::VecDeque;
+
+use contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
+use plane::Plane;
+
+pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
+
+use crate::codes;
+use crate::diagnostic::Diagnostic;
+use crate::dialect::Reader;
+use crate::frame::{self, Frame};
+use crate::settings::{Compensation, Dialect, Settings, ToolRadii};
+use crate::source::{Mark, Source};
+use crate::{AxisValues, Command, CompSide, CutterComp, Feed, Location, Motion, Offset, Op, ToolAction, ToolName};
+
+/// Most commands between two blocks with a motion in the plane.
+pub(crate) const LOOK_AHEAD: usize = 1000;
+
+type Fault = Box<Diagnostic>;
+
+/// A block of the contour of which the end of the tool center is not known yet.
+#[derive(Debug)]
+struct Pending {
+    command: Command,
+    element: Element,
+    /// Offset to the left at its end, mm.
+    offset: f64,
+    /// What the corner at its start has left of it, in the unit of [`Element::extent`].
+    rest: f64,
+    /// It leads onto the contour.
+    entry: bool,
+    feed: Option<Feed>,
+    style: CompStyle,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Off,
+    /// On, and no block with a motion in the plane came yet.
+    Entering,
+    On,
+}
+
+/// A reader with its compensation.
+#[derive(Debug)]
+pub(crate) struct Compensated {
+    reader: Box<dyn Reader>,
+    radii: Option<ToolRadii>,
+    default_style: CompStyle,
+    out: VecDeque<Result<Command, Fault>>,
+    finished: bool,
+    state: State,
+    /// Offset to the left, mm, in force for the end of the next block.
+    offset: f64,
+    side: CompSide,
+    plane: Option<Plane>,
+    /// Tool center minus programmed point, in the plane.
+    residual: Point,
+    pending: Option<Pending>,
+    /// Commands behind the pending block that do not move in the plane.
+    held: Vec<Command>,
+    // What the commands so far say.
+    frame: Frame,
+    normal: usize,
+    tool: ToolName,
+    tcp: bool,
+    feed: Option<Feed>,
+    /// Programmed point in base coordinates.
+    position: AxisValues,
+    /// Motion handed out last, for the pieces of corners.
+    last: Option<Motion>,
+}
+
+impl Compensated {
+    pub(crate) fn new(reader: Box<dyn Reader>, dialect: Dialect, settings: &Settings) -> Self {
+        let radii = match &settings.compensation {
+            Compensation::Programmed => None,
+            Compensation::ToolCenter(radii) => Some(radii.clone()),
+        };
+        let default_style = match dialect {
+            Dialect::Iso | Dialect::Fanuc | Dialect::Haas => CompStyle::FANUC,
+            Dialect::LinuxCnc => CompStyle::LINUX_CNC,
+            _ => CompStyle::PLAIN,
+        };
+        Self {
+            reader,
+            radii,
+            default_style,
+            out: VecDeque::new(),
+            finished: false,
+            state: State::Off,
+            offset: 0.0,
+            side: CompSide::Off,
+            plane: None,
+            residual: [0.0; 2],
+            pending: None,
+            held: Vec::new(),
+            frame: Frame::IDENTITY,
+            normal: 2,
+            tool: ToolName::Empty,
+            tcp: false,
+            feed: None,
+            position: AxisValues::NONE,
+            last: None,
+        }
+    }
+
+    pub(crate) fn next(&mut self) -> Option<Result<Command, Fault>> {
+        if self.radii.is_none() {
+            return self.reader.next_command();
+        }
+        loop {
+            if let Some(item) = self.out.pop_front() {
+                return Some(item);
+            }
+            if self.finished {
+                return None;
+            }
+            let result = match self.reader.next_command() {
+                None => {
+                    self.finished = true;
+                    self.settle(None).map(|_| ())
+                }
+                Some(Err(fault)) => Err(fault),
+                Some(Ok(command)) => self.take(command),
+            };
+            if let Err(fault) = result {
+                self.finished = true;
+                self.out.push_back(Err(fault));
+            }
+        }
+    }
+
+    fn is_active(&self) -> bool {
+        self.state != State::Off
+    }
+
+    fn take(&mut self, command: Command) -> Result<(), Fault> {
+        match &command.op {
+            Op::CutterComp(comp) => {
+                let comp = *comp;
+                return self.switch(comp, command);
+            }
+            Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_) | Op::Thread(_) => {
+                return self.motion(command);
+            }
+            Op::Tool(ToolAction::Change(tool)) => {
+                if self.is_active() {
+                    return Err(self.unfit(&command.location, "the tool is changed while cutter compensation is on"));
+                }
+                self.tool = tool.clone();
+                self.position = AxisValues::NONE;
+            }
+            Op::Plane(letter) => {
+                let normal = AxisValues::index(*letter).unwrap_or(2).min(2);
+                if self.is_active() && normal != self.normal {
+                    let message = "the working plane changes while cutter compensation is on";
+                    return Err(self.unfit(&command.location, message));
+                }
+                self.normal = normal;
+            }
+            Op::Frame(change) => {
+                let frame = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
+                if self.is_active() && frame.linear != self.frame.linear {
+                    let message = "the frame turns, mirrors or scales while cutter compensation is on";
+                    return Err(self.unfit(&command.location, message));
+                }
+                self.frame = frame;
+            }
+            Op::Tcp(tcp) => {
+                if tcp.on != self.tcp {
+                    if self.is_active() {
+                        let message = "tool center point control is switched while cutter compensation is on";
+                        return Err(self.unfit(&command.location, message));
+                    }
+                    self.tcp = tcp.on;
+                    self.position = AxisValues::NONE;
+                }
+            }
+            Op::Offset(Offset::ToolEdge { .. }) if !self.is_active() => {
+                // The tip is another point; the coordinates that this leaves known come with the next motion.
+                self.position = AxisValues::NONE;
+            }
+            Op::Feed(feed) => self.feed = Some(*feed),
+            Op::End => {
+                self.settle(None)?;
+                self.state = State::Off;
+            }
+            _ => {}
+        }
+        self.pass(command)
+    }
+
+    /// Hands a command on, behind the block that waits for its end.
+    fn pass(&mut self, command: Command) -> Result<(), Fault> {
+        if self.pending.is_none() {
+            self.out.push_back(Ok(command));
+            return Ok(());
+        }
+        if self.held.len() >= LOOK_AHEAD {
+            let message = format!(
+                "cutter compensation finds no motion in the plane within {LOOK_AHEAD} commands behind line {}",
+                self.pending.as_ref().map_or(0, |p| p.command.location.line)
+            );
+            return Err(self.fault(codes::COMPENSATION, &command.location, message, "write G40 before this part"));
+        }
+        self.held.push(command);
+        Ok(())
+    }
+
+    fn switch(&mut self, comp: CutterComp, command: Command) -> Result<(), Fault> {
+        let location = command.location.clone();
+        let note = |text: String| Command { location: location.clone(), op: Op::Note(text) };
+        if comp.side == CompSide::Off {
+            self.settle(None)?;
+            self.state = State::Off;
+            self.side = CompSide::Off;
+            return self.pass(note("cutter compensation off".to_owned()));
+        }
+        let radius = self.radius(comp, &location)?;
+        let (sign, word) = if comp.side == CompSide::Left { (1.0, "left") } else { (-1.0, "right") };
+        if self.is_active() && comp.side != self.side {
+            return Err(self.unfit(&location, "cutter compensation changes its side"));
+        }
+        self.offset = sign * radius;
+        self.side = comp.side;
+        if !self.is_active() {
+            self.plane = Some(Plane::new(self.normal, &self.frame).ok_or_else(|| {
+                let message = "cutter compensation under a frame that scales the axes differently";
+                self.unfit(&location, message)
+            })?);
+            self.state = State::Entering;
+        }
+        self.pass(note(format!(
+            "cutter compensation {word} of the contour with the radius {radius} mm: base coordinates are those of the tool center"
+        )))
+    }
+
+    fn radius(&self, comp: CutterComp, location: &Location) -> Result<f64, Fault> {
+        let radii = self.radii.as_ref();
+        let by_offset = |d: u32| radii.and_then(|r| r.by_offset.get(&d).copied()).or((d == 0).then_some(0.0));
+        let by_tool = || radii.and_then(|r| r.by_tool.get(&self.tool).copied());
+        let radius = comp.radius.or_else(|| comp.offset.and_then(by_offset)).or_else(by_tool);
+        let tool = match &self.tool {
+            ToolName::Empty => "no tool in the spindle".to_owned(),
+            ToolName::Number(number) => format!("tool {number}"),
+            ToolName::Name(name) => format!("tool \"{name}\""),
+        };
+        let offset = comp.offset.map_or(String::new(), |d| format!(", offset D{d}"));
+        match radius {
+            Some(radius) if radius.is_finite() => Ok(radius),
+            Some(radius) => {
+                let message = format!("the radius for cutter compensation is {radius} ({tool}{offset})");
+                Err(self.fault(codes::COMPENSATION, location, message, "correct the radius in the tool table"))
+            }
+            None => {
+                let message = format!("the radius for cutter compensation is not known ({tool}{offset})");
+                let help = "give the radius of this tool or offset in the tool table, or write the path of the tool center with G40";
+                Err(self.fault(codes::COMPENSATION, location, message, help))
+            }
+        }
+    }
+
+    fn motion(&mut self, mut command: Command) -> Result<(), Fault> {
+        let location = command.location.clone();
+        let Some(motion) = motion_of(&command.op) else { return self.pass(command) };
+        let (end_base, programmed, machine) = (motion.end_base, motion.programmed, motion.machine_coordinates);
+        let start = self.position;
+        // What the program knows of the position behind a motion is what the motion names.
+        self.position = if machine { AxisValues::NONE } else { end_base };
+        let straight = matches!(command.op, Op::Rapid(_) | Op::Linear(_));
+        let Some(plane) = self.plane.filter(|_| self.is_active() || self.residual != [0.0; 2]) else {
+            return self.pass(command);
+        };
+        if machine {
+            if self.is_active() {
+                return Err(self.unfit(&location, "a motion in machine coordinates while cutter compensation is on"));
+            }
+            return self.pass(command);
+        }
+        if !self.is_active() {
+            // Behind G40: the next straight block in the plane leads back to the programmed point.
+            if programmed & plane.axes == 0 && straight {
+                if let Some(motion) = motion_mut(&mut command.op) {
+                    plane.shift(&mut motion.end_base, self.residual);
+                }
+            } else if straight {
+                self.residual = [0.0; 2];
+            } else {
+                return Err(self.unfit(&location, "the first motion behind G40 is not straight"));
+            }
+            return self.pass(command);
+        }
+        if let Some(axis) = motion.tool_axis_base
+            && frame::norm(frame::cross(axis, plane.normal)) > 1e-6
+        {
+            return Err(self.unfit(&location, "the tool axis is not square to the plane of cutter compensation"));
+        }
+        let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
+        let entering = self.state == State::Entering;
+        let from = match &self.pending {
+            Some(pending) if !entering => Some(pending.element.end),
+            _ => plane.project(&start).ok(),
+        };
+        let is_arc = matches!(command.op, Op::Arc(_));
+        let moves = is_arc
+            || from.map_or(programmed & plane.axes != 0, |from| norm(sub(end, from)) > SAME_POINT_MM)
+            || entering && programmed & plane.axes != 0;
+        if !moves {
+            if entering
+                && self.residual != [0.0; 2]
+                && let Some(motion) = motion_mut(&mut command.op)
+            {
+                plane.shift(&mut motion.end_base, self.residual);
+            }
+            return self.pass(command);
+        }
+        if !straight && !is_arc {
+            let message = "a spline, thread or probing motion in the plane of cutter compensation";
+            return Err(self.unfit(&location, message));
+        }
+        if matches!(self.feed, Some(Feed::InverseTime(_))) {
+            return Err(self.unfit(&location, "inverse time feed (G93) with cutter compensation"));
+        }
+        if entering {
+            return self.enter(command, from, end, plane);
+        }
+        let Some(from) = from else { return Err(self.unknown(&location, "the plane")) };
+        let shape = self.shape(&command.op, &plane, &location)?;
+        self.follow(command, Element { start: from, end, shape })
+    }
+
+    fn shape(&self, op: &Op, plane: &Plane, location: &Location) -> Result<Shape, Fault> {
+        let Op::Arc(arc) = op else { return Ok(Shape::Line) };
+        let sense = frame::dot(arc.normal_base, plane.normal);
+        if sense.abs() < 1.0 - 1e-9 {
+            return Err(self.unfit(location, "a circle outside of the plane of cutter compensation"));
+        }
+        let center = plane.project_point(arc.center_base);
+        let shape = Shape::Arc { center, radius: arc.radius, counter_clockwise: sense > 0.0, sweep: arc.sweep };
+        let probe = Element { start: [0.0; 2], end: [0.0; 2], shape };
+        if let Some(pending) = &self.pending
+            && pending.offset != self.offset
+        {
+            return Err(self.unfit(location, "the radius of cutter compensation changes in an arc"));
+        }
+        if probe.offset_radius(self.offset).is_some_and(|r| r <= SAME_POINT_MM) {
+            let message = format!(
+                "the tool of radius {} mm does not fit into the arc of radius {:.4} mm",
+                self.offset.abs(),
+                arc.radius
+            );
+            let help = format!("use a tool with a radius below {:.4} mm", arc.radius);
+            return Err(self.fault(codes::COMPENSATION, location, message, help));
+        }
+        Ok(shape)
+    }
+
+    /// The straight block that leads onto the contour.
+    fn enter(&mut self, command: Command, from: Option<Point>, end: Point, plane: Plane) -> Result<(), Fault> {
+        let location = command.location.clone();
+        if matches!(command.op, Op::Arc(_)) {
+            return Err(self.unfit(&location, "cutter compensation begins with an arc"));
+        }
+        let style = self.reader.comp_style().unwrap_or(self.default_style);
+        let from = from.map(|p| [p[0] + self.residual[0], p[1] + self.residual[1]]);
+        let from = match (style.entry, from) {
+            (Entry::Perpendicular, from) => from.unwrap_or(end),
+            (Entry::Parallel, Some(from)) if norm(sub(end, from)) > self.offset.abs() => from,
+            (Entry::Parallel, Some(from)) => {
+                let message = format!(
+                    "the entry move is {:.4} mm long, not longer than the tool radius {} mm",
+                    norm(sub(end, from)),
+                    self.offset.abs()
+                );
+                return Err(self.fault(codes::COMPENSATION, &location, message, "begin farther from the contour"));
+            }
+            (Entry::Parallel, None) => {
+                let missing = plane.project(&AxisValues::NONE).err().unwrap_or_default();
+                return Err(self.unknown(&location, &missing));
+            }
+        };
+        let element = Element { start: from, end, shape: Shape::Line };
+        self.state = State::On;
+        let rest = element.extent();
+        self.pending =
+            Some(Pending { command, element, offset: self.offset, rest, entry: true, feed: self.feed, style });
+        Ok(())
+    }
+
+    /// A block of the contour: the end of the one before is known now.
+    fn follow(&mut self, command: Command, element: Element) -> Result<(), Fault> {
+        let start = self.settle(Some((&element, &command)))?;
+        let offset_at_start = start.map_or(self.offset, |(_, offset)| offset);
+        let rest = match start {
+            Some((point, _)) => element.extent() - element.on_from_start(point, offset_at_start),
+            None => element.extent(),
+        };
+        let style = self.reader.comp_style().unwrap_or(self.default_style);
+        self.pending =
+            Some(Pending { command, element, offset: self.offset, rest, entry: false, feed: self.feed, style });
+        Ok(())
+    }
+
+    fn unfit(&self, location: &Location, what: &str) -> Fault {
+        let message = format!("{what}: this cannot be compensated");
+        self.fault(codes::COMPENSATION, location, message, "write G40 (R0) before this block and begin anew behind it")
+    }
+
+    fn unknown(&self, location: &Location, missing: &str) -> Fault {
+        let message = format!("cutter compensation needs the position of {missing}, which the program has not set");
+        self.fault(codes::POSITION_UNKNOWN, location, message, "program all axes of the plane before G41 and G42")
+    }
+
+    fn fault(
+        &self,
+        code: &'static str,
+        location: &Location,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Fault {
+        let source_line = self
+            .reader
+            .source_line(&location.file, location.line)
+            .or_else(|| line_of_file(&location.file, location.line))
+            .unwrap_or_default();
+        Box::new(Diagnostic {
+            code,
+            message: message.into(),
+            file: location.file.clone(),
+            line: location.line,
+            column: location.column,
+            length: location.length,
+            help: Some(help.into()),
+            source_line,
+        })
+    }
+}
+
+/// Reads a line of a program file again, for a message.
+fn line_of_file(file: &str, line: u32) -> Option<String> {
+    line_of(&Source::read(std::path::Path::new(file)).ok()?, line)
+}
+
+/// Text of a line of a program, from 1.
+pub(crate) fn line_of(source: &Source, line: u32) -> Option<String> {
+    let mut at = Mark::START;
+    while let Some((text, next)) = source.line(at) {
+        if at.line == line {
+            return Some(text.to_owned());
+        }
+        at = next;
+    }
+    None
+}
+
+fn motion_of(op: &Op) -> Option<&Motion> {
+    match op {
+        Op::Rapid(motion) | Op::Linear(motion) => Some(motion),
+        Op::Arc(arc) => Some(&arc.motion),
+        Op::Spline(spline) => Some(&spline.motion),
+        Op::Probe(probe) => Some(&probe.motion),
+        Op::Thread(thread) => Some(&thread.motion),
+        _ => None,
+    }
+}
+
+fn motion_mut(op: &mut Op) -> Option<&mut Motion> {
+    match op {
+        Op::Rapid(motion) | Op::Linear(motion) => Some(motion),
+        Op::Arc(arc) => Some(&mut arc.motion),
+        Op::Spline(spline) => Some(&mut spline.motion),
+        Op::Probe(probe) => Some(&mut probe.motion),
+        Op::Thread(thread) => Some(&mut thread.motion),
+        _ => None,
+    }
+}

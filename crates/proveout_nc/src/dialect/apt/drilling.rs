@@ -1,0 +1,397 @@
+//! `CYCLE`: at every point until `CYCLE/OFF` a hole is made along the tool axis.
+//!
+//! ```text
+//!   ----+----------------+----  travel: CLEAR, or where the tool came from
+//!       |  rapid         ^
+//!   ----+----            |      R: RAPTO, else CLEAR; feed begins
+//!       |  feed          |
+//!   ====+=== point ======|====
+//!       v  feed          |      depth: FEDTO, DEPTH, or the first value, below the point
+//! ```
+
+use super::reader::AptReader;
+use super::statement::{Bad, Item, Place, Statement, Token};
+use super::technology::FeedUnit;
+use crate::codes;
+use crate::frame;
+use crate::source::Source;
+use crate::{Dwell, Feed, Op, SpindleDirection, ThreadMotion};
+
+/// Most infeeds of one hole.
+const MAX_INFEEDS: f64 = 10_000.0;
+/// Distance to the last depth at which a deep hole goes on in feed, mm: controls have it as a parameter.
+const DEEP_AHEAD_MM: f64 = 1.0;
+/// Lift that breaks a chip, mm: controls have it as a parameter.
+const CHIP_LIFT_MM: f64 = 1.0;
+/// Heights nearer than this are the same, mm.
+const SAME_MM: f64 = 1e-9;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Drill,
+    /// Full retraction after each infeed.
+    Deep,
+    BreakChip,
+    /// Out in feed.
+    Bore,
+    Tap,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Retract {
+    /// To the height of travel.
+    Travel,
+    /// To the height at which the tool stood when the cycle began.
+    Start,
+    /// Above the point, mm.
+    Height(f64),
+}
+
+/// A cycle with its values, mm.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cycle {
+    kind: Kind,
+    depth: f64,
+    travel: f64,
+    start: f64,
+    retract: Retract,
+    step: Option<f64>,
+    dwell: Option<Dwell>,
+    feed: Option<Feed>,
+    pitch: Option<f64>,
+}
+
+/// Values of a CYCLE statement while it is read.
+#[derive(Default)]
+struct Values {
+    depth: Option<f64>,
+    clear: Option<f64>,
+    rapid_to: Option<f64>,
+    feed: Option<f64>,
+    unit: Option<FeedUnit>,
+    step: Option<f64>,
+    pitch: Option<f64>,
+    dwell: Option<f64>,
+    dwell_revolutions: bool,
+    retract: Option<Retract>,
+}
+
+impl AptReader {
+    pub(crate) fn cycle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+        let Some(first) = st.items.first() else {
+            return Err(st.head.bad(
+                codes::MISSING_VALUE,
+                "CYCLE names no cycle",
+                "write CYCLE/DRILL,... or CYCLE/OFF",
+            ));
+        };
+        let word = Self::word(source, first);
+        match word.as_str() {
+            "OFF" | "NOMORE" => {
+                self.cycle_on = false;
+                self.note("CYCLE/OFF");
+                return self.feed_after_cycle();
+            }
+            "ON" => {
+                if self.cycle.is_none() {
+                    return Err(st.head.bad(
+                        codes::CONFLICT,
+                        "CYCLE/ON takes up no cycle",
+                        "define the cycle before it",
+                    ));
+                }
+                self.begin_cycle();
+                return Ok(());
+            }
+            _ => {}
+        }
+        let mut at = 1;
+        let mut kind = match word.as_str() {
+            "DRILL" | "FACE" => Kind::Drill,
+            "DEEP" => Kind::Deep,
+            "BRKCHP" => Kind::BreakChip,
+            "BORE" | "REAM" => Kind::Bore,
+            "TAP" | "RIGID" => Kind::Tap,
+            _ => return Err(refused(&word, first)),
+        };
+        while let Some(item) = st.items.get(at).filter(|i| i.token == Token::Word) {
+            kind = match (Self::word(source, item).as_str(), kind) {
+                ("DEEP", Kind::Drill) => Kind::Deep,
+                ("BRKCHP", Kind::Drill) => Kind::BreakChip,
+                ("RIGID", Kind::Tap) => Kind::Tap,
+                ("DEEP" | "BRKCHP" | "BACK" | "NODRAG" | "DRAG" | "MANUAL" | "ORIENT", _) => {
+                    return Err(refused(&format!("{word},{}", Self::word(source, item)), item));
+                }
+                _ => break,
+            };
+            at += 1;
+        }
+        let values = self.cycle_values(source, &st.items[at..])?;
+        let cycle = self.cycle_of(kind, &values, st, first)?;
+        self.note(format!("CYCLE/{word}"));
+        self.cycle = Some(cycle);
+        self.begin_cycle();
+        Ok(())
+    }
+
+    fn begin_cycle(&mut self) {
+        if !self.cycle_on {
+            self.cycle_from = self.position.work.xyz();
+        }
+        self.cycle_on = true;
+    }
+
+    /// The feed of the statements before is in force again.
+    fn feed_after_cycle(&mut self) -> Result<(), Box<Bad>> {
+        if let Some(feed) = self.feed {
+            self.tell_feed(feed);
+        }
+        Ok(())
+    }
+
+    fn cycle_values(&self, source: &Source, items: &[Item]) -> Result<Values, Box<Bad>> {
+        let mut v = Values::default();
+        // Values without a word: the depth, the feed beside its unit, the clearance.
+        let mut bare: Vec<(f64, &Item)> = Vec::new();
+        let mut at = 0;
+        let unit = self.unit;
+        while let Some(item) = items.get(at) {
+            at += 1;
+            if item.token != Token::Word {
+                bare.push((self.number(source, item)?, item));
+                continue;
+            }
+            let word = Self::word(source, item);
+            if let Some(found) = self.feed_unit(&word) {
+                v.unit = Some(found);
+                if bare.len() > 1 || v.depth.is_some() && !bare.is_empty() {
+                    // `depth, feed, IPM, clearance`: the value before the unit is the feed.
+                    v.feed = bare.pop().map(|(value, _)| value);
+                } else if let Some(next) = items.get(at) {
+                    v.feed = Some(self.number(source, next)?);
+                    at += 1;
+                }
+                continue;
+            }
+            let next = items.get(at);
+            let mut value = || -> Result<f64, Box<Bad>> {
+                let item = next.ok_or_else(|| {
+                    item.place.bad(codes::MISSING_VALUE, format!("`{word}` has no value"), "write it behind the word")
+                })?;
+                at += 1;
+                self.number(source, item)
+            };
+            match word.as_str() {
+                "DEPTH" | "FEDTO" => v.depth = Some(value()?.abs() * unit),
+                "CLEAR" => v.clear = Some(value()? * unit),
+                "RAPTO" => v.rapid_to = Some(value()? * unit),
+                "STEP" | "STEP1" | "INCR" => v.step = Some(value()?.abs() * unit),
+                "PITCH" => v.pitch = Some(value()?.abs() * unit),
+                "TPI" => v.pitch = Some(25.4 / value()?.abs().max(1e-9)),
+                "DWELL" => {
+                    if next.is_some_and(|i| Self::word(source, i) == "REV") {
+                        at += 1;
+                        v.dwell_revolutions = true;
+                        let item = items.get(at).ok_or_else(|| {
+                            item.place.bad(codes::MISSING_VALUE, "`DWELL` has no value", "write it behind the word")
+                        })?;
+                        at += 1;
+                        v.dwell = Some(self.number(source, item)?);
+                    } else {
+                        v.dwell = Some(value()?);
+                    }
+                }
+                "REV" if v.dwell.is_some() => v.dwell_revolutions = true,
+                "RTRCTO" | "RETURN" => match next.map(|i| Self::word(source, i)).as_deref() {
+                    Some("AUTO" | "ON") => {
+                        at += 1;
+                        v.retract = Some(Retract::Start);
+                    }
+                    Some("NONE" | "OFF") => {
+                        at += 1;
+                        v.retract = Some(Retract::Travel);
+                    }
+                    _ => v.retract = Some(Retract::Height(value()? * unit)),
+                },
+                // Some writers leave RTRCTO out before its value.
+                "AUTO" => v.retract = Some(Retract::Start),
+                "MANUAL" => {}
+                _ => return Err(refused(&word, item)),
+            }
+        }
+        let mut bare = bare.into_iter();
+        if v.depth.is_none() {
+            v.depth = bare.next().map(|(value, _)| value.abs() * unit);
+        }
+        if v.clear.is_none() && v.rapid_to.is_none() {
+            v.clear = bare.next().map(|(value, _)| value * unit);
+        }
+        if let Some((_, item)) = bare.next() {
+            return Err(item.place.bad(
+                codes::ARGUMENTS,
+                "the meaning of this value of CYCLE cannot be told from its place",
+                "write the words: CYCLE/DRILL,FEDTO,-10,MMPM,250,RAPTO,3",
+            ));
+        }
+        Ok(v)
+    }
+
+    fn cycle_of(&self, kind: Kind, v: &Values, st: &Statement, first: &Item) -> Result<Cycle, Box<Bad>> {
+        let Some(depth) = v.depth else {
+            return Err(st.head.bad(codes::ARGUMENTS, "CYCLE has no depth", "write FEDTO or DEPTH with its value"));
+        };
+        let Some(start) = v.rapid_to.or(v.clear) else {
+            return Err(st.head.bad(codes::ARGUMENTS, "CYCLE has no clearance", "write CLEAR or RAPTO with its value"));
+        };
+        let travel = v.clear.unwrap_or(start).max(start);
+        if start < -depth || depth + start <= 0.0 {
+            return Err(st.head.bad(
+                codes::ARGUMENTS,
+                format!("the feed of CYCLE would begin {start} mm above the point, below its depth of {depth} mm"),
+                "give a depth below the height where the feed begins",
+            ));
+        }
+        if let Some(step) = v.step
+            && (step <= 0.0 || (depth + start) / step > MAX_INFEEDS)
+        {
+            let message = format!("infeeds of {step} mm to {depth} mm: the limit is {MAX_INFEEDS} infeeds");
+            return Err(st.head.bad(codes::ARGUMENTS, message, "give a larger infeed"));
+        }
+        if matches!(kind, Kind::Deep | Kind::BreakChip) && v.step.is_none() {
+            return Err(st.head.bad(
+                codes::ARGUMENTS,
+                "the deep hole has no infeed",
+                "write INCR or STEP with its value",
+            ));
+        }
+        if v.dwell.is_some_and(|d| d < 0.0) {
+            return Err(st.head.bad(codes::BAD_VALUE, "a dwell must not be negative", "write DWELL,1"));
+        }
+        let dwell = v
+            .dwell
+            .filter(|d| *d > 0.0)
+            .map(|d| if v.dwell_revolutions { Dwell::Revolutions(d) } else { Dwell::Seconds(d) });
+        let feed = v.feed.filter(|f| *f != 0.0).map(|f| self.feed_of(f, v.unit, first)).transpose()?;
+        let retract = v.retract.unwrap_or(Retract::Travel);
+        Ok(Cycle { kind, depth, travel, start, retract, step: v.step, dwell, feed, pitch: v.pitch })
+    }
+
+    /// One hole at a point.
+    pub(crate) fn hole(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+        let Some(cycle) = self.cycle else { return self.straight(point, false, place) };
+        let axis = self.axis;
+        let at = |height: f64| frame::add_scaled(point, axis, height);
+        if let Some(here) = self.position.work.xyz() {
+            // Above the travel height the tool goes across first, below it rises first: never across at less than travel.
+            let offset = frame::sub(here, point);
+            let height = frame::dot(offset, axis);
+            let across = frame::norm(frame::add_scaled(offset, axis, -height));
+            if across > SAME_MM && (height - cycle.travel).abs() > SAME_MM {
+                let way = if height > cycle.travel {
+                    at(height)
+                } else {
+                    frame::add_scaled(here, axis, cycle.travel - height)
+                };
+                self.straight(way, true, place)?;
+            }
+        }
+        self.rapid_to(at(cycle.travel), place)?;
+        self.rapid_to(at(cycle.start), place)?;
+        let before = self.feed;
+        self.feed = cycle.feed.or(self.feed);
+        self.need_feed(place)?;
+        if let (Some(feed), true) = (self.feed, cycle.kind != Kind::Tap) {
+            self.tell_feed(feed);
+        }
+        match cycle.kind {
+            Kind::Drill | Kind::Bore => {
+                self.straight(at(-cycle.depth), false, place)?;
+                self.wait(&cycle);
+                if cycle.kind == Kind::Bore {
+                    self.straight(at(cycle.start), false, place)?;
+                }
+            }
+            Kind::Deep | Kind::BreakChip => self.deep(&cycle, point, place)?,
+            Kind::Tap => self.tap(&cycle, point, place)?,
+        }
+        self.feed = before;
+        let retract = match cycle.retract {
+            Retract::Travel => cycle.travel,
+            Retract::Height(height) => height.max(cycle.start),
+            Retract::Start => {
+                self.cycle_from.map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel))
+            }
+        };
+        self.rapid_to(at(retract), place)
+    }
+
+    fn rapid_to(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+        if self.position.work.xyz().is_some_and(|here| frame::norm(frame::sub(here, point)) <= SAME_MM) {
+            return Ok(());
+        }
+        self.straight(point, true, place)
+    }
+
+    fn wait(&mut self, cycle: &Cycle) {
+        if let Some(dwell) = cycle.dwell {
+            self.emit(Op::Dwell(dwell));
+        }
+    }
+
+    fn deep(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+        let axis = self.axis;
+        let at = |height: f64| frame::add_scaled(point, axis, height);
+        let step = cycle.step.unwrap_or(cycle.depth + cycle.start);
+        // The first infeed is measured from the point, or from where the feed begins when that is lower.
+        let mut reached = (-cycle.start).max(0.0);
+        loop {
+            reached = (reached + step).min(cycle.depth);
+            self.straight(at(-reached), false, place)?;
+            self.wait(cycle);
+            if reached >= cycle.depth - SAME_MM {
+                return Ok(());
+            }
+            if cycle.kind == Kind::BreakChip {
+                self.straight(at(-reached + CHIP_LIFT_MM), false, place)?;
+            } else {
+                self.rapid_to(at(cycle.start), place)?;
+                self.rapid_to(at((-reached + DEEP_AHEAD_MM).min(cycle.start)), place)?;
+            }
+        }
+    }
+
+    fn tap(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+        let speed = self.speed.filter(|s| *s > 0.0 && self.turning != SpindleDirection::Off);
+        let pitch = match (cycle.pitch, self.feed, speed) {
+            (Some(pitch), ..) => Some(pitch),
+            (None, Some(Feed::PerRevolution(feed)), _) => Some(feed),
+            (None, Some(Feed::PerTime(feed)), Some(speed)) => Some(feed * 60.0 / speed),
+            _ => None,
+        };
+        let pitch = pitch.filter(|p| *p > 0.0 && p.is_finite()).ok_or_else(|| {
+            place.bad(codes::ARGUMENTS, "the pitch of the thread is not known", "give PITCH, or the feed and SPINDL")
+        })?;
+        let inward = self.last_direction;
+        let outward = match inward {
+            SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
+            _ => SpindleDirection::CounterClockwise,
+        };
+        for (height, direction) in [(-cycle.depth, inward), (cycle.start, outward)] {
+            let motion = self.motion(frame::add_scaled(point, self.axis, height));
+            self.position.move_to(motion.end, motion.end_base);
+            self.emit(Op::Thread(ThreadMotion { motion, pitch, direction: Some(direction) }));
+            if height < 0.0 {
+                self.wait(cycle);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn refused(word: &str, item: &Item) -> Box<Bad> {
+    item.place.bad(
+        codes::UNSUPPORTED_WORD,
+        format!("`{word}` in CYCLE is not supported"),
+        "use DRILL, FACE, DEEP, BRKCHP, BORE, REAM or TAP, or write the motions with GOTO",
+    )
+}

@@ -1,0 +1,366 @@
+//! Runs the statements of CL data one by one; nothing that was executed is kept.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use super::drilling::Cycle;
+use super::statement::{self, Bad, Item, Place, Statement, Token};
+use super::words::{self, Class};
+use crate::codes;
+use crate::diagnostic::{Diagnostic, Span, column_and_length};
+use crate::frame::Frame;
+use crate::source::{Mark, Source};
+use crate::state::Position;
+use crate::{
+    Command, CompSide, Feed, FrameChange, Location, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName,
+    WorkOffset,
+};
+
+/// Millimeters of an inch.
+pub(crate) const INCH: f64 = 25.4;
+/// Names that a text may define.
+const MAX_NAMES: usize = 100_000;
+
+/// A circle that waits for the point where it ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PendingCircle {
+    pub(crate) center: [f64; 3],
+    pub(crate) normal: [f64; 3],
+    pub(crate) radius: f64,
+    /// Programmed angle, radian.
+    pub(crate) angle: Option<f64>,
+    /// A circle of NX: start and end at one point are no motion there, not a full turn.
+    pub(crate) zero_at_one_point: bool,
+}
+
+#[derive(Debug)]
+pub(crate) struct AptReader {
+    pub(crate) source: Arc<Source>,
+    cursor: Mark,
+    queue: VecDeque<Command>,
+    location: Location,
+    started: bool,
+    done: bool,
+    failure: Option<Box<Diagnostic>>,
+    pub(crate) arc_tolerance: f64,
+    max_names: usize,
+    names: BTreeMap<String, f64>,
+    offsets: BTreeMap<String, WorkOffset>,
+    pub(crate) settable: Frame,
+    /// Coordinate system of the operation (MSYS) seen from the first one, and TRANS.
+    pub(crate) local: Frame,
+    pub(crate) shift: [f64; 3],
+    pub(crate) first_msys: Option<Frame>,
+    /// mm of a length unit.
+    pub(crate) unit: f64,
+    pub(crate) position: Position,
+    /// Tool axis, work coordinates.
+    pub(crate) axis: [f64; 3],
+    /// Tool center point control is on.
+    pub(crate) tcp: bool,
+    pub(crate) rapid: bool,
+    pub(crate) feed: Option<Feed>,
+    pub(crate) told_feed: Option<Feed>,
+    pub(crate) turning: SpindleDirection,
+    /// Direction that SPINDL/ON takes up again.
+    pub(crate) last_direction: SpindleDirection,
+    pub(crate) speed: Option<f64>,
+    pub(crate) flood: bool,
+    pub(crate) mist: bool,
+    pub(crate) side: CompSide,
+    pub(crate) circle: Option<PendingCircle>,
+    /// INDIRV: where the next circle sets off to.
+    pub(crate) forward: Option<[f64; 3]>,
+    pub(crate) cycle: Option<Cycle>,
+    pub(crate) cycle_on: bool,
+    /// Where the tool stood when the cycle began.
+    pub(crate) cycle_from: Option<[f64; 3]>,
+    pub(crate) home: Option<([f64; 3], [f64; 3])>,
+    pub(crate) loaded: bool,
+    pub(crate) path_tool: Option<String>,
+    pub(crate) pending_tool: Option<String>,
+}
+
+impl AptReader {
+    pub(crate) fn new(source: Source, settings: &Settings) -> Self {
+        let location = Location { file: Arc::clone(&source.name), line: 1, column: 1, length: 0, depth: 0 };
+        Self {
+            source: Arc::new(source),
+            cursor: Mark::START,
+            queue: VecDeque::new(),
+            location,
+            started: false,
+            done: false,
+            failure: None,
+            arc_tolerance: settings.arc_tolerance_mm,
+            max_names: settings.limits.max_array_elements.min(MAX_NAMES),
+            names: settings.variables.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect(),
+            offsets: settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), offset)).collect(),
+            settable: Frame::IDENTITY,
+            local: Frame::IDENTITY,
+            shift: [0.0; 3],
+            first_msys: None,
+            unit: 1.0,
+            position: Position::new(),
+            axis: [0.0, 0.0, 1.0],
+            tcp: false,
+            rapid: false,
+            feed: None,
+            told_feed: None,
+            turning: SpindleDirection::Off,
+            last_direction: SpindleDirection::Clockwise,
+            speed: None,
+            flood: false,
+            mist: false,
+            side: CompSide::Off,
+            circle: None,
+            forward: None,
+            cycle: None,
+            cycle_on: false,
+            cycle_from: None,
+            home: None,
+            loaded: false,
+            path_tool: None,
+            pending_tool: None,
+        }
+    }
+
+    pub(crate) fn next(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
+        let mut statement = None;
+        loop {
+            if let Some(command) = self.queue.pop_front() {
+                return Some(Ok(command));
+            }
+            if let Some(failure) = self.failure.take() {
+                self.done = true;
+                return Some(Err(failure));
+            }
+            if self.done {
+                return None;
+            }
+            let source = Arc::clone(&self.source);
+            let statement = statement.get_or_insert_with(Statement::new);
+            let Some((result, next)) = statement::read(&source, self.cursor, statement) else {
+                self.done = true;
+                continue;
+            };
+            self.cursor = next;
+            if let Err(bad) = result.and_then(|()| self.run(&source, statement)) {
+                self.failure = Some(Box::new(bad.diagnostic(&source)));
+            }
+        }
+    }
+
+    pub(crate) fn emit(&mut self, op: Op) {
+        self.queue.push_back(Command { location: self.location.clone(), op });
+    }
+
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
+        self.emit(Op::Note(text.into()));
+    }
+
+    /// Ends the program.
+    pub(crate) fn finish(&mut self) {
+        self.emit(Op::End);
+        self.done = true;
+    }
+
+    fn run(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+        if st.major.is_empty() {
+            return Ok(());
+        }
+        let mark = st.head.mark;
+        let line = source.line(mark).map_or("", |(line, _)| line);
+        let end =
+            st.items.iter().take_while(|i| i.place.mark == mark).last().map_or(st.head.span.end, |i| i.place.span.end);
+        let end = end.max(st.literal.span.end).max(st.head.span.end);
+        let (column, length) = column_and_length(line, Span { start: st.head.span.start, end });
+        (self.location.line, self.location.column, self.location.length) = (mark.line, column, length);
+        if !self.started {
+            self.started = true;
+            self.work_offset("G54");
+        }
+        if st.assignment {
+            return self.assign(source, st);
+        }
+        if let Some(bad) = refused_word(st) {
+            return Err(bad);
+        }
+        if words::classify(&st.major) == Class::Note {
+            let text = line.get(st.head.span.start as usize..end as usize).unwrap_or(line);
+            self.note(text.trim());
+            return Ok(());
+        }
+        match st.major.as_str() {
+            "GOTO" => self.goto(source, st),
+            "RAPID" => {
+                if let Some(item) = st.items.first() {
+                    return Err(item.place.bad(
+                        codes::UNSUPPORTED_WORD,
+                        format!("`RAPID/{}` is not supported", item.place.text(source)),
+                        "write RAPID alone: it holds for the next motion",
+                    ));
+                }
+                self.rapid = true;
+                Ok(())
+            }
+            "FEDRAT" => self.feed_statement(source, st),
+            "GODLTA" => self.godlta(source, st),
+            "FROM" | "HOME" => self.from(source, st),
+            "GOHOME" => self.go_home(st),
+            "CIRCLE" | "MOVARC" => self.circle_statement(source, st),
+            "INDIRV" | "INDIRP" => self.direction_statement(source, st),
+            "TLON,GOFWD" => self.along_circle(source, st),
+            "CYCLE" => self.cycle_statement(source, st),
+            "MULTAX" => self.multax(source, st),
+            "TLAXIS" => self.tool_axis_statement(source, st),
+            "MSYS" => self.msys(source, st),
+            "ORIGIN" | "TRANS" => self.shift_statement(source, st),
+            "UNITS" => self.units(source, st),
+            _ => self.technology(source, st),
+        }
+    }
+
+    /// Takes a work offset into effect and tells it.
+    pub(crate) fn work_offset(&mut self, word: &str) {
+        let values = self.offsets.get(word).copied().unwrap_or_default();
+        self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+        self.emit(Op::Offset(Offset::Work { word: word.to_owned() }));
+        self.take_frame(word);
+    }
+
+    /// Takes the frames into effect and tells a change.
+    pub(crate) fn take_frame(&mut self, word: &str) {
+        let total = self.settable.then(&self.local).then(&Frame::translation(self.shift));
+        if total == *self.position.frame() {
+            return;
+        }
+        self.position.set_frame(total);
+        self.emit(Op::Frame(FrameChange {
+            word: word.to_owned(),
+            rotation: total.linear,
+            translation: total.translation,
+            rotary: total.rotary,
+        }));
+    }
+
+    /// `NAME=3.5`.
+    fn assign(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+        let place = st.head;
+        match st.items.as_slice() {
+            [item] => {
+                let value = self.number(source, item)?;
+                if self.names.len() >= self.max_names && !self.names.contains_key(&st.major) {
+                    let message = format!("the text defines more than {} names", self.max_names);
+                    return Err(place.bad(codes::LOOP_LIMIT, message, "raise max_array_elements in the settings"));
+                }
+                self.names.insert(st.major.clone(), value);
+                Ok(())
+            }
+            _ => Err(place.bad(
+                codes::UNSUPPORTED_WORD,
+                format!("the definition of `{}` is not supported", st.major),
+                "only a number can be given a name; give the CL data behind geometry and calculations",
+            )),
+        }
+    }
+
+    /// An item that must be a number, or a name that was given one.
+    pub(crate) fn number(&self, source: &Source, item: &Item) -> Result<f64, Box<Bad>> {
+        let value = match item.token {
+            Token::Number(value) => value,
+            Token::Word => {
+                let text = item.place.text(source);
+                match self.names.get(&text.to_ascii_uppercase()) {
+                    Some(&value) => value,
+                    None if text.starts_with(|c: char| c.is_ascii_alphabetic()) && !self.names.is_empty() => {
+                        let message = format!("`{text}` has no value here");
+                        return Err(item.place.bad(codes::UNKNOWN_VARIABLE, message, "give it one before, NAME=3.5"));
+                    }
+                    None => {
+                        let message = format!("`{text}` is not a number");
+                        return Err(item.place.bad(codes::TYPE, message, "write a decimal number"));
+                    }
+                }
+            }
+            _ => return Err(item.place.bad(codes::SYNTAX, "a bracket stands where a number must", "take it out")),
+        };
+        if value.is_finite() && value.abs() < 1e15 {
+            return Ok(value);
+        }
+        Err(item.place.bad(codes::BAD_VALUE, "the number is out of range", "write a number below 1e15"))
+    }
+
+    /// All items as numbers, into a buffer; how many there are.
+    pub(crate) fn numbers<const N: usize>(
+        &self,
+        source: &Source,
+        st: &Statement,
+        out: &mut [f64; N],
+    ) -> Result<usize, Box<Bad>> {
+        for (item, slot) in st.items.iter().zip(out.iter_mut()) {
+            *slot = self.number(source, item)?;
+        }
+        Ok(st.items.len())
+    }
+
+    /// The item as an upper-case word.
+    pub(crate) fn word(source: &Source, item: &Item) -> String {
+        item.place.text(source).to_ascii_uppercase()
+    }
+
+    pub(crate) fn units(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+        let word = st.items.first().map(|i| Self::word(source, i)).unwrap_or_default();
+        self.unit = match word.as_str() {
+            "MM" => 1.0,
+            "INCHES" | "INCH" => INCH,
+            "" => return Err(st.head.bad(codes::MISSING_VALUE, "UNITS has no unit", "write UNITS/MM or UNITS/INCHES")),
+            _ => {
+                let message = format!("the unit `{word}` is not supported");
+                return Err(st.head.bad(codes::BAD_VALUE, message, "write UNITS/MM or UNITS/INCHES"));
+            }
+        };
+        self.note(format!("UNITS/{word}"));
+        Ok(())
+    }
+
+    /// The tool of the operation goes into the spindle before its first motion, unless the program loads one by number.
+    pub(crate) fn take_path_tool(&mut self) {
+        if let Some(name) = self.pending_tool.take() {
+            self.change_tool(ToolName::Name(name), 1);
+        }
+    }
+
+    pub(crate) fn change_tool(&mut self, tool: ToolName, edge: u32) {
+        self.emit(Op::Tool(ToolAction::Select(tool.clone())));
+        self.emit(Op::Tool(ToolAction::Change(tool)));
+        self.emit(Op::Offset(Offset::ToolEdge { edge }));
+        // The change moves the machine to where its tool changer is.
+        self.position.forget(0b111);
+    }
+}
+
+/// The fault of a statement whose word no state makes valid.
+pub(crate) fn refused_word(st: &Statement) -> Option<Box<Bad>> {
+    if st.major.is_empty() || st.assignment {
+        return None;
+    }
+    let help = "correct the word, or put it behind `$$` when it has no effect";
+    match words::classify(&st.major) {
+        Class::Done | Class::Note => None,
+        Class::Refused(remedy) => {
+            Some(st.head.bad(codes::UNSUPPORTED_WORD, format!("`{}` is not supported", st.major), remedy))
+        }
+        Class::Unknown => Some(st.head.bad(codes::UNKNOWN_WORD, format!("unknown word `{}`", shown(&st.major)), help)),
+    }
+}
+
+/// The beginning of a long word.
+fn shown(word: &str) -> String {
+    if word.chars().count() <= 40 { word.to_owned() } else { word.chars().take(40).chain("...".chars()).collect() }
+}
+
+/// A statement that takes so many items and has another number of them.
+pub(crate) fn arity(place: Place, word: &str, count: usize, want: &str) -> Box<Bad> {
+    place.bad(codes::ARGUMENTS, format!("{word} with {count} values"), format!("give {want}"))
+}

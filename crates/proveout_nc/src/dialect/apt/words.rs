@@ -1,0 +1,195 @@
+//! What is done with each major word that is no motion.
+
+/// How a word is treated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Class {
+    /// The reader executes it.
+    Done,
+    /// Named in a note, without effect on motion, removal or time.
+    Note,
+    /// Refused, with the remedy.
+    Refused(&'static str),
+    Unknown,
+}
+
+/// Words that are executed.
+pub(crate) const DONE: [&str; 38] = [
+    "AUXFUN",
+    "CIRCLE",
+    "COOLNT",
+    "CUTCOM",
+    "CYCLE",
+    "DELAY",
+    "END",
+    "FEDRAT",
+    "FINI",
+    "FROM",
+    "GODLTA",
+    "GOHOME",
+    "GOTO",
+    "HOME",
+    "INDIRP",
+    "INDIRV",
+    "INSERT",
+    "LOAD",
+    "LOADTL",
+    "MOVARC",
+    "MSYS",
+    "MULTAX",
+    "OPSTOP",
+    "ORIGIN",
+    "PARTNO",
+    "PPRINT",
+    "PREFUN",
+    "RAPID",
+    "SELCTL",
+    "SELECT",
+    "SELECTL",
+    "SPINDL",
+    "STOP",
+    "TLAXIS",
+    "TLON,GOFWD",
+    "TOOL PATH",
+    "TRANS",
+    "UNITS",
+];
+
+/// Words without effect on what the twin computes.
+pub(crate) const NOTES: [&str; 47] = [
+    "ARCSLP",
+    "AUTOPS",
+    "CAMERA",
+    "CHECK",
+    "CLAMP",
+    "CLEARP",
+    "CLRSRF",
+    "CUTTER",
+    "DISPLAY",
+    "DISPLY",
+    "DNTCUT",
+    "END-OF-PATH",
+    "HEAD",
+    "INTOL",
+    "ISN",
+    "LEADER",
+    "LETTER",
+    "LIMIT",
+    "LINTOL",
+    "MACHIN",
+    "MODE",
+    "NOPOST",
+    "OFSTNO",
+    "OPTYPE",
+    "OUTOL",
+    "OUTTOL",
+    "PAINT",
+    "PARTID",
+    "PIVOTZ",
+    "PLABEL",
+    "PLOT",
+    "PRINT",
+    "PSIS",
+    "REMARK",
+    "REWIND",
+    "SEQNO",
+    "SET",
+    "SWITCH",
+    "TITLES",
+    "TLDATA",
+    "TMARK",
+    "TOLER",
+    "TOOL",
+    "TOOLNO",
+    "TPRINT",
+    "UNLOAD",
+    "VERIFY",
+];
+
+const POINTS: &str = "write the path as GOTO points (linearized output of the CAM system)";
+const SOURCE: &str = "this is APT source: run it through the APT processor and give its CL data";
+const ROTARY: &str = "give the tool axis as a vector with GOTO, so that it holds for every machine";
+
+/// Words that move the tool or change the meaning of coordinates in a way that is not followed.
+pub(crate) const REFUSED: [(&str, &str); 52] = [
+    ("ARCDAT", POINTS),
+    ("CALL", SOURCE),
+    ("CONTRL", SOURCE),
+    ("COPY", SOURCE),
+    ("COUPLE", "tap with CYCLE/TAP"),
+    ("DEFCOPY", SOURCE),
+    ("DO", SOURCE),
+    ("FILLET", POINTS),
+    ("GO", SOURCE),
+    ("GOBACK", SOURCE),
+    ("GOCLER", "write the clearance point with RAPID and GOTO"),
+    ("GODOWN", SOURCE),
+    ("GOFWD", SOURCE),
+    ("GOLFT", SOURCE),
+    ("GORGT", SOURCE),
+    ("GOUP", SOURCE),
+    ("GROUP", SOURCE),
+    ("IF", SOURCE),
+    ("INCLUD", "put the text of the file into the program"),
+    ("INDEX", SOURCE),
+    ("INSTOOL", "write LOADTL"),
+    ("JUMPTO", SOURCE),
+    ("LOOPND", SOURCE),
+    ("LOOPST", SOURCE),
+    ("MACRO", SOURCE),
+    ("MCHFIN", ROTARY),
+    ("MCHTOL", POINTS),
+    ("MIRROR", "mirror the path in the CAM system"),
+    ("MOVE", "write GOTO"),
+    ("NURBS", POINTS),
+    ("PITCH", "tap with CYCLE/TAP"),
+    ("POSITN", "write the point with RAPID and GOTO"),
+    ("PPWORD", SOURCE),
+    ("PROBE", "take the measuring cycle out for the prove-out"),
+    ("RETRCT", "write the retract point with RAPID and GOTO"),
+    ("ROTABL", ROTARY),
+    ("ROTATE", ROTARY),
+    ("ROTHED", ROTARY),
+    ("SAFPOS", "write the point with RAPID and GOTO"),
+    ("SPLINE", POINTS),
+    ("SYN", "write the words in full"),
+    ("SYNEX", "write the words in full"),
+    ("TERMAC", SOURCE),
+    ("THREAD", "tap with CYCLE/TAP"),
+    ("TILT", ROTARY),
+    ("TLLFT", SOURCE),
+    ("TLON", SOURCE),
+    ("TLRGT", SOURCE),
+    ("TRACUT", "output the points in one coordinate system"),
+    ("TURRET", "change tools with LOADTL"),
+    ("UNTIL", SOURCE),
+    ("WHILE", SOURCE),
+];
+
+/// What is done with a major word.
+pub(crate) fn classify(major: &str) -> Class {
+    // The words of a path come first: they are nearly all of a file.
+    if matches!(major, "GOTO" | "FEDRAT" | "RAPID") || DONE.binary_search(&major).is_ok() {
+        return Class::Done;
+    }
+    if NOTES.binary_search(&major).is_ok() {
+        return Class::Note;
+    }
+    match REFUSED.binary_search_by_key(&major, |(word, _)| word) {
+        Ok(at) => Class::Refused(REFUSED[at].1),
+        Err(_) => Class::Unknown,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lists_are_sorted_and_apart() {
+        let refused: Vec<&str> = REFUSED.iter().map(|(word, _)| *word).collect();
+        for list in [&DONE[..], &NOTES[..], &refused[..]] {
+            assert!(list.windows(2).all(|pair| pair[0] < pair[1]), "{list:?}");
+        }
+        assert!(NOTES.iter().all(|word| !DONE.contains(word) && !refused.contains(word)));
+    }
+}

@@ -1,0 +1,317 @@
+//! Circles about a pole, by radius, by tangent; polar coordinates and helices.
+//!
+//! Words after HEIDENHAIN, *TNC 640 Klartext programming*, "Path functions": CC is modal; CR with R above zero runs at most
+//! half a turn, below zero more; DR+ is counter-clockwise seen against the tool axis; the polar angle counts from the first
+//! axis of the working plane; CP with IPA runs through that angle, several turns too.
+
+use std::f64::consts::TAU;
+
+use super::interpreter::Interpreter;
+use super::motion::Goal;
+use super::words::{Coordinate, Words};
+use crate::arc::{self, ArcFault, PlaneArc};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{ArcMotion, Op};
+
+impl Interpreter {
+    /// CC: a new pole; an axis that is not written keeps its value, none at all takes the position.
+    pub(crate) fn pole_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        let [u, v, n] = self.state.plane_axes();
+        if w.programmed & !(1 << u | 1 << v) != 0 {
+            let letters = [crate::AXIS_LETTERS[u], crate::AXIS_LETTERS[v]];
+            let _ = n;
+            return Err(super::lexer::refused(
+                "CC outside of the working plane",
+                span,
+                &format!("the tool axis makes {} {} the working plane: turn it with PLANE", letters[0], letters[1]),
+            ));
+        }
+        if !w.functions.is_empty() || w.feed.is_some() {
+            return Err(Fault::new(codes::CONFLICT, span, "CC takes coordinates only").help("write the other words in another block"));
+        }
+        let mut pole = [0.0; 2];
+        for (slot, axis) in pole.iter_mut().zip([u, v]) {
+            let known = self.position.work.get(axis);
+            *slot = match w.axes[axis] {
+                Some(c) if self.is_incremental(c.reference) => {
+                    self.known(known, axis, span)? + self.coordinate(axis, self.variables.value(c.value, span)?)
+                }
+                Some(c) => self.coordinate(axis, self.variables.value(c.value, span)?),
+                None => match (w.programmed, self.state.pole) {
+                    (0, _) | (_, None) => self.known(known, axis, span)?,
+                    (_, Some(old)) => old[usize::from(axis == v)],
+                },
+            };
+        }
+        self.state.pole = Some(pole);
+        Ok(())
+    }
+
+    fn known(&self, value: Option<f64>, axis: usize, span: Span) -> Result<f64, Fault> {
+        value.ok_or_else(|| {
+            let letter = crate::AXIS_LETTERS[axis];
+            Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
+                .help("program X, Y and Z before it")
+        })
+    }
+
+    fn pole(&self, span: Span) -> Result<[f64; 2], Fault> {
+        self.state.pole.ok_or_else(|| {
+            Fault::new(codes::ARC_GEOMETRY, span, "no pole is defined").help("write CC X+0 Y+0 before it")
+        })
+    }
+
+    pub(crate) fn flat(&self, span: Span) -> Result<[f64; 2], Fault> {
+        let [u, v, _] = self.state.plane_axes();
+        Ok([self.known(self.position.work.get(u), u, span)?, self.known(self.position.work.get(v), v, span)?])
+    }
+
+    fn direction(w: &Words, span: Span) -> Result<bool, Fault> {
+        w.clockwise.ok_or_else(|| {
+            Fault::new(codes::ARC_GEOMETRY, span, "the arc has no direction of rotation").help("write DR+ or DR-")
+        })
+    }
+
+    /// C: arc about the pole to a point.
+    pub(crate) fn arc_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.state.plane_axes();
+        if w.programmed & 0b111 & !(1 << u | 1 << v) != 0 {
+            return Err(super::lexer::refused(
+                "C with the tool axis",
+                span,
+                "write a helix with CP, a circle in another plane with PLANE",
+            ));
+        }
+        let clockwise = Self::direction(w, span)?;
+        let (start, center) = (self.flat(span)?, self.pole(span)?);
+        let goal = self.goal(w, span)?;
+        let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
+        let tolerance = self.settings.arc_tolerance_mm;
+        let arc = arc::from_center(start, end, center, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
+        self.go_arc(goal, arc, clockwise, span)
+    }
+
+    /// CR: arc of a radius to a point.
+    pub(crate) fn radius_arc(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.state.plane_axes();
+        let clockwise = Self::direction(w, span)?;
+        let Some(radius) = w.radius else {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "CR has no radius").help("write R+20"));
+        };
+        let radius = self.variables.value(radius, span)? * self.state.unit();
+        let start = self.flat(span)?;
+        let goal = self.goal(w, span)?;
+        let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
+        let tolerance = self.settings.arc_tolerance_mm;
+        let arc = arc::from_radius(start, end, radius, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
+        self.go_arc(goal, arc, clockwise, span)
+    }
+
+    /// CT: arc that goes on tangentially from the element before.
+    pub(crate) fn tangent_arc(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        let goal = self.goal(w, span)?;
+        self.tangent_to(goal, span)
+    }
+
+    pub(crate) fn tangent_to(&mut self, goal: Goal, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.state.plane_axes();
+        let start = self.flat(span)?;
+        let Some(tangent) = self.state.tangent else {
+            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the arc has no contour element before it to be tangential to")
+                .help("program a line or an arc in the working plane before it"));
+        };
+        let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
+        match arc::from_tangent(start, end, tangent) {
+            Some((arc, clockwise)) => self.go_arc(goal, arc, clockwise, span),
+            // The end lies straight ahead: the circle has become a line.
+            None if end != start => self.straight(goal, false, span),
+            None => Err(Fault::new(codes::ARC_GEOMETRY, span, "start and end of the tangential arc are the same point")
+                .help("program another end point")),
+        }
+    }
+
+    /// Radius and angle (degrees) of the position about the pole.
+    fn polar_now(&self, pole: [f64; 2], span: Span) -> Result<(f64, f64), Fault> {
+        let [x, y] = self.flat(span)?;
+        let (dx, dy) = (x - pole[0], y - pole[1]);
+        Ok((dx.hypot(dy), dy.atan2(dx).to_degrees()))
+    }
+
+    fn polar_value(&self, c: Coordinate, now: impl FnOnce() -> Result<f64, Fault>, factor: f64, span: Span) -> Result<f64, Fault> {
+        let value = self.variables.value(c.value, span)? * factor;
+        Ok(if self.is_incremental(c.reference) { now()? + value } else { value })
+    }
+
+    /// The goal of a polar block: the point in the plane replaces the two axes.
+    fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: [f64; 2], span: Span) -> Result<Goal, Fault> {
+        let [u, v, _] = self.state.plane_axes();
+        if w.programmed >> u & 1 == 1 || w.programmed >> v & 1 == 1 {
+            return Err(Fault::new(codes::CONFLICT, span, "polar and Cartesian coordinates of the plane stand in one block")
+                .help("write PR and PA, or L, C with the two axes"));
+        }
+        let mut goal = self.goal(w, span)?;
+        let (s, c) = crate::frame::sin_cos_degrees(degrees);
+        let point = [pole[0] + radius * c, pole[1] + radius * s];
+        if !point.iter().all(|p| p.is_finite()) {
+            return Err(Fault::new(codes::BAD_VALUE, span, "the polar coordinates are not finite").help("check PR and PA"));
+        }
+        goal.end.put(u, point[0]);
+        goal.end.put(v, point[1]);
+        goal.programmed |= 1 << u | 1 << v;
+        Ok(goal)
+    }
+
+    /// PR and PA of a line or tangential arc; what is not written stays.
+    fn polar_point(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
+        let pole = self.pole(span)?;
+        let unit = self.state.unit();
+        let radius = match w.polar_radius {
+            Some(c) => self.polar_value(c, || self.polar_now(pole, span).map(|p| p.0), unit, span)?,
+            None => self.polar_now(pole, span)?.0,
+        };
+        let degrees = match w.polar_angle {
+            Some(c) => self.polar_value(c, || self.polar_now(pole, span).map(|p| p.1), 1.0, span)?,
+            None => self.polar_now(pole, span)?.1,
+        };
+        self.polar_goal(w, radius, degrees, pole, span)
+    }
+
+    pub(crate) fn polar_line(&mut self, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
+        let goal = self.polar_point(w, span)?;
+        self.straight(goal, rapid, span)
+    }
+
+    pub(crate) fn polar_tangent(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        let goal = self.polar_point(w, span)?;
+        self.tangent_to(goal, span)
+    }
+
+    /// CP: arc or helix about the pole through an angle.
+    pub(crate) fn polar_arc(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        let pole = self.pole(span)?;
+        let (radius, now) = self.polar_now(pole, span)?;
+        let Some(angle) = w.polar_angle else {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "CP has no polar angle").help("write PA or IPA"));
+        };
+        if w.polar_radius.is_some() {
+            return Err(Fault::new(codes::CONFLICT, span, "CP takes its radius from the position before it")
+                .help("take PR out"));
+        }
+        if radius < arc::SAME_POINT_MM {
+            return Err(arc_fault(ArcFault::NoRadius, 0.0, span));
+        }
+        let value = self.variables.value(angle.value, span)?;
+        let incremental = self.is_incremental(angle.reference);
+        let (clockwise, turn) = if incremental {
+            let clockwise = w.clockwise.unwrap_or(value < 0.0);
+            if value != 0.0 && clockwise != (value < 0.0) {
+                return Err(Fault::new(codes::CONFLICT, span, format!("IPA{value:+} and the direction DR contradict each other"))
+                    .help("give DR and IPA the same sign"));
+            }
+            (clockwise, value.abs())
+        } else {
+            let clockwise = Self::direction(w, span)?;
+            let turn = if clockwise { now - value } else { value - now }.rem_euclid(360.0);
+            // Rounding of the start must not turn a full circle into none.
+            (clockwise, if turn < 1e-7 { turn + 360.0 } else { turn })
+        };
+        if !(turn > 0.0 && turn.to_radians() / TAU <= 1e5) {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("the angle of the arc is {turn} degrees"))
+                .help("write an angle above zero and below 100 000 turns"));
+        }
+        let end = if clockwise { now - turn } else { now + turn };
+        // A whole number of turns ends where it began, to the bit.
+        let goal = if turn % 360.0 == 0.0 {
+            let mut goal = self.goal(w, span)?;
+            let [u, v, _] = self.state.plane_axes();
+            goal.programmed |= 1 << u | 1 << v;
+            goal
+        } else {
+            let degrees = if incremental { end } else { value };
+            self.polar_goal(w, radius, degrees, pole, span)?
+        };
+        let arc = PlaneArc { center: pole, radius, sweep: turn.to_radians() };
+        self.go_arc(goal, arc, clockwise, span)
+    }
+
+    /// Hands an arc in the working plane out.
+    pub(crate) fn go_arc(&mut self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
+        self.need_feed(span)?;
+        if self.state.approach.is_some() {
+            let from = self.flat(span)?;
+            let out = [from[0] - arc.center[0], from[1] - arc.center[1]];
+            self.finish_approach(if clockwise { [out[1], -out[0]] } else { [-out[1], out[0]] }, span)?;
+        }
+        let op = self.arc_motion(goal, arc, clockwise, span)?;
+        let [u, v, _] = self.state.plane_axes();
+        if self.state.corner.is_some() {
+            let op = self.corner_to_arc(op, span)?;
+            self.finish_arc(op, [u, v], clockwise);
+            return Ok(());
+        }
+        self.finish_arc(op, [u, v], clockwise);
+        Ok(())
+    }
+
+    fn finish_arc(&mut self, op: ArcMotion, [u, v]: [usize; 2], clockwise: bool) {
+        let end = [op.motion.end.get(u).unwrap_or(0.0) - op.center[u], op.motion.end.get(v).unwrap_or(0.0) - op.center[v]];
+        self.state.tangent = Some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
+        self.position.move_to(op.motion.end, op.motion.end_base);
+        self.moved();
+        self.emit(Op::Arc(op));
+    }
+
+    /// An arc of the working plane as a command.
+    pub(crate) fn arc_motion(&self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<ArcMotion, Fault> {
+        let [u, v, n] = self.state.plane_axes();
+        let Some(start) = self.position.work.xyz() else {
+            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")
+                .help("program X, Y and Z before the arc"));
+        };
+        let active = *self.position.frame();
+        let Some(scale) = active.uniform_scale() else {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
+                .help("use equal scale factors, or write the path with L"));
+        };
+        let mut center = start;
+        center[u] = arc.center[0];
+        center[v] = arc.center[1];
+        let mut normal = [0.0; 3];
+        normal[n] = if clockwise { -1.0 } else { 1.0 };
+        // A mirror reverses the sense of rotation about the image of the normal.
+        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
+        Ok(ArcMotion {
+            motion: self.complete(goal, span)?,
+            center,
+            center_base: self.position.point_in_base(center),
+            normal,
+            normal_base: active.apply_vector(normal).map(|v| sense * v / scale + 0.0),
+            radius: arc.radius * scale,
+            sweep: arc.sweep,
+        })
+    }
+}
+
+pub(crate) fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
+    match fault {
+        ArcFault::NoRadius => {
+            Fault::new(codes::ARC_GEOMETRY, span, "the center of the arc lies on its start or end, or the radius is zero")
+                .help("correct the pole or the radius")
+        }
+        ArcFault::Radii(start, end) => Fault::new(
+            codes::ARC_RADIUS,
+            span,
+            format!("the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"),
+        )
+        .help("correct the pole or the end point"),
+        ArcFault::TooSmall(radius, half) => Fault::new(
+            codes::ARC_RADIUS,
+            span,
+            format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end"),
+        )
+        .help("correct the radius or the end point"),
+        ArcFault::SamePoint => Fault::new(codes::ARC_GEOMETRY, span, "start and end of the arc are the same point")
+            .help("program a full circle with CC and C"),
+    }
+}

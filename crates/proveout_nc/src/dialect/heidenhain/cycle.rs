@@ -1,0 +1,382 @@
+//! Definition and call of cycles.
+
+use std::collections::BTreeMap;
+
+use super::interpreter::Interpreter;
+use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::Frame;
+use crate::{AxisValues, Dwell, Feed, Location, Op, PathMode};
+
+/// A value of a cycle parameter, evaluated when the cycle was defined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Setting {
+    Number(f64),
+    Max,
+    Auto,
+    PerRevolution(f64),
+}
+
+/// The cycle that a call runs.
+#[derive(Clone, Debug)]
+pub(crate) enum Cycle {
+    /// Drilling cycle with its parameters by number.
+    Drilling { number: u32, values: BTreeMap<u32, Setting> },
+    /// Cycle 12: a program.
+    Program(String),
+}
+
+/// A cycle in the old form, collected until its last block.
+#[derive(Debug)]
+pub(crate) struct OldCycle {
+    number: u32,
+    words: Vec<(u32, OldWord)>,
+    location: Location,
+    span: Span,
+}
+
+impl Interpreter {
+    /// Everything that waits for a next block is finished: at the end of a program, at calls.
+    pub(crate) fn settle(&mut self) -> Result<(), Fault> {
+        self.finish_old_cycle()?;
+        self.settle_contour(Span::default())
+    }
+
+    /// No corner and no approach waits.
+    pub(crate) fn settle_contour(&mut self, span: Span) -> Result<(), Fault> {
+        if self.state.corner.is_some() {
+            return Err(super::corner::no_element(span));
+        }
+        if self.state.approach.is_some() {
+            return Err(super::approach::no_contour(span));
+        }
+        self.state.held = false;
+        Ok(())
+    }
+
+    pub(crate) fn old_cycle(&mut self, number: u32, part: u32, words: Vec<OldWord>, span: Span) -> Result<(), Fault> {
+        if part == 0 {
+            self.finish_old_cycle()?;
+            self.state.pending_cycle = Some(OldCycle { number, words: Vec::new(), location: self.location.clone(), span });
+            return Ok(());
+        }
+        let location = self.location.clone();
+        match &mut self.state.pending_cycle {
+            Some(cycle) if cycle.number == number => {
+                cycle.words.extend(words.into_iter().map(|word| (part, word)));
+                cycle.location = location;
+                cycle.span = span;
+                Ok(())
+            }
+            // DIN/ISO writes a cycle in one block.
+            _ if self.din_now => self.din_cycle(number, words, span),
+            _ => Err(Fault::new(codes::STRUCTURE, span, format!("CYCL DEF {number}.{part} stands without CYCL DEF {number}.0"))
+                .help(format!("write CYCL DEF {number}.0 before it"))),
+        }
+    }
+
+    fn din_cycle(&mut self, number: u32, words: Vec<OldWord>, span: Span) -> Result<(), Fault> {
+        let words = words.into_iter().map(|word| (1, word)).collect();
+        self.run_old_cycle(&OldCycle { number, words, location: self.location.clone(), span })
+    }
+
+    /// Executes a cycle in the old form when its last block has been read, with the place of that block.
+    pub(crate) fn finish_old_cycle(&mut self) -> Result<(), Fault> {
+        let Some(cycle) = self.state.pending_cycle.take() else { return Ok(()) };
+        self.settle_contour(cycle.span)?;
+        let here = std::mem::replace(&mut self.location, cycle.location.clone());
+        let result = self.run_old_cycle(&cycle);
+        self.location = here;
+        result.map_err(|fault| Fault {
+            message: format!("CYCL DEF {} (line {}): {}", cycle.number, cycle.location.line, fault.message),
+            ..fault
+        })
+    }
+
+    /// Words of a cycle as coordinates by axis letter, `IX` as increment.
+    fn axis_words(cycle: &OldCycle, span: Span) -> Result<Words, Fault> {
+        let mut w = Words::default();
+        for (_, word) in &cycle.words {
+            let (name, reference) = match word.name.strip_prefix('I') {
+                Some(rest) if !rest.is_empty() => (rest, Reference::Incremental),
+                _ => (word.name.as_str(), Reference::Absolute),
+            };
+            let mut letters = name.chars();
+            let axis = letters.next().and_then(AxisValues::index).filter(|_| letters.next().is_none());
+            let (Some(axis), Some(value)) = (axis, word.value) else {
+                return Err(super::lexer::unknown(&word.name, span));
+            };
+            w.axes[axis] = Some(Coordinate { value, reference });
+            w.programmed |= 1 << axis;
+        }
+        Ok(w)
+    }
+
+    fn run_old_cycle(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
+        let span = cycle.span;
+        let find = |names: &[&str]| cycle.words.iter().find(|(_, w)| names.contains(&w.name.as_str())).map(|(_, w)| w);
+        let last = |part: u32| cycle.words.iter().rfind(|(p, w)| *p == part && w.value.is_some()).and_then(|(_, w)| w.value);
+        let number = |this: &Self, part: u32, what: &str| -> Result<f64, Fault> {
+            let value = last(part).ok_or_else(|| {
+                Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write CYCL DEF {}.{part}", cycle.number))
+            })?;
+            this.variables.value(value, span)
+        };
+        match cycle.number {
+            7 => {
+                if let Some(row) = find(&["#"]).and_then(|w| w.value) {
+                    let row = self.variables.value(row, span)?;
+                    return self.datum_row(row, span);
+                }
+                let w = Self::axis_words(cycle, span)?;
+                self.shift(&w, "CYCL DEF 7", span)
+            }
+            8 => {
+                let mut axes = 0u16;
+                for (_, word) in &cycle.words {
+                    for letter in word.name.chars() {
+                        let Some(axis) = AxisValues::index(letter) else { return Err(super::lexer::unknown(&word.name, span)) };
+                        axes |= 1 << axis;
+                    }
+                }
+                self.mirror(axes, "CYCL DEF 8", span)
+            }
+            9 => {
+                let seconds = number(self, 1, "the dwell")?;
+                if seconds.is_nan() || seconds < 0.0 {
+                    return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write seconds"));
+                }
+                self.emit(Op::Dwell(Dwell::Seconds(seconds)));
+                Ok(())
+            }
+            10 => {
+                let word = find(&["ROT", "IROT"]).ok_or_else(|| {
+                    Fault::new(codes::MISSING_VALUE, span, "the rotation has no angle").help("write CYCL DEF 10.1 ROT+35")
+                })?;
+                let reference = if word.name == "IROT" { Reference::Incremental } else { Reference::Absolute };
+                let Some(value) = word.value else {
+                    return Err(Fault::new(codes::MISSING_VALUE, span, "the rotation has no angle").help("write ROT+35"));
+                };
+                self.rotation(Coordinate { value, reference }, "CYCL DEF 10", span)
+            }
+            11 => {
+                let factor = number(self, 1, "the scale factor")?;
+                self.scale([factor; 3], [0.0; 3], false, "CYCL DEF 11", span)
+            }
+            13 => {
+                self.note("CYCL DEF 13");
+                Ok(())
+            }
+            19 => self.working_plane(cycle),
+            26 => self.axis_scale(cycle),
+            32 => self.tolerance(cycle),
+            247 => {
+                let row = number(self, 1, "the row of the preset table")?;
+                self.preset(row, span)
+            }
+            1 | 2 | 17 => self.old_drilling(cycle, number),
+            other => Err(super::lexer::refused(&format!("CYCL DEF {other}"), span, "write its motions with L blocks")),
+        }
+    }
+
+    /// Cycle 19: spatial angles; without angles, or with all zero, the plane ends. F turns the axes.
+    fn working_plane(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
+        let span = cycle.span;
+        let mut angles = [0.0; 3];
+        let mut feed = None;
+        for (_, word) in &cycle.words {
+            match (word.name.as_str(), word.value) {
+                ("A" | "B" | "C", Some(value)) => {
+                    let axis = AxisValues::index(word.name.chars().next().unwrap_or('A')).unwrap_or(3) - 3;
+                    angles[axis] = self.variables.value(value, span)?;
+                }
+                ("F", Some(value)) => feed = Some(super::words::FeedWord::Value(value)),
+                ("FMAX", None) => feed = Some(super::words::FeedWord::Max),
+                ("DIST" | "ABST" | "SET" | "UP" | "SETUP" | "S-ABST", _) => {}
+                (name, _) => return Err(super::lexer::unknown(name, span)),
+            }
+        }
+        let positioning = if feed.is_some() { Positioning::Turn } else { Positioning::Stay };
+        if angles == [0.0; 3] {
+            return self.plane_reset(positioning, feed, "CYCL DEF 19", span);
+        }
+        self.tilt(Frame::rpy(angles), false, positioning, feed, "CYCL DEF 19", span)
+    }
+
+    /// Cycle 26: factors of the axes about a center.
+    fn axis_scale(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
+        let (mut factors, mut center) = ([1.0; 3], [0.0; 3]);
+        for (_, word) in &cycle.words {
+            let Some(value) = word.value else { return Err(super::lexer::unknown(&word.name, cycle.span)) };
+            let value = self.variables.value(value, cycle.span)?;
+            let (list, letter, factor) = match word.name.strip_prefix("CC") {
+                Some(letter) => (&mut center, letter, self.state.unit()),
+                None => (&mut factors, word.name.as_str(), 1.0),
+            };
+            let axis = match letter {
+                "X" => 0,
+                "Y" => 1,
+                "Z" => 2,
+                _ => return Err(super::lexer::unknown(&word.name, cycle.span)),
+            };
+            list[axis] = value * factor;
+        }
+        self.scale(factors, center, true, "CYCL DEF 26", cycle.span)
+    }
+
+    /// Cycle 32: T tolerance of the contour, TA of the rotary axes in degrees.
+    fn tolerance(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
+        let mut mode = (None, None);
+        for (_, word) in &cycle.words {
+            let Some(value) = word.value else { continue };
+            let value = self.variables.value(value, cycle.span)?;
+            match word.name.as_str() {
+                "T" => mode.0 = Some(value * self.state.unit()),
+                "TA" => mode.1 = Some(value.to_radians()),
+                "HSC-MODE" => {}
+                name => return Err(super::lexer::unknown(name, cycle.span)),
+            }
+        }
+        self.path_tolerance(mode.0, mode.1, cycle.span)
+    }
+
+    pub(crate) fn path_tolerance(&mut self, tolerance: Option<f64>, angle: Option<f64>, span: Span) -> Result<(), Fault> {
+        if [tolerance, angle].into_iter().flatten().any(|v| !(v >= 0.0 && v.is_finite())) {
+            return Err(Fault::new(codes::BAD_VALUE, span, "a tolerance must not be negative").help("write T0.02"));
+        }
+        // T0 is the standard of the control, as no value at all.
+        let tolerance = tolerance.filter(|t| *t > 0.0);
+        self.emit(Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance: angle.filter(|a| *a > 0.0) }));
+        Ok(())
+    }
+
+    /// Cycles 1 (pecking), 2 (tapping with compensating chuck), 17 (rigid tapping): planes count from the position.
+    fn old_drilling(&mut self, cycle: &OldCycle, number: impl Fn(&Self, u32, &str) -> Result<f64, Fault>) -> Result<(), Fault> {
+        let mut values = BTreeMap::new();
+        let mut put = |key: u32, value: f64| {
+            values.insert(key, Setting::Number(value));
+        };
+        put(200, number(self, 1, "the set-up clearance")?.abs());
+        put(201, number(self, 2, "the depth")?);
+        match cycle.number {
+            1 => {
+                put(202, number(self, 3, "the infeed")?);
+                put(211, number(self, 4, "the dwell")?);
+                put(206, number(self, 5, "the feed")?);
+            }
+            2 => {
+                put(211, number(self, 3, "the dwell")?);
+                put(206, number(self, 4, "the feed")?);
+            }
+            _ => put(239, number(self, 3, "the pitch")?),
+        }
+        self.define_cycle(Cycle::Drilling { number: cycle.number, values });
+        Ok(())
+    }
+
+    fn define_cycle(&mut self, cycle: Cycle) {
+        self.state.cycle = Some(cycle);
+        self.state.modal_cycle = false;
+    }
+
+    pub(crate) fn cycle_program(&mut self, name: String) {
+        self.state.pending_cycle = None;
+        self.define_cycle(Cycle::Program(name));
+    }
+
+    /// CYCL DEF with Q parameters: the values are those of now, and the parameters take them.
+    pub(crate) fn cycle(&mut self, number: u32, list: &[(Param, CycleValue, Span)], span: Span) -> Result<(), Fault> {
+        let mut values = BTreeMap::new();
+        for (param, value, at) in list {
+            if param.kind != Kind::Global {
+                return Err(Fault::new(codes::SYNTAX, *at, "the parameters of a cycle are Q parameters").help("write Q200=2"));
+            }
+            let setting = match *value {
+                CycleValue::Value(value) => {
+                    let number = self.variables.value(value, *at)?;
+                    self.variables.set(*param, number, *at)?;
+                    Setting::Number(number)
+                }
+                CycleValue::Max => Setting::Max,
+                CycleValue::Auto => Setting::Auto,
+                CycleValue::PerRevolution(value) => Setting::PerRevolution(self.variables.value(value, *at)?),
+            };
+            values.insert(param.index, setting);
+        }
+        match number {
+            247 => {
+                let row = self.cycle_number(&values, 339, None, span)?;
+                self.preset(row, span)
+            }
+            220 | 221 => self.pattern_cycle(number, &values, span),
+            _ => {
+                self.check_cycle(number, &values, span)?;
+                self.define_cycle(Cycle::Drilling { number, values });
+                Ok(())
+            }
+        }
+    }
+
+    /// Number of a cycle parameter; one without a default must be written.
+    pub(crate) fn cycle_number(&self, values: &BTreeMap<u32, Setting>, key: u32, default: Option<f64>, span: Span) -> Result<f64, Fault> {
+        match (values.get(&key), default) {
+            (Some(Setting::Number(number)), _) => Ok(*number),
+            (None, Some(default)) => Ok(default),
+            (None, None) => {
+                Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}")).help(format!("write Q{key}=")))
+            }
+            (Some(other), _) => Err(Fault::new(codes::ARGUMENTS, span, format!("Q{key} must be a number and is {other:?}"))
+                .help("write a number")),
+        }
+    }
+
+    /// Feed of a cycle parameter; none is rapid.
+    pub(crate) fn cycle_feed(&self, values: &BTreeMap<u32, Setting>, key: u32, span: Span) -> Result<Option<Feed>, Fault> {
+        let wrong = |v: f64| Fault::new(codes::BAD_VALUE, span, format!("the feed Q{key} must be above zero and is {v}")).help("write a feed");
+        match values.get(&key) {
+            Some(Setting::Number(v)) if *v > 0.0 => {
+                Ok(Some(Feed::PerTime(v * if self.state.inch { 2.54 } else { 1.0 } / 60.0)))
+            }
+            Some(Setting::Number(v)) => Err(wrong(*v)),
+            Some(Setting::Max) => Ok(None),
+            Some(Setting::PerRevolution(v)) if *v > 0.0 => Ok(Some(Feed::PerRevolution(v * self.state.unit()))),
+            Some(Setting::PerRevolution(v)) => Err(wrong(*v)),
+            Some(Setting::Auto) => self.feed_of(super::words::FeedWord::Auto, span),
+            None => Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}")).help(format!("write Q{key}="))),
+        }
+    }
+
+    /// Runs the cycle that is defined, where the tool stands.
+    pub(crate) fn run_cycle(&mut self, span: Span) -> Result<(), Fault> {
+        self.settle_contour(span)?;
+        match self.state.cycle.clone() {
+            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called and none is defined").help("write CYCL DEF before it")),
+            Some(Cycle::Program(name)) => self.call_program(&name, span),
+            Some(Cycle::Drilling { number, values }) => self.drill(number, &values, 0.0, span),
+        }
+    }
+
+    /// CYCL CALL POS X Y Z: to the point, the tool axis as an additional shift of the surface.
+    pub(crate) fn cycle_call_pos(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        self.settle_contour(span)?;
+        let Some(Cycle::Drilling { number, values }) = self.state.cycle.clone() else {
+            return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL POS has no drilling cycle").help("write CYCL DEF before it"));
+        };
+        let axes = self.state.plane_axes();
+        if !axes.iter().all(|a| w.programmed >> a & 1 == 1) {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "CYCL CALL POS needs X, Y and Z").help("write all three"));
+        }
+        self.state.modal_cycle = false;
+        self.functions_before(w, span)?;
+        let rapid = self.feed_word(w, span)?;
+        let goal = self.goal(w, span)?;
+        let [u, v, n] = axes;
+        let lift = goal.end.get(n).unwrap_or(0.0);
+        let point = [goal.end.get(u).unwrap_or(0.0), goal.end.get(v).unwrap_or(0.0)];
+        self.hole(number, &values, point, lift, rapid, span)?;
+        self.functions_after(w, span)?;
+        self.functions_last(w);
+        Ok(())
+    }
+}

@@ -1,0 +1,471 @@
+//! DIN/ISO form of the TNC: G functions to the same blocks as Klartext.
+//!
+//! Words after HEIDENHAIN, *TNC 640 DIN/ISO programming*, "Overview of G functions": path functions are modal, I J K set the pole
+//! (as CC), R and H are polar radius and angle, `L1,3` repeats, `D00` to `D14` calculate and jump, `%NAME` calls a program.
+
+use std::sync::Arc;
+
+use super::interpreter::{Interpreter, Loaded};
+use super::lexer::{Lexer, refused, unknown};
+use super::statements;
+use super::words::{
+    Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side, Statement,
+    ToolCall, ToolRef, Value,
+};
+use crate::AxisValues;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::source::Mark;
+
+/// A block of path functions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct DinBlock {
+    /// Path function of this block, if it has one.
+    path: Option<u32>,
+    /// G90 (false) or G91 (true).
+    incremental: Option<bool>,
+    /// I, J, K.
+    pole: [Option<Value>; 3],
+    /// G29
+    pole_here: bool,
+    radius: Option<Value>,
+    angle: Option<Value>,
+}
+
+/// Everything of a block before its meaning is known.
+#[derive(Default)]
+struct Raw {
+    g: Vec<(u32, Span)>,
+    din: DinBlock,
+    label: Option<(Label, Option<Value>)>,
+    function: Option<(u32, Option<Param>)>,
+    values: Vec<Value>,
+    target: Option<Label>,
+    settings: Vec<(Param, CycleValue, Span)>,
+    tool: Option<ToolRef>,
+    speed: Option<Value>,
+    delta: [Option<Value>; 3],
+    program: Option<String>,
+}
+
+/// Reads a block.
+pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
+    block.clear();
+    // The star ends a block; text behind it is a comment of the sender.
+    let code = text.find(';').map_or(text, |at| &text[..at]);
+    let end = code.rfind('*').filter(|at| code[at + 1..].trim().is_empty()).unwrap_or(text.len());
+    let body = if end < text.len() && !text[..end].trim_start().is_empty() { &text[..end] } else { text };
+    let mut x = Lexer::new(body);
+    x.blanks();
+    if x.s.take(b'/') {
+        block.skip = true;
+        x.blanks();
+    }
+    if x.peek() == b'N' && matches!(x.peek_at(1), b'0'..=b'9' | b' ') {
+        x.s.bump();
+        x.blanks();
+        while x.s.peek().is_ascii_digit() {
+            x.s.bump();
+        }
+        x.blanks();
+        if x.s.take(b'/') {
+            block.skip = true;
+        }
+    }
+    x.blanks();
+    let start = x.pos();
+    if x.s.at_end() || x.s.peek() == b'*' || x.s.peek() == b'(' {
+        return Ok(());
+    }
+    let mut probe = x.clone();
+    if probe.letters().len() >= 4 {
+        // PLANE, FUNCTION TCPM and the like are written as in Klartext.
+        let offset = start;
+        let mut inner = Block::default();
+        let shift = |span: Span| Span { start: span.start + offset as u32, end: span.end + offset as u32 };
+        super::parser::parse(&body[offset..], &mut inner).map_err(|f| Fault { span: shift(f.span), ..f })?;
+        inner.skip = block.skip;
+        inner.span = shift(inner.span);
+        *block = inner;
+        return Ok(());
+    }
+    let mut raw = Raw::default();
+    while !x.ended() {
+        word(&mut x, &mut raw, block)?;
+    }
+    block.span = Span::new(start, body.trim_end().len().max(start));
+    block.statement = meaning(raw, block)?;
+    Ok(())
+}
+
+fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault> {
+    let start = x.pos();
+    let (first, second) = (x.peek(), x.peek_at(1));
+    if let Some(axis) = AxisValues::index(char::from(first)) {
+        x.s.bump();
+        let value = x.need(start)?;
+        if block.words.programmed >> axis & 1 == 1 {
+            return Err(Fault::new(codes::CONFLICT, x.span_from(start), format!("`{}` stands twice in the block", char::from(first)))
+                .help("take one out"));
+        }
+        block.words.axes[axis] = Some(Coordinate { value, reference: Reference::Modal });
+        block.words.programmed |= 1 << axis;
+        return Ok(());
+    }
+    match (first, second) {
+        (b'G', _) => {
+            x.s.bump();
+            x.blanks();
+            let Some(code) = x.s.integer() else {
+                return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "`G` has no number").help("write G01"));
+            };
+            raw.g.push((code, x.span_from(start)));
+        }
+        (b'D', b'L' | b'R') => {
+            let which = if x.prefix("DR2") {
+                2
+            } else if x.prefix("DR") {
+                1
+            } else {
+                x.set_pos(start + 2);
+                0
+            };
+            raw.delta[which] = Some(x.need(start)?);
+        }
+        (b'D', b'0'..=b'9') => {
+            x.s.bump();
+            let number = x.s.integer().unwrap_or(99);
+            let target = if matches!(number, 0..=8 | 13) { x.param()? } else { None };
+            raw.function = Some((number, target));
+        }
+        (b'I' | b'J' | b'K', _) => {
+            x.s.bump();
+            raw.din.pole[usize::from(first - b'I')] = Some(x.need(start)?);
+        }
+        (b'R', _) => {
+            x.s.bump();
+            raw.din.radius = Some(x.need(start)?);
+        }
+        (b'H', _) => {
+            x.s.bump();
+            raw.din.angle = Some(x.need(start)?);
+        }
+        (b'F', _) => {
+            x.s.bump();
+            block.words.feed = Some(x.feed(start)?);
+        }
+        (b'S', _) => {
+            x.s.bump();
+            raw.speed = Some(x.need(start)?);
+        }
+        (b'T', _) => {
+            x.s.bump();
+            raw.tool = Some(match x.quoted()? {
+                Some(name) => ToolRef::Name(name),
+                None => ToolRef::Number(x.need(start)?),
+            });
+        }
+        (b'M', _) => {
+            x.s.bump();
+            let function = super::functions::word(x, start)?;
+            block.words.functions.push(function);
+        }
+        (b'L', _) => {
+            x.s.bump();
+            let label = statements::label(x, start)?;
+            x.blanks();
+            let repeat = if x.s.take(b',') { Some(x.need(start)?) } else { None };
+            raw.label = Some((label, repeat));
+        }
+        (b'P', _) => {
+            x.s.bump();
+            x.s.integer();
+            if let Some(name) = x.quoted()? {
+                raw.target = Some(Label::Name(name));
+                return Ok(());
+            }
+            raw.values.push(x.need(start)?);
+        }
+        (b'Q', _) => {
+            let Some(param) = x.param()? else { return Err(x.unexpected()) };
+            x.blanks();
+            if !x.s.take(b'=') {
+                return Err(x.unexpected());
+            }
+            if raw.g.is_empty() {
+                let formula = super::expr::formula(x)?;
+                x.finish()?;
+                block.statement = Statement::Assign(param, formula);
+                return Ok(());
+            }
+            for (word, value) in [("FMAX", CycleValue::Max), ("MAX", CycleValue::Max), ("FAUTO", CycleValue::Auto), ("AUTO", CycleValue::Auto)] {
+                if x.word(word) {
+                    raw.settings.push((param, value, x.span_from(start)));
+                    return Ok(());
+                }
+            }
+            let value = CycleValue::Value(x.need(start)?);
+            raw.settings.push((param, value, x.span_from(start)));
+        }
+        (b'%', _) => {
+            x.s.bump();
+            let from = x.pos();
+            while !x.s.at_end() && !matches!(x.s.peek(), b' ' | b'\t' | b'*' | b'\n') {
+                x.s.bump();
+            }
+            raw.program = Some(x.s.slice(from).to_owned());
+        }
+        _ => return Err(x.unexpected()),
+    }
+    Ok(())
+}
+
+/// What a block means.
+fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
+    if matches!(block.statement, Statement::Assign(..)) {
+        return Ok(std::mem::replace(&mut block.statement, Statement::Empty));
+    }
+    let span = block.span;
+    let missing = |what: &str| Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write {what}"));
+    if let Some(name) = raw.program.take() {
+        let unit = raw.g.iter().find(|(g, _)| matches!(g, 70 | 71));
+        return Ok(match unit {
+            // The first line has no block number; the last one closes the program.
+            Some((g, _)) if span.start == 0 => Statement::Begin { inch: *g == 70 },
+            Some(_) => Statement::End,
+            None => Statement::CallProgram(name),
+        });
+    }
+    if let Some((number, target)) = raw.function {
+        return function(number, target, &raw, span);
+    }
+    let mut special = None;
+    for (code, at) in &raw.g {
+        match code {
+            0..=3 | 5 | 6 | 10..=13 | 15 | 16 => raw.din.path = Some(*code),
+            17..=19 => {}
+            29 => raw.din.pole_here = true,
+            40 => block.words.side = Some(Side::Off),
+            41 => block.words.side = Some(Side::Left),
+            42 => block.words.side = Some(Side::Right),
+            90 => raw.din.incremental = Some(false),
+            91 => raw.din.incremental = Some(true),
+            50 | 70 | 71 => {}
+            code => special = Some((*code, *at)),
+        }
+    }
+    let reference = match raw.din.incremental {
+        Some(true) => Reference::Incremental,
+        Some(false) => Reference::Absolute,
+        None => Reference::Modal,
+    };
+    if let Some((code, at)) = special {
+        for c in block.words.axes.iter_mut().flatten() {
+            c.reference = reference;
+        }
+        return special_function(code, at, raw, block, reference);
+    }
+    if let Some((label, repeat)) = raw.label {
+        return Ok(Statement::CallLabel { label, repeat });
+    }
+    let axis = raw.g.iter().find_map(|(g, _)| match g {
+        17 => Some('Z'),
+        18 => Some('Y'),
+        19 => Some('X'),
+        _ => None,
+    });
+    if raw.tool.is_some() || raw.speed.is_some() || axis.is_some() && block.words.programmed == 0 {
+        let [length, radius, corner] = raw.delta;
+        return Ok(Statement::ToolCall(ToolCall { tool: raw.tool, axis, speed: raw.speed, feed: block.words.feed, length, radius, corner }));
+    }
+    if raw.delta.iter().any(Option::is_some) {
+        return Err(missing("T before the delta values"));
+    }
+    Ok(Statement::Din(Box::new(raw.din)))
+}
+
+fn special_function(code: u32, at: Span, raw: Raw, block: &mut Block, reference: Reference) -> Result<Statement, Fault> {
+    let span = block.span;
+    let missing = |what: &str| Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write {what}"));
+    let number = |at: usize| raw.values.get(at).copied();
+    let old = |number: u32, list: Vec<(u32, Value)>| {
+        let words = list.into_iter().map(|(_, value)| OldWord { name: String::new(), value: Some(value), span });
+        Statement::OldCycle { number, part: 1, words: words.collect() }
+    };
+    Ok(match code {
+        4 => match block.words.feed {
+            Some(FeedWord::Value(value)) => old(9, vec![(1, value)]),
+            _ => return Err(missing("F with the seconds of G04")),
+        },
+        24 | 25 => {
+            let size = raw.din.radius.ok_or_else(|| missing("R"))?;
+            if code == 24 {
+                block.words.length = Some(size);
+                Statement::Path(Path::Chamfer)
+            } else {
+                block.words.radius = Some(size);
+                Statement::Path(Path::Round)
+            }
+        }
+        26 | 27 => return Err(refused(&format!("G{code}"), at, "write the arc of approach or departure with G02 or G03")),
+        28 => Statement::TransMirror(true),
+        30 | 31 => Statement::Note(format!("G{code}")),
+        36 => Statement::Note("G36".to_owned()),
+        38 => Statement::Stop,
+        39 => match raw.target {
+            Some(Label::Name(name)) => Statement::OldCycleProgram(name),
+            _ => return Err(missing("P01 with the name of the program in quotes")),
+        },
+        51 | 99 => Statement::ToolDef(raw.tool.ok_or_else(|| missing("T"))?),
+        53 => Statement::DatumRow(number(0).ok_or_else(|| missing("P01 with the row"))?),
+        54 => Statement::Datum(true),
+        62 => {
+            let tolerance = match raw.tool {
+                Some(ToolRef::Number(value)) => Some(value),
+                _ => None,
+            };
+            let mut words = Vec::new();
+            if let Some(value) = tolerance {
+                words.push(OldWord { name: "T".to_owned(), value: Some(value), span });
+            }
+            if let Some(value) = number(1) {
+                words.push(OldWord { name: "TA".to_owned(), value: Some(value), span });
+            }
+            Statement::OldCycle { number: 32, part: 1, words }
+        }
+        72 => match block.words.feed {
+            Some(FeedWord::Value(value)) => Statement::TransScale(Some(value)),
+            _ => return Err(missing("F with the scale factor")),
+        },
+        73 => {
+            let value = raw.din.angle.ok_or_else(|| missing("H with the angle"))?;
+            Statement::TransRotation(Some(Coordinate { value, reference }))
+        }
+        79 => Statement::CycleCall,
+        80 => {
+            let mut words = Vec::new();
+            for (axis, letter) in ["A", "B", "C"].iter().enumerate() {
+                if let Some(c) = block.words.axes[axis + 3] {
+                    words.push(OldWord { name: (*letter).to_owned(), value: Some(c.value), span });
+                }
+            }
+            Statement::OldCycle { number: 19, part: 1, words }
+        }
+        98 => match raw.label {
+            Some((label, None)) => Statement::Label(label),
+            _ => return Err(missing("L with the label")),
+        },
+        200..=299 => {
+            statements::known(code, &statements::CYCLES, at)?;
+            Statement::Cycle { number: code, values: raw.settings }
+        }
+        14 | 20..=23 | 34 | 35 | 37 | 43 | 44 | 55..=59 | 74..=78 | 83..=89 | 120..=136 | 300..=499 => {
+            return Err(refused(&format!("G{code}"), at, "use the cycles with Q parameters, or post the path as G01, G02, G03"));
+        }
+        _ => return Err(unknown(&format!("G{code}"), at)),
+    })
+}
+
+fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result<Statement, Fault> {
+    let missing = || Fault::new(codes::MISSING_VALUE, span, format!("D{number:02} has too few values")).help("write P01, P02 and so on");
+    let value = |at: usize| raw.values.get(at).copied().ok_or_else(missing);
+    match number {
+        0..=8 | 13 => {
+            let target = target.ok_or_else(missing)?;
+            let first = value(0)?;
+            statements::arithmetic(number, first, raw.values.get(1).copied())
+                .map(|formula| Statement::Assign(target, formula))
+                .ok_or_else(missing)
+        }
+        9..=12 => {
+            let relation = [Relation::Equal, Relation::NotEqual, Relation::Greater, Relation::Less][number as usize - 9];
+            let label = match &raw.target {
+                Some(label) => label.clone(),
+                None => Label::Number(value(2)?),
+            };
+            Ok(Statement::Branch(Condition::Compare(value(0)?, relation, value(1)?), label))
+        }
+        14 => Ok(Statement::Error(value(0)?)),
+        15 | 16 | 19 | 20 | 29 | 37 | 38 => Ok(Statement::Note(format!("D{number:02}"))),
+        _ => Err(refused(&format!("D{number:02}"), span, "assign the value to the Q parameter")),
+    }
+}
+
+impl Interpreter {
+    /// Executes a block of path functions.
+    pub(crate) fn din(&mut self, _loaded: &Arc<Loaded>, _at: Mark, din: &DinBlock, block: &mut Block) -> Result<(), Fault> {
+        let span = block.span;
+        if let Some(incremental) = din.incremental {
+            self.state.incremental = incremental;
+        }
+        if let Some(path) = din.path {
+            self.state.din_path = path;
+        }
+        let [u, v, _] = self.state.plane_axes();
+        if din.pole_here {
+            self.state.pole = Some(self.flat(span)?);
+        }
+        if din.pole.iter().any(Option::is_some) {
+            let mut pole = self.state.pole.unwrap_or_default();
+            for (slot, axis) in pole.iter_mut().zip([u, v]) {
+                let Some(value) = din.pole[axis] else { continue };
+                let value = self.variables.value(value, span)? * self.state.unit();
+                *slot = if self.state.incremental {
+                    let now = self.flat(span)?;
+                    value + now[usize::from(axis == v)]
+                } else {
+                    value
+                };
+            }
+            self.state.pole = Some(pole);
+        }
+        let moves = block.words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
+        let arc = matches!(self.state.din_path, 2 | 3 | 5);
+        let full = arc && din.path.is_some() && din.pole.iter().any(Option::is_some);
+        let path = if moves || full { self.din_path_of(din, block, span)? } else { Path::Nothing };
+        self.path(path, &block.words, span)
+    }
+
+    fn din_path_of(&mut self, din: &DinBlock, block: &mut Block, span: Span) -> Result<Path, Fault> {
+        let w = &mut block.words;
+        let code = self.state.din_path;
+        match code {
+            2 | 12 => self.state.din_clockwise = Some(true),
+            3 | 13 => self.state.din_clockwise = Some(false),
+            _ => {}
+        }
+        let polar = |value: Value| Coordinate { value, reference: Reference::Modal };
+        if matches!(code, 2 | 3 | 5 | 12 | 13 | 15) {
+            w.clockwise = self.state.din_clockwise;
+        }
+        if matches!(code, 0 | 10) {
+            w.feed = Some(FeedWord::Max);
+        }
+        let has_polar = din.radius.is_some() || din.angle.is_some();
+        Ok(match code {
+            0 | 1 if !has_polar => Path::Line,
+            2 | 3 | 5 if din.angle.is_none() => match din.radius {
+                Some(radius) => {
+                    w.radius = Some(radius);
+                    Path::Radius
+                }
+                None => Path::Arc,
+            },
+            6 if !has_polar => Path::Tangent,
+            10 | 11 | 16 => {
+                w.polar_radius = din.radius.map(polar);
+                w.polar_angle = din.angle.map(polar);
+                if code == 16 { Path::PolarTangent } else { Path::PolarLine }
+            }
+            12 | 13 | 15 => {
+                w.polar_angle = din.angle.map(polar);
+                w.polar_radius = din.radius.map(polar);
+                Path::PolarArc
+            }
+            _ => {
+                return Err(Fault::new(codes::CONFLICT, span, format!("R or H stands with G{code:02}"))
+                    .help("write G10, G11, G12, G13, G15 or G16 for polar coordinates"));
+            }
+        })
+    }
+}

@@ -1,0 +1,236 @@
+//! Executes blocks that are no paths.
+
+use std::sync::Arc;
+
+use super::interpreter::{Interpreter, Loaded};
+use super::variables::Val;
+use super::words::{Block, Path, Reference, Statement, ToolCall, ToolRef};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::source::Mark;
+use crate::{Offset, Op, ToolAction, ToolName};
+
+impl Interpreter {
+    pub(crate) fn statement(&mut self, loaded: &Arc<Loaded>, at: Mark, statement: Statement, block: &mut Block) -> Result<(), Fault> {
+        let span = block.span;
+        match statement {
+            // These may stand between the elements of a contour.
+            Statement::Empty | Statement::Path(_) => Ok(()),
+            Statement::Note(text) => {
+                self.state.held &= self.state.corner.is_some();
+                self.note(text);
+                Ok(())
+            }
+            Statement::Assign(param, formula) => {
+                let value = self.variables.eval(&formula, span)?;
+                self.variables.assign(param, value, span)
+            }
+            Statement::Branch(condition, label) => {
+                if self.variables.truth(&condition, span)? {
+                    self.goto(loaded, at, &label, span)?;
+                }
+                Ok(())
+            }
+            Statement::Goto(label) => self.goto(loaded, at, &label, span),
+            Statement::Label(label) => {
+                if matches!(label, super::words::Label::Number(super::words::Value::Number(0.0))) {
+                    self.label_end();
+                }
+                Ok(())
+            }
+            Statement::CallLabel { label, repeat } => {
+                let repeat = repeat.map(|value| self.variables.value(value, span)).transpose()?;
+                self.call_label(loaded, at, &label, repeat, span)
+            }
+            Statement::Din(din) => self.din(loaded, at, &din, block),
+            other => {
+                self.settle_contour(span)?;
+                self.settled(other, block)
+            }
+        }
+    }
+
+    fn settled(&mut self, statement: Statement, block: &Block) -> Result<(), Fault> {
+        let (span, words) = (block.span, &block.words);
+        match statement {
+            Statement::Begin { inch } => {
+                self.state.inch = inch;
+                if *self.position.frame() != self.state.frames.total() {
+                    self.take_frames("PRESET0", span)?;
+                }
+                Ok(())
+            }
+            Statement::End => self.program_end(),
+            Statement::ToolCall(call) => self.tool_call(&call, span),
+            Statement::ToolDef(tool) => {
+                let name = self.tool_name(&tool, span)?;
+                self.emit(Op::Tool(ToolAction::Select(name)));
+                Ok(())
+            }
+            Statement::OldCycle { number, part, words } => self.old_cycle(number, part, words, span),
+            Statement::OldCycleProgram(name) => {
+                self.cycle_program(name);
+                Ok(())
+            }
+            Statement::Cycle { number, values } => self.cycle(number, &values, span),
+            Statement::CycleCall => {
+                self.functions_before(words, span)?;
+                self.run_cycle(span)?;
+                self.functions_after(words, span)?;
+                self.functions_last(words);
+                Ok(())
+            }
+            Statement::CycleCallPos => self.cycle_call_pos(words, span),
+            Statement::CycleCallPattern => self.cycle_call_pattern(words, span),
+            Statement::Pattern(points) => {
+                self.state.pattern = points;
+                Ok(())
+            }
+            Statement::CallProgram(name) => self.call_program(&name, span),
+            Statement::CallProgramText(param) => {
+                let name = self.variables.text(param, span)?.to_owned();
+                self.call_program(&name, span)
+            }
+            Statement::SelectProgram(name) => {
+                self.select_program(name);
+                Ok(())
+            }
+            Statement::SelectProgramText(param) => {
+                let name = self.variables.text(param, span)?.to_owned();
+                self.select_program(name);
+                Ok(())
+            }
+            Statement::CallSelected => self.call_selected(span),
+            Statement::CircleData(target, from) => self.circle_data(target, from, span),
+            Statement::Error(value) => {
+                let number = self.variables.value(value, span)?;
+                Err(Fault::new(codes::BAD_VALUE, span, format!("the program stops itself with error {number} (FN 14)"))
+                    .help("check the condition that leads here"))
+            }
+            Statement::Plane(plane) => self.plane(&plane, span),
+            Statement::Tcpm(tcpm) => {
+                self.function_tcpm(&tcpm);
+                Ok(())
+            }
+            Statement::ResetTcpm => {
+                self.set_tcpm(false);
+                Ok(())
+            }
+            Statement::Datum(true) => self.shift(words, "TRANS DATUM", span),
+            Statement::Datum(false) => self.shift_to([0.0; 6], "TRANS DATUM RESET", span),
+            Statement::DatumRow(row) => {
+                let row = self.variables.value(row, span)?;
+                self.datum_row(row, span)
+            }
+            Statement::TransMirror(on) => self.mirror(if on { words.programmed } else { 0 }, "TRANS MIRROR", span),
+            Statement::TransRotation(angle) => {
+                let none = super::words::Coordinate { value: super::words::Value::Number(0.0), reference: Reference::Absolute };
+                self.rotation(angle.unwrap_or(none), "TRANS ROTATION", span)
+            }
+            Statement::TransScale(factor) => {
+                let factor = factor.map_or(Ok(1.0), |value| self.variables.value(value, span))?;
+                self.scale([factor; 3], [0.0; 3], false, "TRANS SCALE", span)
+            }
+            Statement::Stop => {
+                self.path(Path::Nothing, words, span)?;
+                if !words.functions.iter().any(|m| matches!(m.code, 0 | 1 | 2 | 30)) {
+                    self.emit(Op::Stop { optional: false });
+                }
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn tool_name(&self, tool: &ToolRef, span: Span) -> Result<ToolName, Fault> {
+        Ok(match tool {
+            ToolRef::Name(name) => ToolName::Name(name.clone()),
+            ToolRef::Text(param) => ToolName::Name(self.variables.text(*param, span)?.to_owned()),
+            ToolRef::Number(value) => {
+                let number = self.variables.value(*value, span)?;
+                if !(0.0..=4_294_967_295.0).contains(&number) || number.fract() != 0.0 {
+                    return Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is no tool number")).help("write a whole number"));
+                }
+                if number == 0.0 { ToolName::Empty } else { ToolName::Number(number as u32) }
+            }
+        })
+    }
+
+    /// TOOL CALL: tool, tool axis, speed, feed and delta values. The tool length acts from here.
+    pub(crate) fn tool_call(&mut self, call: &ToolCall, span: Span) -> Result<(), Fault> {
+        let unit = self.state.unit();
+        if let Some(tool) = &call.tool {
+            let name = self.tool_name(tool, span)?;
+            if self.state.tool.as_ref() != Some(&name) {
+                self.emit(Op::Tool(ToolAction::Change(name.clone())));
+                let edge = u32::from(name != ToolName::Empty);
+                self.emit(Op::Offset(Offset::ToolEdge { edge }));
+                self.state.tool = Some(name);
+            }
+            // The change moves the machine; the tip is another point.
+            self.position.forget(super::motion::LINEAR);
+            self.state.tangent = None;
+            let mut delta = [0.0; 3];
+            for (slot, value) in delta.iter_mut().zip([call.length, call.radius, call.corner]) {
+                if let Some(value) = value {
+                    *slot = self.variables.value(value, span)? * unit;
+                }
+            }
+            if delta != self.state.delta {
+                self.state.delta = delta;
+                let [length, radius, corner_radius] = delta;
+                self.emit(Op::Offset(Offset::ToolDelta { length, radius, corner_radius }));
+            }
+        }
+        if let Some(axis) = call.axis {
+            let normal = usize::from(axis as u8 - b'X');
+            if !self.state.plane_told || normal != self.state.normal {
+                self.state.normal = normal;
+                self.state.plane_told = true;
+                self.state.pole = None;
+                self.emit(Op::Plane(axis));
+            }
+        }
+        if let Some(speed) = call.speed {
+            let speed = self.variables.value(speed, span)?;
+            if !(speed >= 0.0 && speed.is_finite()) {
+                return Err(Fault::new(codes::BAD_VALUE, span, format!("the spindle speed must not be negative and is {speed}"))
+                    .help("write S1000"));
+            }
+            self.state.speed = Some(speed);
+            if self.state.direction != crate::SpindleDirection::Off {
+                self.tell_spindle();
+            }
+        }
+        if let Some(feed) = call.feed {
+            // It holds until the next F, and FAUTO comes back to it.
+            if let Some(feed) = self.feed_of(feed, span)? {
+                self.state.tool_feed = Some(feed);
+                self.state.feed = Some(feed);
+                self.tell_feed();
+            }
+        }
+        Ok(())
+    }
+
+    /// FN 23: center and radius of the circle through three points, which stand in six parameters.
+    fn circle_data(&mut self, target: super::words::Param, from: super::words::Param, span: Span) -> Result<(), Fault> {
+        let mut p = [0.0; 6];
+        for (slot, by) in p.iter_mut().zip(0u32..) {
+            let param = super::words::Param { index: from.index.saturating_add(by), ..from };
+            *slot = self.variables.value(super::words::Value::Param { negative: false, param }, span)?;
+        }
+        let (bx, by, cx, cy) = (p[2] - p[0], p[3] - p[1], p[4] - p[0], p[5] - p[1]);
+        let d = 2.0 * (bx * cy - by * cx);
+        if d == 0.0 {
+            return Err(Fault::new(codes::ARITHMETIC, span, "the three points of FN 23 lie on one line").help("choose other points"));
+        }
+        let (b, c) = (bx * bx + by * by, cx * cx + cy * cy);
+        let (ux, uy) = ((cy * b - by * c) / d, (bx * c - cx * b) / d);
+        for (value, by) in [p[0] + ux, p[1] + uy, ux.hypot(uy)].into_iter().zip(0u32..) {
+            let param = super::words::Param { index: target.index.saturating_add(by), ..target };
+            self.variables.assign(param, Val::Number(value), span)?;
+        }
+        Ok(())
+    }
+}

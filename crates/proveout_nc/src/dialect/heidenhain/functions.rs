@@ -1,0 +1,251 @@
+//! M functions: those that act at the start of a block, and those that act at its end.
+//!
+//! Which is which after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its overview of M functions.
+
+use super::interpreter::Interpreter;
+use super::lexer::{Lexer, refused};
+use super::words::{FeedWord, MWord, Path, Words};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::add_scaled;
+use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
+
+/// Reads the number behind an `M` that began at `start`, and the words that belong to the function.
+pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
+    x.blanks();
+    let Some(code) = x.s.integer() else {
+        return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "`M` has no number").help("write M3"));
+    };
+    let mut m = MWord { code, value: None, max: false, feed: None, axes: 0, span: x.span_from(start) };
+    match code {
+        94 | 138 => loop {
+            x.blanks();
+            let index = AxisValues::index(char::from(x.peek())).filter(|_| !matches!(x.peek_at(1), b'0'..=b'9' | b'+' | b'-' | b'.'));
+            let Some(index) = index else { break };
+            x.s.bump();
+            m.axes |= 1 << index;
+        },
+        // The words behind these belong to them: limits of handwheel superimposition, filters, look-ahead.
+        118 => {
+            while {
+                x.blanks();
+                AxisValues::index(char::from(x.peek())).is_some() || x.at("MB") || x.at("VT")
+            } {
+                let at = x.pos();
+                let letters = x.letters();
+                if letters == "MB" && x.word("MAX") {
+                    continue;
+                }
+                x.need(at)?;
+            }
+        }
+        120 => {
+            if x.prefix("LA") {
+                m.value = Some(x.need(start)?);
+            }
+        }
+        112 | 124 => {
+            while {
+                x.blanks();
+                matches!(x.peek(), b'T' | b'A') && !x.peek_at(1).is_ascii_alphabetic()
+            } {
+                let at = x.pos();
+                x.s.bump();
+                x.need(at)?;
+            }
+        }
+        128 => {
+            let at = x.pos();
+            if x.prefix("F") {
+                m.feed = Some(x.feed(at)?);
+            }
+        }
+        140 => {
+            if x.prefix("MB") {
+                if x.word("MAX") {
+                    m.max = true;
+                } else {
+                    m.value = Some(x.need(start)?);
+                }
+            } else {
+                return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "M140 has no way of retraction")
+                    .help("write M140 MB 50 or M140 MB MAX"));
+            }
+            x.blanks();
+            let at = x.pos();
+            if x.prefix("F") {
+                m.feed = Some(x.feed(at)?);
+            }
+        }
+        _ => {}
+    }
+    m.span = x.span_from(start);
+    match remedy(code) {
+        Some(remedy) => Err(refused(&format!("M{code}"), m.span, remedy)),
+        None => Ok(m),
+    }
+}
+
+/// Remedy for an M function that is refused.
+fn remedy(code: u32) -> Option<&'static str> {
+    Some(match code {
+        103 => "it lowers the feed of plunging: write the feed into the blocks",
+        114 | 115 => "it was replaced by M128: use M128 or FUNCTION TCPM",
+        130 => "switch the tilted plane off with PLANE RESET for the block",
+        144 | 146 => "use M128 or FUNCTION TCPM",
+        _ => return None,
+    })
+}
+
+impl Interpreter {
+    /// Functions that act at the start of the block.
+    pub(crate) fn functions_before(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
+        for m in &w.functions {
+            match m.code {
+                0 | 1 | 2 | 5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | 137 => {}
+                3 | 13 => self.spindle(SpindleDirection::Clockwise),
+                4 | 14 => self.spindle(SpindleDirection::CounterClockwise),
+                _ => {}
+            }
+            match m.code {
+                7 | 8 | 13 | 14 => {
+                    if m.code == 7 {
+                        self.state.mist = true;
+                    } else {
+                        self.state.flood = true;
+                    }
+                    self.tell_coolant();
+                }
+                126 => self.state.shortest = true,
+                128 => {
+                    if let Some(feed) = m.feed {
+                        let feed = self.feed_of(feed, m.span)?;
+                        self.note(format!("M128 feed of the compensating motions: {feed:?}"));
+                    }
+                    self.state.spatial = false;
+                    self.state.interpolation = crate::OrientationInterpolation::Axes;
+                    self.set_tcpm(true);
+                }
+                136 => {
+                    if self.state.inch {
+                        return Err(refused("M136 in inch", m.span, "write the feed in tenths of an inch a minute"));
+                    }
+                    self.state.per_revolution = true;
+                    self.state.feed = None;
+                }
+                140 => {
+                    let distance = match m.value {
+                        Some(value) => Some(self.variables.value(value, m.span)? * self.state.unit()),
+                        None => None,
+                    };
+                    self.retract(distance, m.feed, span)?;
+                }
+                94 => {
+                    // The display of a rotary axis is brought below one turn: its program value is not known any more.
+                    let axes = if m.axes & super::motion::ROTARY != 0 { m.axes } else { super::motion::ROTARY };
+                    self.position.forget(axes & super::motion::ROTARY);
+                    self.note("M94");
+                }
+                0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | 137 => {}
+                code => self.note(format!("M{code}")),
+            }
+        }
+        Ok(())
+    }
+
+    /// Functions that act at the end of the block, but for the end of the program.
+    pub(crate) fn functions_after(&mut self, w: &Words, _span: Span) -> Result<(), Fault> {
+        for m in &w.functions {
+            match m.code {
+                5 => self.spindle(SpindleDirection::Off),
+                9 => {
+                    self.state.flood = false;
+                    self.state.mist = false;
+                    self.tell_coolant();
+                }
+                127 => self.state.shortest = false,
+                129 => self.set_tcpm(false),
+                137 => {
+                    self.state.per_revolution = false;
+                    self.state.feed = None;
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Stop and end of the program, behind everything else of the block.
+    pub(crate) fn functions_last(&mut self, w: &Words) {
+        for m in &w.functions {
+            match m.code {
+                0 | 1 => self.emit(Op::Stop { optional: m.code == 1 }),
+                2 | 30 => return self.end_of_program(),
+                _ => {}
+            }
+        }
+    }
+
+    /// M99 and M89: the cycle runs at the end of the block.
+    pub(crate) fn cycle_after(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
+        if w.has(89) {
+            self.state.modal_cycle = true;
+        }
+        let once = w.has(99);
+        if once {
+            self.state.modal_cycle = false;
+        }
+        let positioned = path != Path::Nothing && w.programmed != 0;
+        if once || self.state.modal_cycle && positioned {
+            self.run_cycle(span)?;
+        }
+        Ok(())
+    }
+
+    fn spindle(&mut self, direction: SpindleDirection) {
+        self.state.direction = direction;
+        self.tell_spindle();
+    }
+
+    pub(crate) fn tell_spindle(&mut self) {
+        self.emit(Op::Spindle(Spindle { direction: self.state.direction, speed_rpm: self.state.speed }));
+    }
+
+    pub(crate) fn tell_coolant(&mut self) {
+        self.emit(Op::Coolant(Coolant { flood: self.state.flood, mist: self.state.mist }));
+    }
+
+    /// M140 MB: retraction along the tool axis. Where the reader knows direction and start it is a motion, elsewhere a
+    /// command of its own.
+    pub(crate) fn retract(&mut self, distance: Option<f64>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
+        if distance.is_some_and(|d| !(d >= 0.0 && d.is_finite())) {
+            return Err(Fault::new(codes::BAD_VALUE, span, "the way of M140 must not be negative").help("write M140 MB 50"));
+        }
+        let rapid = !matches!(feed, Some(FeedWord::Value(_) | FeedWord::Auto | FeedWord::PerRevolution(_)));
+        let before = self.state.feed;
+        if let (false, Some(word)) = (rapid, feed) {
+            self.state.feed = self.feed_of(word, span)?;
+            self.tell_feed();
+        }
+        let known = self.position.base.xyz().zip(self.position.work.xyz());
+        match (distance, known) {
+            (Some(distance), Some((_, point))) if !self.state.tcpm => {
+                let mut axis = [0.0; 3];
+                axis[self.state.normal] = 1.0;
+                let mut goal = super::motion::Goal { end: self.position.work, programmed: 0, tool_axis: None };
+                let to = add_scaled(point, axis, distance);
+                goal.end.put(self.state.normal, to[self.state.normal]);
+                goal.programmed = 1 << self.state.normal;
+                self.straight(goal, rapid, span)?;
+            }
+            _ => {
+                self.emit(Op::Retract(Retract { distance, rapid }));
+                self.position.forget(super::motion::LINEAR);
+                self.state.tangent = None;
+                self.moved();
+            }
+        }
+        self.state.feed = before;
+        Ok(())
+    }
+}

@@ -1,0 +1,471 @@
+//! Path blocks: what they have in common, and straight motions.
+
+use std::f64::consts::TAU;
+
+use super::interpreter::Interpreter;
+use super::words::{Coordinate, FeedWord, Kind, Param, Path, Reference, Side, Value, Words};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::{self, Frame};
+use crate::{AXIS_LETTERS, AxisValues, CompSide, CutterComp, Feed, Motion, Op};
+
+/// Bits of X, Y and Z.
+pub(crate) const LINEAR: u16 = 0b111;
+/// Bits of A, B and C.
+pub(crate) const ROTARY: u16 = 0b111_000;
+
+/// End of a motion before base coordinates are known.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    pub(crate) end: AxisValues,
+    pub(crate) programmed: u16,
+    pub(crate) tool_axis: Option<[f64; 3]>,
+}
+
+impl Interpreter {
+    /// Executes a path block.
+    pub(crate) fn path(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
+        if matches!(path, Path::Round | Path::Chamfer) {
+            return self.begin_corner(path, w, span);
+        }
+        if path == Path::Pole {
+            return self.pole_block(w, span);
+        }
+        let contour = matches!(
+            path,
+            Path::Line | Path::Arc | Path::Radius | Path::Tangent | Path::PolarLine | Path::PolarArc | Path::PolarTangent
+        );
+        if self.state.corner.is_some() && !contour {
+            return Err(super::corner::no_element(span));
+        }
+        if self.state.approach.is_some() && !contour && path != Path::Nothing {
+            return Err(super::approach::no_contour(span));
+        }
+        self.state.held = false;
+        if let Path::Depart(_) = path {
+            self.state.departing = self.state.side;
+        } else if let Some(side) = w.side {
+            self.compensation(side);
+        }
+        self.state.feed_before = self.state.feed;
+        self.functions_before(w, span)?;
+        let rapid = self.feed_word(w, span)?;
+        match path {
+            Path::Nothing => {}
+            _ if w.has(91) || w.has(92) => self.machine_motion(path, w, rapid, span)?,
+            Path::Line => self.line(w, rapid, span)?,
+            Path::Normal => self.normal_line(w, rapid, span)?,
+            Path::Arc => self.arc_block(w, span)?,
+            Path::Radius => self.radius_arc(w, span)?,
+            Path::Tangent => self.tangent_arc(w, span)?,
+            Path::PolarLine => self.polar_line(w, rapid, span)?,
+            Path::PolarArc => self.polar_arc(w, span)?,
+            Path::PolarTangent => self.polar_tangent(w, span)?,
+            Path::Approach(lead) => self.approach(lead, w, rapid, span)?,
+            Path::Depart(lead) => self.depart(lead, w, rapid, span)?,
+            Path::Round | Path::Chamfer | Path::Pole => {}
+        }
+        if path != Path::Nothing {
+            self.state.rapid_before = rapid;
+        }
+        if !w.functions.is_empty() || self.state.modal_cycle {
+            self.functions_after(w, span)?;
+            self.cycle_after(path, w, span)?;
+            self.functions_last(w);
+        }
+        self.state.held = contour
+            && match self.queue.back().map(|c| &c.op) {
+                Some(Op::Linear(m)) => !m.machine_coordinates,
+                Some(Op::Arc(_)) => true,
+                _ => false,
+            };
+        if contour {
+            self.state.element_feed = self.state.feed;
+        }
+        Ok(())
+    }
+
+    /// R0, RL, RR.
+    pub(crate) fn compensation(&mut self, side: Side) {
+        if self.state.side.unwrap_or(Side::Off) != side {
+            let told = match side {
+                Side::Off => CompSide::Off,
+                Side::Left => CompSide::Left,
+                Side::Right => CompSide::Right,
+            };
+            self.emit(Op::CutterComp(CutterComp { side: told, offset: None, radius: None }));
+        }
+        self.state.side = Some(side);
+    }
+
+    /// Takes the feed of the block; true for FMAX, which holds for this block only.
+    pub(crate) fn feed_word(&mut self, w: &Words, span: Span) -> Result<bool, Fault> {
+        match w.feed {
+            None => Ok(false),
+            Some(FeedWord::Max) => Ok(true),
+            Some(word) => {
+                let feed = self.feed_of(word, span)?;
+                self.state.feed = feed;
+                self.tell_feed();
+                Ok(false)
+            }
+        }
+    }
+
+    /// Feed value of a word; FAUTO is the feed of TOOL CALL.
+    pub(crate) fn feed_of(&self, word: FeedWord, span: Span) -> Result<Option<Feed>, Fault> {
+        let positive = |value: f64| {
+            if value > 0.0 && value.is_finite() {
+                return Ok(value);
+            }
+            Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}")).help("write F500"))
+        };
+        Ok(Some(match word {
+            FeedWord::Max => return Ok(None),
+            FeedWord::Auto => {
+                return self.state.tool_feed.map(Some).ok_or_else(|| {
+                    Fault::new(codes::NO_FEED, span, "FAUTO takes the feed of TOOL CALL, which gives none")
+                        .help("write F in the TOOL CALL block")
+                });
+            }
+            FeedWord::PerRevolution(value) => {
+                Feed::PerRevolution(positive(self.variables.value(value, span)?)? * self.state.unit())
+            }
+            FeedWord::Value(value) => {
+                let value = positive(self.variables.value(value, span)?)?;
+                if self.state.per_revolution {
+                    Feed::PerRevolution(value)
+                } else {
+                    // Inch programs write tenths of an inch a minute.
+                    Feed::PerTime(value * if self.state.inch { 2.54 } else { 1.0 } / 60.0)
+                }
+            }
+        }))
+    }
+
+    /// Hands the feed out when it differs from the last one.
+    pub(crate) fn tell_feed(&mut self) {
+        if let Some(feed) = self.state.feed
+            && self.state.told_feed != Some(feed)
+        {
+            self.state.told_feed = Some(feed);
+            self.emit(Op::Feed(feed));
+        }
+    }
+
+    pub(crate) fn need_feed(&mut self, span: Span) -> Result<(), Fault> {
+        if self.state.feed.is_some() {
+            self.tell_feed();
+            return Ok(());
+        }
+        Err(Fault::new(codes::NO_FEED, span, "the motion has no feed").help("write F before or in this block"))
+    }
+
+    /// mm, or radian for A B C, of a coordinate as written.
+    pub(crate) fn coordinate(&self, axis: usize, value: f64) -> f64 {
+        if (3..6).contains(&axis) { value.to_radians() } else { value * self.state.unit() }
+    }
+
+    pub(crate) fn is_incremental(&self, reference: Reference) -> bool {
+        match reference {
+            Reference::Absolute => false,
+            Reference::Incremental => true,
+            Reference::Modal => self.state.incremental,
+        }
+    }
+
+    /// Position of an axis that an increment starts from.
+    fn current(&self, axis: usize, span: Span) -> Result<f64, Fault> {
+        self.position.work.get(axis).ok_or_else(|| {
+            let letter = AXIS_LETTERS[axis];
+            Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
+                .help(format!("program `{letter}` with an absolute coordinate first"))
+        })
+    }
+
+    fn target(&self, axis: usize, c: Coordinate, span: Span) -> Result<f64, Fault> {
+        let value = self.coordinate(axis, self.variables.value(c.value, span)?);
+        let rotary = (3..6).contains(&axis);
+        let target = if self.is_incremental(c.reference) {
+            self.current(axis, span)? + value
+        } else if rotary && self.state.shortest {
+            // M126: the short way from where the axis stands; unknown, it goes to the value as written.
+            self.position.work.get(axis).map_or(value, |now| {
+                let turn = (value - now).rem_euclid(TAU);
+                now + if turn > TAU / 2.0 { turn - TAU } else { turn }
+            })
+        } else {
+            value
+        };
+        if target.is_finite() {
+            return Ok(target);
+        }
+        Err(Fault::new(codes::BAD_VALUE, span, format!("the coordinate of `{}` is not finite", AXIS_LETTERS[axis]))
+            .help("check the value"))
+    }
+
+    /// `A+Q120 B+Q121 C+Q122`: the rotary axes go where the tilted plane needs them.
+    fn plane_word(&self, axis: usize, c: Coordinate) -> bool {
+        let index = 117 + axis as u32;
+        let param = Param { kind: Kind::Global, index };
+        self.state.plane_angles
+            && (3..6).contains(&axis)
+            && c.value == (Value::Param { negative: false, param })
+            && self.variables.get(param).is_none()
+    }
+
+    /// End of the block in the work frame.
+    pub(crate) fn goal(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
+        let mut goal = Goal { end: self.position.work, programmed: w.programmed, tool_axis: None };
+        if w.programmed == 0 {
+            return Ok(goal);
+        }
+        let mut by_plane = 0u16;
+        let rotary = w.programmed & ROTARY;
+        if rotary != 0 && self.state.spatial {
+            return self.spatial_goal(w, goal, span);
+        }
+        for (axis, c) in w.axes.iter().enumerate() {
+            let Some(c) = c else { continue };
+            if rotary != 0 && self.plane_word(axis, *c) {
+                by_plane |= 1 << axis;
+                continue;
+            }
+            goal.end.put(axis, self.target(axis, *c, span)?);
+        }
+        if by_plane != 0 {
+            if by_plane != rotary {
+                return Err(Fault::new(
+                    codes::ORIENTATION,
+                    span,
+                    "rotary positions of the tilted plane (Q120 to Q122) stand beside other rotary words",
+                )
+                .help("write all rotary axes with Q120, Q121, Q122, or all as numbers"));
+            }
+            goal.programmed &= !ROTARY;
+            goal.tool_axis = Some([0.0, 0.0, 1.0]);
+        }
+        Ok(goal)
+    }
+
+    /// FUNCTION TCPM AXIS SPAT: A, B, C turn the tool axis about the fixed X, then Y, then Z.
+    fn spatial_goal(&mut self, w: &Words, mut goal: Goal, span: Span) -> Result<Goal, Fault> {
+        let mut angles = [0.0; 3];
+        for (axis, c) in w.axes.iter().enumerate() {
+            let Some(c) = c else { continue };
+            if (3..6).contains(&axis) {
+                if self.is_incremental(c.reference) {
+                    return Err(Fault::new(codes::ORIENTATION, span, "spatial angles cannot be incremental")
+                        .help("write A, B and C as absolute angles"));
+                }
+                angles[axis - 3] = self.variables.value(c.value, span)?;
+            } else {
+                goal.end.put(axis, self.target(axis, *c, span)?);
+            }
+        }
+        if w.programmed & ROTARY != ROTARY {
+            return Err(Fault::new(codes::ORIENTATION, span, "with AXIS SPAT all three spatial angles must be programmed")
+                .help("write A, B and C in every block that turns the tool"));
+        }
+        goal.programmed &= !ROTARY;
+        goal.tool_axis = Some(Frame::rpy(angles).apply_vector([0.0, 0.0, 1.0]));
+        Ok(goal)
+    }
+
+    /// Base coordinates of a goal.
+    pub(crate) fn complete(&self, goal: Goal, span: Span) -> Result<Motion, Fault> {
+        let mut end = goal.end;
+        let mut mask = goal.programmed;
+        if mask & LINEAR != 0 && self.position.base.xyz().is_none() && end.xyz().is_some() {
+            // All three are known by now although no block before could give base coordinates.
+            mask |= LINEAR;
+        }
+        let mut end_base = match self.position.base_of(&end, mask) {
+            Ok(base) => base,
+            Err(_) => {
+                // First blocks in a turned frame: the base coordinates need an axis that the program has not set.
+                let mut base = self.position.base_of(&end, mask & !LINEAR).unwrap_or(self.position.base);
+                for axis in 0..3 {
+                    base.clear(axis);
+                }
+                base
+            }
+        };
+        let tool_axis_base = match goal.tool_axis {
+            None => None,
+            Some(axis) => {
+                let frame = self.position.frame();
+                if frame.uniform_scale().is_none() {
+                    return Err(Fault::new(codes::ORIENTATION, span, "a tool axis cannot be turned by a frame with unequal scales")
+                        .help("switch the axis-specific scaling off"));
+                }
+                // The rotary axes follow the vector; the program does not know where they stand.
+                for axis in 3..6 {
+                    end.clear(axis);
+                    end_base.clear(axis);
+                }
+                frame::unit(frame.apply_vector(axis))
+            }
+        };
+        Ok(Motion {
+            end,
+            end_base,
+            tool_axis: goal.tool_axis,
+            tool_axis_base,
+            programmed: goal.programmed,
+            machine_coordinates: false,
+            exact_stop: false,
+        })
+    }
+
+    /// Straight motion to a goal, contour element or positioning.
+    pub(crate) fn straight(&mut self, goal: Goal, rapid: bool, span: Span) -> Result<(), Fault> {
+        if !rapid {
+            self.need_feed(span)?;
+        }
+        let start = self.position.work;
+        if self.state.approach.is_some() {
+            let from = self.flat(span)?;
+            let [u, v, _] = self.state.plane_axes();
+            let to = [goal.end.get(u).unwrap_or(from[0]), goal.end.get(v).unwrap_or(from[1])];
+            self.finish_approach([to[0] - from[0], to[1] - from[1]], span)?;
+        }
+        let motion = self.complete(goal, span)?;
+        if self.state.corner.is_some() {
+            self.corner_to_line(start, &motion, span)?;
+        }
+        self.state.line_start = start;
+        let [u, v, _] = self.state.plane_axes();
+        self.state.tangent = match (start.get(u), start.get(v), motion.end.get(u), motion.end.get(v)) {
+            (Some(a), Some(b), Some(c), Some(d)) if (c - a).hypot(d - b) > crate::arc::SAME_POINT_MM => Some([c - a, d - b]),
+            (Some(_), Some(_), Some(_), Some(_)) => self.state.tangent,
+            _ => None,
+        };
+        self.go(motion, rapid);
+        Ok(())
+    }
+
+    /// Hands a straight motion out and takes its end as the position.
+    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
+        self.position.move_to(motion.end, motion.end_base);
+        self.moved();
+        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+    }
+
+    fn line(&mut self, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
+        if w.polar_radius.is_some() || w.polar_angle.is_some() || w.clockwise.is_some() {
+            return Err(Fault::new(codes::CONFLICT, span, "words of a polar or circular path stand in a straight block")
+                .help("write LP, CP or C"));
+        }
+        if w.programmed == 0 {
+            return Ok(());
+        }
+        let goal = self.goal(w, span)?;
+        self.turn_or_go(goal, w, rapid, span)
+    }
+
+    /// In a tilted plane without tool center point control, rotary axes move by themselves with the linear axes at rest.
+    fn turn_or_go(&mut self, goal: Goal, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
+        let alone = w.programmed & ROTARY != 0 && w.programmed & !ROTARY == 0;
+        if alone && self.state.frames.tilted() && !self.state.tcpm {
+            self.tell_tcp_as(false);
+            self.straight(goal, rapid, span)?;
+            self.tell_tcp_as(true);
+            self.position.forget(LINEAR);
+            return Ok(());
+        }
+        self.straight(goal, rapid, span)
+    }
+
+    /// LN: a line with the normal of the surface and, in TX TY TZ, the axis of the tool.
+    fn normal_line(&mut self, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
+        let vector = |list: &[Option<Value>; 3]| -> Result<Option<[f64; 3]>, Fault> {
+            if list.iter().all(Option::is_none) {
+                return Ok(None);
+            }
+            let mut components = [0.0; 3];
+            for (component, value) in components.iter_mut().zip(list) {
+                if let Some(value) = value {
+                    *component = self.variables.value(*value, span)?;
+                }
+            }
+            frame::unit(components).map(Some).ok_or_else(|| {
+                Fault::new(codes::ORIENTATION, span, "the vector has no length").help("give the components of a direction")
+            })
+        };
+        let (normal, axis) = (vector(&w.normal)?, vector(&w.vector)?);
+        if normal.is_some() && self.state.delta != [0.0; 3] {
+            return Err(super::lexer::refused(
+                "LN with DL, DR or DR2",
+                span,
+                "3-D compensation by delta values is not computed: post the path for the real tool",
+            ));
+        }
+        if axis.is_some() && !self.state.tcpm {
+            return Err(Fault::new(codes::ORIENTATION, span, "a tool vector is programmed and M128 or TCPM is not active")
+                .help("write M128 or FUNCTION TCPM before it"));
+        }
+        let mut goal = self.goal(w, span)?;
+        // Without TX TY TZ the control holds the tool normal to the surface while it controls the tool center point.
+        let axis = axis.or(if self.state.tcpm { normal } else { None });
+        if axis.is_some() && w.programmed & ROTARY != 0 {
+            return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector stand in the same block")
+                .help("program one of the two"));
+        }
+        goal.tool_axis = axis.or(goal.tool_axis);
+        self.straight(goal, rapid, span)
+    }
+
+    /// M91, M92: coordinates of the machine axes, only the programmed ones move.
+    fn machine_motion(&mut self, path: Path, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
+        if !matches!(path, Path::Line) {
+            return Err(Fault::new(codes::CONFLICT, span, "M91 and M92 belong to straight blocks").help("write L"));
+        }
+        if self.state.corner.is_some() {
+            return Err(super::corner::no_element(span));
+        }
+        if w.programmed == 0 {
+            return Ok(());
+        }
+        if !rapid {
+            self.need_feed(span)?;
+        }
+        let mut end = AxisValues::NONE;
+        for (axis, c) in w.axes.iter().enumerate() {
+            let Some(c) = c else { continue };
+            if self.is_incremental(c.reference) {
+                return Err(Fault::new(codes::POSITION_UNKNOWN, span, "an increment in machine coordinates has no known start")
+                    .help("write the coordinate without I"));
+            }
+            let value = self.coordinate(axis, self.variables.value(c.value, span)?);
+            let shift = if w.has(92) { self.machine_datum(axis, span)? } else { 0.0 };
+            end.put(axis, value + shift);
+        }
+        self.position.moved_in_machine(&end, w.programmed);
+        self.state.tangent = None;
+        self.moved();
+        let motion = Motion {
+            end,
+            end_base: end,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed: w.programmed,
+            machine_coordinates: true,
+            exact_stop: false,
+        };
+        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+        Ok(())
+    }
+
+    /// Machine coordinate of the machine builder's datum (M92), which only the settings can give.
+    fn machine_datum(&self, axis: usize, span: Span) -> Result<f64, Fault> {
+        let name = format!("M92_{}", AXIS_LETTERS[axis]);
+        self.settings.variables.get(&name).map(|v| if (3..6).contains(&axis) { v.to_radians() } else { *v }).ok_or_else(|| {
+            super::lexer::refused(
+                "M92",
+                span,
+                &format!("its datum is set by the machine builder: give `{name}` (mm, degrees) in the settings, or write M91"),
+            )
+        })
+    }
+}

@@ -1,0 +1,300 @@
+//! Klartext: one block of text to one [`Block`].
+
+use super::expr;
+use super::lexer::{Lexer, refused, unknown};
+use super::statements;
+use super::words::{Block, Coordinate, Kind, Lead, Path, Reference, Side, Statement, Words};
+use crate::AxisValues;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+
+/// Reads a block.
+pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
+    block.clear();
+    let mut x = Lexer::new(text);
+    let start = head(&mut x, block);
+    if x.s.at_end() || x.s.peek() == b'*' || x.s.peek() == b'%' {
+        // `* - text` structures the program for the eye.
+        return Ok(());
+    }
+    if x.peek() == b'L' && !x.peek_at(1).is_ascii_alphabetic() {
+        x.s.bump();
+        block.statement = Statement::Path(Path::Line);
+        path_words(&mut x, block, Path::Line)?;
+    } else {
+        statement(&mut x, block, start)?;
+    }
+    let end = text.get(..x.pos()).map_or(x.pos(), |t| t.trim_end().len());
+    block.span = Span::new(start, end.max(start));
+    Ok(())
+}
+
+/// Block number and `/`; gives the place of the first word.
+pub(crate) fn head(x: &mut Lexer<'_>, block: &mut Block) -> usize {
+    x.blanks();
+    for _ in 0..2 {
+        if x.s.take(b'/') {
+            block.skip = true;
+            x.blanks();
+        }
+        while x.s.peek().is_ascii_digit() {
+            x.s.bump();
+        }
+        x.blanks();
+    }
+    x.pos()
+}
+
+fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), Fault> {
+    if x.peek() == b'Q' || x.at("?") {
+        if let Some(param) = x.param()? {
+            return assignment(x, block, param, start);
+        }
+        return Err(x.unexpected());
+    }
+    let word = x.letters();
+    let path = match word.as_str() {
+        "L" => Some(Path::Line),
+        "LN" => Some(Path::Normal),
+        "LP" => Some(Path::PolarLine),
+        "C" if !matches!(x.s.peek(), b'+' | b'-' | b'0'..=b'9') => Some(Path::Arc),
+        "CC" => Some(Path::Pole),
+        "CR" => Some(Path::Radius),
+        "CT" => Some(Path::Tangent),
+        "CP" => Some(Path::PolarArc),
+        "CTP" => Some(Path::PolarTangent),
+        "RND" => Some(Path::Round),
+        "CHF" => Some(Path::Chamfer),
+        "APPR" => Some(Path::Approach(lead(x, start)?)),
+        "DEP" => Some(Path::Depart(lead(x, start)?)),
+        _ => None,
+    };
+    if let Some(path) = path {
+        block.statement = Statement::Path(path);
+        return path_words(x, block, path);
+    }
+    if statements::statement(x, &word, start, block)? {
+        return Ok(());
+    }
+    // Written without blanks, `LX+10`; or a positioning block without L, `X+10 R0`; or M functions alone.
+    x.set_pos(start);
+    let compact = [
+        ("CTP", Path::PolarTangent),
+        ("LN", Path::Normal),
+        ("LP", Path::PolarLine),
+        ("CP", Path::PolarArc),
+        ("CR", Path::Radius),
+        ("CC", Path::Pole),
+        ("CT", Path::Tangent),
+        ("L", Path::Line),
+        ("C", Path::Arc),
+    ];
+    for (name, path) in compact {
+        let rest = word.strip_prefix(name).unwrap_or_default();
+        if matches!(rest, "X" | "Y" | "Z" | "A" | "B" | "C" | "U" | "V" | "W" | "IX" | "IY" | "IZ" | "IA" | "IB" | "IC" | "PR" | "PA" | "IPR" | "IPA" | "NX" | "DR" | "F" | "M" | "R" | "RL" | "RR")
+        {
+            x.set_pos(start + name.len());
+            block.statement = Statement::Path(path);
+            return path_words(x, block, path);
+        }
+    }
+    if matches!(word.as_str(), "M" | "F" | "FMAX" | "R" | "RL" | "RR") {
+        block.statement = Statement::Path(Path::Nothing);
+        return path_words(x, block, Path::Nothing);
+    }
+    let axis = word.strip_prefix('I').unwrap_or(&word);
+    if axis.len() == 1 && AxisValues::index(axis.chars().next().unwrap_or(' ')).is_some() {
+        block.statement = Statement::Path(Path::Line);
+        return path_words(x, block, Path::Line);
+    }
+    Err(x.unexpected())
+}
+
+fn assignment(x: &mut Lexer<'_>, block: &mut Block, param: super::words::Param, start: usize) -> Result<(), Fault> {
+    x.blanks();
+    if !x.s.take(b'=') {
+        return Err(Fault::new(codes::SYNTAX, x.span_from(start), format!("`=` is missing behind `{}`", param.name()))
+            .help(format!("write {} = 5", param.name())));
+    }
+    if param.kind == Kind::Text {
+        x.prefix("DECLARE STRING");
+    }
+    block.statement = Statement::Assign(param, expr::formula(x)?);
+    x.finish()
+}
+
+fn lead(x: &mut Lexer<'_>, start: usize) -> Result<Lead, Fault> {
+    x.blanks();
+    match x.letters().as_str() {
+        "LT" => Ok(Lead::LineTangent),
+        "LN" => Ok(Lead::LineNormal),
+        "CT" => Ok(Lead::Circle),
+        "LCT" => Ok(Lead::LineCircle),
+        "" => Err(Fault::new(codes::SYNTAX, x.span_from(start), "the form of approach or departure is missing")
+            .help("write LT, LN, CT or LCT")),
+        form @ ("PLT" | "PLN" | "PCT" | "PLCT") => {
+            Err(refused(&format!("APPR/DEP {form}"), x.span_from(start), "give the point in Cartesian coordinates"))
+        }
+        other => Err(unknown(other, x.span_from(start))),
+    }
+}
+
+/// Reads the words of a path block.
+pub(crate) fn path_words(x: &mut Lexer<'_>, block: &mut Block, path: Path) -> Result<(), Fault> {
+    let words = &mut block.words;
+    if path == Path::Chamfer {
+        x.blanks();
+        if matches!(x.s.peek(), b'0'..=b'9' | b'.' | b'+' | b'-' | b'Q' | b'q') {
+            words.length = x.value()?;
+        }
+    }
+    loop {
+        x.blanks();
+        if x.s.at_end() {
+            return Ok(());
+        }
+        word(x, words, path)?;
+    }
+}
+
+/// Index of an axis letter.
+fn axis(byte: u8) -> Option<usize> {
+    Some(match byte {
+        b'X' => 0,
+        b'Y' => 1,
+        b'Z' => 2,
+        b'A' => 3,
+        b'B' => 4,
+        b'C' => 5,
+        b'U' => 6,
+        b'V' => 7,
+        b'W' => 8,
+        _ => return None,
+    })
+}
+
+fn put_axis(words: &mut Words, index: usize, coordinate: Coordinate, span: Span) -> Result<(), Fault> {
+    if words.programmed >> index & 1 == 1 {
+        return Err(twice(&crate::AXIS_LETTERS[index].to_string(), span));
+    }
+    words.axes[index] = Some(coordinate);
+    words.programmed |= 1 << index;
+    Ok(())
+}
+
+fn twice(word: &str, span: Span) -> Fault {
+    Fault::new(codes::CONFLICT, span, format!("`{word}` stands twice in the block")).help("take one out")
+}
+
+fn set<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {
+    if slot.replace(value).is_some() {
+        return Err(twice(word, span));
+    }
+    Ok(())
+}
+
+fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
+    let start = x.pos();
+    let first = x.peek();
+    let second = x.peek_at(1);
+    if first == b'C' && second == b'C' && x.peek_at(2) == b'A' {
+        x.set_pos(start + 3);
+        let value = x.need(start)?;
+        return set(&mut words.arc_angle, value, "CCA", x.span_from(start));
+    }
+    if let Some(index) = axis(first)
+        && (!second.is_ascii_alphabetic() || second == b'Q')
+    {
+        x.s.bump();
+        let value = x.need(start)?;
+        return put_axis(words, index, Coordinate { value, reference: Reference::Absolute }, x.span_from(start));
+    }
+    match (first, second) {
+        (b'I', letter) if axis(letter).is_some() => {
+            x.set_pos(start + 2);
+            let value = x.need(start)?;
+            let index = axis(letter).unwrap_or(0);
+            put_axis(words, index, Coordinate { value, reference: Reference::Incremental }, x.span_from(start))
+        }
+        (b'P', b'R' | b'A') | (b'I', b'P') => {
+            let incremental = first == b'I';
+            let at = usize::from(incremental);
+            let which = x.peek_at(at + 1);
+            if !matches!(which, b'R' | b'A') {
+                return Err(x.unexpected());
+            }
+            x.set_pos(start + at + 2);
+            let value = x.need(start)?;
+            let reference = if incremental { Reference::Incremental } else { Reference::Absolute };
+            let coordinate = Coordinate { value, reference };
+            let (slot, name) =
+                if which == b'R' { (&mut words.polar_radius, "PR") } else { (&mut words.polar_angle, "PA") };
+            set(slot, coordinate, name, x.span_from(start))
+        }
+        (b'D', b'R') if matches!(x.peek_at(2), b'+' | b'-') => {
+            let clockwise = x.peek_at(2) == b'-';
+            x.set_pos(start + 3);
+            set(&mut words.clockwise, clockwise, "DR", x.span_from(start))
+        }
+        (b'R', _) => radius_word(x, words, path, start),
+        (b'F', _) => {
+            x.s.bump();
+            let feed = x.feed(start)?;
+            set(&mut words.feed, feed, "F", x.span_from(start))
+        }
+        (b'M', _) => {
+            x.s.bump();
+            let function = super::functions::word(x, start)?;
+            words.functions.push(function);
+            Ok(())
+        }
+        (b'N' | b'T', b'X' | b'Y' | b'Z') => {
+            if path != Path::Normal {
+                return Err(Fault::new(codes::CONFLICT, Span::new(start, start + 2), "a vector stands in a block without LN")
+                    .help("write LN, or take the vector out"));
+            }
+            x.set_pos(start + 2);
+            let value = x.need(start)?;
+            let component = usize::from(second - b'X');
+            let list = if first == b'N' { &mut words.normal } else { &mut words.vector };
+            set(&mut list[component], value, "the component of the vector", x.span_from(start))
+        }
+        (b'L', b'E') if x.at("LEN") => {
+            x.set_pos(start + 3);
+            let value = x.need(start)?;
+            set(&mut words.length, value, "LEN", x.span_from(start))
+        }
+        _ => Err(x.unexpected()),
+    }
+}
+
+fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -> Result<(), Fault> {
+    x.s.bump();
+    let next = x.peek();
+    if matches!(next, b'L' | b'R') && !x.peek_at(1).is_ascii_alphabetic() || matches!(next, b'L' | b'R') && matches!(x.peek_at(1), b'F' | b'M') {
+        x.s.bump();
+        let side = if next == b'L' { Side::Left } else { Side::Right };
+        return set(&mut words.side, side, "radius compensation", x.span_from(start));
+    }
+    let takes_radius = matches!(
+        path,
+        Path::Radius | Path::Round | Path::Approach(Lead::Circle | Lead::LineCircle) | Path::Depart(Lead::Circle | Lead::LineCircle)
+    );
+    if next == b'0' && !matches!(x.peek_at(1), b'0'..=b'9' | b'.') {
+        x.s.bump();
+        return set(&mut words.side, Side::Off, "radius compensation", x.span_from(start));
+    }
+    if !takes_radius {
+        if matches!(next, b'+' | b'-') {
+            x.s.bump();
+            return Err(refused(
+                "R+ R-",
+                x.span_from(start),
+                "paraxial compensation changes the path by the radius: program the path with RL or RR",
+            ));
+        }
+        return Err(x.unexpected());
+    }
+    let value = x.need(start)?;
+    set(&mut words.radius, value, "R", x.span_from(start))
+}

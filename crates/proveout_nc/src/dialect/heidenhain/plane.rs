@@ -1,0 +1,281 @@
+//! Tilted working plane (PLANE, cycle 19) and tool center point control (M128, FUNCTION TCPM).
+//!
+//! A plane is told as a frame. Its base coordinates are those of the table, so tool center point control is told on with it.
+//! Where the control turns the rotary axes itself (TURN), the way is a motion that carries only the tool axis, before tool
+//! center point control goes on: the linear axes stand still. With MOVE they follow. With STAY the rotary words of the program
+//! turn them, as numbers or as Q120, Q121, Q122, which the control has computed.
+//!
+//! Angles after HEIDENHAIN, *TNC 640 Klartext programming*, "The PLANE function": SPA, SPB, SPC turn about the fixed axes X, then
+//! Y, then Z of the workpiece system, which is Rz Ry Rx; EULPR, EULNU, EULROT about Z, the turned X, the turned Z; a VECTOR
+//! plane has NX NY NZ as its Z and the part of BX BY BZ square to it as its X; POINTS run P1 to P2 along X, P3 lies on the
+//! side of +Y. The origin stays at the active datum.
+
+use super::interpreter::Interpreter;
+use super::motion::{Goal, LINEAR, ROTARY};
+use super::words::{FeedWord, Kind, Param, Plane, PlaneKind, Positioning, Tcpm};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::{self, Frame};
+use crate::{Motion, Op, OrientationInterpolation, Tcp};
+
+const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
+
+impl Interpreter {
+    /// Tells tool center point control when it has changed; what base coordinates mean changes with it.
+    pub(crate) fn tell_tcp(&mut self) {
+        self.tell_tcp_as(self.state.tcpm || self.state.frames.tilted());
+    }
+
+    pub(crate) fn tell_tcp_as(&mut self, on: bool) {
+        let interpolation = if self.state.tcpm { self.state.interpolation } else { OrientationInterpolation::Axes };
+        let told = Tcp { on, interpolation };
+        if self.state.told_tcp == Some(told) || !on && self.state.told_tcp.is_none_or(|t| !t.on) {
+            return;
+        }
+        if self.state.told_tcp.is_some_and(|t| t.on) != on {
+            self.position.forget(LINEAR);
+            self.state.tangent = None;
+        }
+        self.state.told_tcp = Some(told);
+        self.emit(Op::Tcp(told));
+    }
+
+    /// M128, M129.
+    pub(crate) fn set_tcpm(&mut self, on: bool) {
+        self.state.tcpm = on;
+        if !on {
+            self.state.spatial = false;
+            self.state.interpolation = OrientationInterpolation::Axes;
+        }
+        self.tell_tcp();
+    }
+
+    pub(crate) fn function_tcpm(&mut self, tcpm: &Tcpm) {
+        if !tcpm.options.is_empty() {
+            self.note(format!("FUNCTION TCPM {}", tcpm.options.join(" ")));
+        }
+        self.state.spatial = tcpm.spatial;
+        self.state.interpolation =
+            if tcpm.vector { OrientationInterpolation::GreatCircle } else { OrientationInterpolation::Axes };
+        self.set_tcpm(true);
+    }
+
+    fn angle(&self, plane: &Plane, name: &str, span: Span) -> Result<Option<f64>, Fault> {
+        let found = plane.angles.iter().find(|(n, _)| n == name);
+        found.map(|(_, value)| self.variables.value(*value, span)).transpose()
+    }
+
+    /// Rotation from the plane to the system it is defined in.
+    fn plane_rotation(&self, plane: &Plane, span: Span) -> Result<Frame, Fault> {
+        let value = |name: &str| -> Result<f64, Fault> { Ok(self.angle(plane, name, span)?.unwrap_or(0.0)) };
+        let need = |name: &str| -> Result<f64, Fault> {
+            self.angle(plane, name, span)?.ok_or_else(|| {
+                Fault::new(codes::MISSING_VALUE, span, format!("`{name}` is missing in the PLANE block")).help(format!("write {name}+0"))
+            })
+        };
+        let vector = |names: [&str; 3]| -> Result<[f64; 3], Fault> { Ok([need(names[0])?, need(names[1])?, need(names[2])?]) };
+        match plane.kind {
+            PlaneKind::Spatial => Ok(Frame::rpy([need("SPA")?, need("SPB")?, need("SPC")?])),
+            PlaneKind::Relative => {
+                if plane.angles.len() != 1 {
+                    return Err(Fault::new(codes::BAD_VALUE, span, "PLANE RELATIVE takes one angle").help("write SPA, SPB or SPC"));
+                }
+                Ok(Frame::rpy([value("SPA")?, value("SPB")?, value("SPC")?]))
+            }
+            PlaneKind::Euler => Ok(Frame::rotation(2, value("EULPR")?)
+                .then(&Frame::rotation(0, value("EULNU")?))
+                .then(&Frame::rotation(2, value("EULROT")?))),
+            PlaneKind::Vector => basis(vector(["BX", "BY", "BZ"])?, vector(["NX", "NY", "NZ"])?, span),
+            PlaneKind::Points => {
+                let (a, b, c) =
+                    (vector(["P1X", "P1Y", "P1Z"])?, vector(["P2X", "P2Y", "P2Z"])?, vector(["P3X", "P3Y", "P3Z"])?);
+                let x = frame::sub(b, a);
+                basis(x, frame::cross(x, frame::sub(c, a)), span)
+            }
+            PlaneKind::Projected => {
+                Err(super::lexer::refused("PLANE PROJECTED", span, "write the plane with PLANE SPATIAL or PLANE VECTOR"))
+            }
+            PlaneKind::Axial => Err(super::lexer::refused(
+                "PLANE AXIAL",
+                span,
+                "its plane depends on the axes of the machine: write it with PLANE SPATIAL",
+            )),
+            PlaneKind::Reset => Ok(Frame::IDENTITY),
+        }
+    }
+
+    pub(crate) fn plane(&mut self, plane: &Plane, span: Span) -> Result<(), Fault> {
+        let tilt = self.plane_rotation(plane, span)?;
+        let Some(positioning) = plane.positioning.or((plane.kind == PlaneKind::Reset).then_some(Positioning::Stay)) else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "the PLANE block does not say how the rotary axes move")
+                .help("write MOVE, TURN or STAY"));
+        };
+        if !plane.options.is_empty() {
+            self.note(format!("PLANE {}", plane.options.join(" ")));
+        }
+        if let Some((value, max)) = plane.retract {
+            let distance = match value {
+                Some(value) if !max => Some(self.variables.value(value, span)? * self.state.unit()),
+                _ => None,
+            };
+            if positioning != Positioning::Stay {
+                self.retract(distance, None, span)?;
+            }
+        }
+        if let Some(distance) = plane.distance
+            && positioning == Positioning::Move
+            && self.variables.value(distance, span)? != 0.0
+        {
+            return Err(super::lexer::refused(
+                "PLANE MOVE with DIST",
+                span,
+                "the tool turns about a point beside its tip: retract first and write DIST0, or use TURN",
+            ));
+        }
+        if plane.kind == PlaneKind::Reset {
+            return self.plane_reset(positioning, plane.feed, "PLANE RESET", span);
+        }
+        let name = match plane.kind {
+            PlaneKind::Relative => "PLANE RELATIVE",
+            PlaneKind::Euler => "PLANE EULER",
+            PlaneKind::Vector => "PLANE VECTOR",
+            PlaneKind::Points => "PLANE POINTS",
+            _ => "PLANE SPATIAL",
+        };
+        self.tilt(tilt, plane.kind == PlaneKind::Relative, positioning, plane.feed, name, span)
+    }
+
+    /// Takes a plane into force and turns the tool onto it as asked.
+    pub(crate) fn tilt(
+        &mut self,
+        tilt: Frame,
+        relative: bool,
+        positioning: Positioning,
+        feed: Option<FeedWord>,
+        word: &str,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !self.state.frames.tilt(tilt, relative) {
+            return Err(Fault::new(codes::NESTING_LIMIT, span, "more than 100 PLANE RELATIVE blocks act on each other")
+                .help("write PLANE RESET between them"));
+        }
+        self.state.plane_angles = true;
+        for index in PLANE_PARAMS {
+            self.variables.forget(Param { kind: Kind::Global, index });
+        }
+        self.take_frames(word, span)?;
+        match positioning {
+            Positioning::Stay => self.tell_tcp(),
+            Positioning::Turn => {
+                self.tell_tcp_as(false);
+                self.turn(Some(self.tool_axis()), feed, span)?;
+                self.tell_tcp();
+            }
+            Positioning::Move => {
+                self.tell_tcp();
+                self.turn(Some(self.tool_axis()), feed, span)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The tool axis in the working plane system.
+    fn tool_axis(&self) -> [f64; 3] {
+        let mut axis = [0.0; 3];
+        axis[self.state.normal] = 1.0;
+        axis
+    }
+
+    /// Ends the tilted plane.
+    pub(crate) fn plane_reset(&mut self, positioning: Positioning, feed: Option<FeedWord>, word: &str, span: Span) -> Result<(), Fault> {
+        let was = self.state.frames.tilted();
+        self.state.frames.untilt();
+        self.state.plane_angles = false;
+        for index in PLANE_PARAMS {
+            self.variables.set(Param { kind: Kind::Global, index }, 0.0, span)?;
+        }
+        if was {
+            self.take_frames(word, span)?;
+        } else {
+            self.note(word);
+        }
+        match positioning {
+            Positioning::Stay => self.tell_tcp(),
+            Positioning::Turn => {
+                self.tell_tcp_as(self.state.tcpm);
+                self.turn(None, feed, span)?;
+                if !self.state.tcpm {
+                    self.position.forget(LINEAR);
+                }
+            }
+            Positioning::Move => {
+                self.turn(None, feed, span)?;
+                self.tell_tcp();
+            }
+        }
+        Ok(())
+    }
+
+    /// Turns the rotary axes by themselves: onto a tool axis, or all of them to zero.
+    fn turn(&mut self, axis: Option<[f64; 3]>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
+        let rapid = matches!(feed, None | Some(FeedWord::Max));
+        let before = self.state.feed;
+        if let (false, Some(word)) = (rapid, feed) {
+            self.state.feed = self.feed_of(word, span)?;
+            self.tell_feed();
+        }
+        self.position.forget(ROTARY);
+        let motion = match axis {
+            Some(axis) => self.complete(Goal { end: self.position.work, programmed: 0, tool_axis: Some(axis) }, span)?,
+            None => {
+                // Axes that the machine does not have are not programmed, so they are left alone.
+                let (mut end, mut base) = (self.position.work, self.position.base);
+                for axis in 3..6 {
+                    let offset = self.position.frame().rotary[axis - 3];
+                    base.put(axis, 0.0);
+                    end.put(axis, -offset + 0.0);
+                }
+                Motion {
+                    end,
+                    end_base: base,
+                    tool_axis: None,
+                    tool_axis_base: None,
+                    programmed: 0,
+                    machine_coordinates: false,
+                    exact_stop: false,
+                }
+            }
+        };
+        self.state.tangent = None;
+        self.go(motion, rapid);
+        self.state.feed = before;
+        Ok(())
+    }
+}
+
+/// Rotation with z along `normal` and x along the part of `x` square to it.
+fn basis(x: [f64; 3], normal: [f64; 3], span: Span) -> Result<Frame, Fault> {
+    let degenerate = || {
+        Fault::new(codes::ORIENTATION, span, "the vectors or points do not define a plane").help("check that they are not parallel")
+    };
+    let z = frame::unit(normal).ok_or_else(degenerate)?;
+    let y = frame::unit(frame::cross(z, frame::unit(x).ok_or_else(degenerate)?)).ok_or_else(degenerate)?;
+    let x = frame::cross(y, z);
+    let linear = std::array::from_fn(|row| [x[row] + 0.0, y[row] + 0.0, z[row] + 0.0]);
+    Ok(Frame { linear, ..Frame::IDENTITY })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_plane_of_vectors_is_a_rotation() {
+        let span = Span::default();
+        let frame = basis([1.0, 0.2, 0.3], [0.0, 1.0, 1.0], span).unwrap();
+        assert!((frame.determinant() - 1.0).abs() < 1e-15);
+        let z = frame.apply_vector([0.0, 0.0, 1.0]);
+        assert!((z[1] - 0.5f64.sqrt()).abs() < 1e-15 && z[0] == 0.0);
+        assert!(basis([0.0, 0.0, 2.0], [0.0, 0.0, 1.0], span).is_err());
+    }
+}

@@ -1,0 +1,125 @@
+//! What stays in force from block to block.
+
+use super::corner::Corner;
+use super::cycle::{Cycle, OldCycle};
+use super::frames::Frames;
+use super::words::Value;
+use crate::{AxisValues, Feed, OrientationInterpolation, Settings, SpindleDirection, Tcp, ToolName};
+
+/// Modal state of the control.
+#[derive(Debug)]
+pub(crate) struct State {
+    pub(crate) inch: bool,
+    /// Index of the tool axis: 2 for Z.
+    pub(crate) normal: usize,
+    /// A TOOL CALL has named the tool axis.
+    pub(crate) plane_told: bool,
+    /// Pole of C, CP, LP in the axes of the working plane, mm.
+    pub(crate) pole: Option<[f64; 2]>,
+    /// Direction of motion at the end of the last contour element, in the working plane.
+    pub(crate) tangent: Option<[f64; 2]>,
+    pub(crate) feed: Option<Feed>,
+    /// Feed of TOOL CALL, for FAUTO.
+    pub(crate) tool_feed: Option<Feed>,
+    pub(crate) told_feed: Option<Feed>,
+    /// M136
+    pub(crate) per_revolution: bool,
+    pub(crate) side: Option<super::words::Side>,
+    pub(crate) direction: SpindleDirection,
+    pub(crate) speed: Option<f64>,
+    pub(crate) flood: bool,
+    pub(crate) mist: bool,
+    pub(crate) tool: Option<ToolName>,
+    /// DL, DR, DR2 of the last TOOL CALL, mm.
+    pub(crate) delta: [f64; 3],
+    pub(crate) frames: Frames,
+    /// M128 or FUNCTION TCPM.
+    pub(crate) tcpm: bool,
+    /// AXIS SPAT
+    pub(crate) spatial: bool,
+    pub(crate) interpolation: OrientationInterpolation,
+    pub(crate) told_tcp: Option<Tcp>,
+    /// M126
+    pub(crate) shortest: bool,
+    /// Last positioning block had FMAX.
+    pub(crate) rapid_before: bool,
+    /// The command at the end of the queue is a contour element and waits for its corner.
+    pub(crate) held: bool,
+    /// Start of the last straight motion, work coordinates.
+    pub(crate) line_start: AxisValues,
+    /// Feed of the last contour element, and the feed before the block.
+    pub(crate) element_feed: Option<Feed>,
+    pub(crate) feed_before: Option<Feed>,
+    /// Compensation in force before a departure.
+    pub(crate) departing: Option<super::words::Side>,
+    pub(crate) approach: Option<super::approach::Approach>,
+    pub(crate) corner: Option<Corner>,
+    pub(crate) pending_cycle: Option<OldCycle>,
+    pub(crate) cycle: Option<Cycle>,
+    /// M89
+    pub(crate) modal_cycle: bool,
+    pub(crate) pattern: Vec<[Value; 3]>,
+    /// DIN/ISO: G91.
+    pub(crate) incremental: bool,
+    /// DIN/ISO: last G function of the path group.
+    pub(crate) din_path: u32,
+    /// DIN/ISO: direction of the last arc, for G05 and G15.
+    pub(crate) din_clockwise: Option<bool>,
+    /// Q120 to Q122 stand for the rotary positions of the tilted plane.
+    pub(crate) plane_angles: bool,
+}
+
+impl State {
+    pub(crate) fn new(settings: &Settings) -> Self {
+        Self {
+            inch: false,
+            normal: 2,
+            plane_told: false,
+            pole: None,
+            tangent: None,
+            feed: None,
+            tool_feed: None,
+            told_feed: None,
+            per_revolution: false,
+            side: None,
+            direction: SpindleDirection::Off,
+            speed: None,
+            flood: false,
+            mist: false,
+            tool: None,
+            delta: [0.0; 3],
+            frames: Frames::new(settings),
+            tcpm: false,
+            spatial: false,
+            interpolation: OrientationInterpolation::Axes,
+            told_tcp: None,
+            shortest: false,
+            rapid_before: false,
+            held: false,
+            line_start: AxisValues::NONE,
+            element_feed: None,
+            feed_before: None,
+            departing: None,
+            approach: None,
+            corner: None,
+            pending_cycle: None,
+            cycle: None,
+            modal_cycle: false,
+            pattern: Vec::new(),
+            incremental: false,
+            din_path: 1,
+            din_clockwise: None,
+            plane_angles: false,
+        }
+    }
+
+    /// mm of one unit of length of the program.
+    pub(crate) fn unit(&self) -> f64 {
+        if self.inch { 25.4 } else { 1.0 }
+    }
+
+    /// First and second axis of the working plane and the tool axis, right-handed.
+    pub(crate) fn plane_axes(&self) -> [usize; 3] {
+        [(self.normal + 1) % 3, (self.normal + 2) % 3, self.normal]
+    }
+}

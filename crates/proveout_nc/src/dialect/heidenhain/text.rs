@@ -1,0 +1,84 @@
+//! Lines to blocks: continuation with `~`, and cycles whose parameters stand on lines of their own.
+
+use crate::diagnostic::{Diagnostic, Fault, Span};
+use crate::source::{Mark, Source};
+
+/// Most bytes of one block with its continuation lines.
+const MAX_BLOCK_BYTES: usize = 1 << 20;
+
+/// A block of text: one line, or several joined by line feeds.
+#[derive(Debug)]
+pub(crate) struct Text<'a> {
+    /// The line itself, or the joined lines of `buffer`.
+    pub(crate) text: &'a str,
+    pub(crate) next: Mark,
+}
+
+fn continued(line: &str) -> bool {
+    line.trim_end().ends_with('~')
+}
+
+/// `CYCL DEF 2nn` without a parameter on its line: the next lines `Q200=...` belong to it.
+fn open_cycle(line: &str) -> bool {
+    let rest = line.trim_start_matches(|c: char| c.is_ascii_digit() || c.is_ascii_whitespace() || c == '/');
+    let Some(head) = rest.get(..8) else { return false };
+    head.eq_ignore_ascii_case("CYCL DEF") && {
+        let rest = rest[8..].trim_start();
+        let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+        digits == 3 && !rest[digits..].starts_with('.') && !rest.split(';').next().unwrap_or_default().contains('=')
+    }
+}
+
+fn parameter_line(line: &str) -> bool {
+    let line = line.trim_start();
+    let Some(rest) = line.strip_prefix(['Q', 'q']) else { return false };
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    digits > 0 && rest[digits..].trim_start().starts_with('=')
+}
+
+/// The block that starts at the mark; `buffer` holds joined lines.
+pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) -> Option<Text<'a>> {
+    let (line, mut next) = source.line(at)?;
+    // The common case first: nothing of a plain block looks like a continuation.
+    let last = line.as_bytes().last().copied().unwrap_or(0);
+    let joins = (last == b'~' || last == b' ' || last == b'\t') && continued(line);
+    let cycle = !joins && matches!(line.as_bytes().iter().find(|b| b.is_ascii_alphabetic()), Some(b'C' | b'c')) && open_cycle(line);
+    if !joins && !cycle {
+        return Some(Text { text: line, next });
+    }
+    buffer.clear();
+    buffer.push_str(line);
+    let mut more = joins;
+    while buffer.len() < MAX_BLOCK_BYTES {
+        let Some((line, after)) = source.line(next) else { break };
+        if !more && !(cycle && parameter_line(line)) {
+            break;
+        }
+        buffer.push('\n');
+        buffer.push_str(line);
+        next = after;
+        more = continued(line);
+    }
+    Some(Text { text: buffer, next })
+}
+
+/// Line of the block, counted from its first, and the span in it.
+fn place(text: &str, span: Span) -> (u32, &str, Span) {
+    let mut start = 0;
+    for (at, line) in text.split('\n').enumerate() {
+        let end = start + line.len();
+        if (span.start as usize) <= end || end == text.len() {
+            let line = line.strip_suffix('\r').unwrap_or(line);
+            let in_line = |p: u32| (p as usize).saturating_sub(start).min(line.len());
+            return (at as u32, line, Span::new(in_line(span.start), in_line(span.end)));
+        }
+        start = end + 1;
+    }
+    (0, text, span)
+}
+
+/// Places a fault of a block in its line.
+pub(crate) fn locate(fault: Fault, source: &Source, at: Mark, text: &str) -> Diagnostic {
+    let (line, content, span) = place(text, fault.span);
+    Fault { span, ..fault }.at(&source.name, at.line + line, content)
+}

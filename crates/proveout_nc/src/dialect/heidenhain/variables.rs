@@ -1,0 +1,182 @@
+//! Q parameters and their formulas.
+
+use std::collections::BTreeMap;
+
+use super::expr::{self, Expr, Function, Operator};
+use super::words::{Condition, Kind, Param, Relation, Value};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+
+/// A value of a formula.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Val {
+    Number(f64),
+    Text(String),
+}
+
+#[derive(Debug)]
+pub(crate) struct Variables {
+    numbers: BTreeMap<Param, f64>,
+    texts: BTreeMap<u32, String>,
+    /// QL parameters of the programs that called this one.
+    saved: Vec<BTreeMap<Param, f64>>,
+    settings: BTreeMap<String, f64>,
+    limit: usize,
+}
+
+impl Variables {
+    pub(crate) fn new(settings: &BTreeMap<String, f64>, limit: usize) -> Self {
+        let settings = settings.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect();
+        Self { numbers: BTreeMap::new(), texts: BTreeMap::new(), saved: Vec::new(), settings, limit }
+    }
+
+    /// A program is called: its QL parameters are its own.
+    pub(crate) fn enter(&mut self) {
+        let own = self.numbers.iter().filter(|(p, _)| p.kind == Kind::Local).map(|(p, v)| (*p, *v)).collect();
+        self.numbers.retain(|p, _| p.kind != Kind::Local);
+        self.saved.push(own);
+    }
+
+    pub(crate) fn leave(&mut self) {
+        self.numbers.retain(|p, _| p.kind != Kind::Local);
+        self.numbers.extend(self.saved.pop().unwrap_or_default());
+    }
+
+    pub(crate) fn get(&self, param: Param) -> Option<f64> {
+        self.numbers.get(&param).copied().or_else(|| self.settings.get(&param.name()).copied())
+    }
+
+    pub(crate) fn is_defined(&self, param: Param) -> bool {
+        if param.kind == Kind::Text { self.texts.contains_key(&param.index) } else { self.get(param).is_some() }
+    }
+
+    pub(crate) fn set(&mut self, param: Param, value: f64, span: Span) -> Result<(), Fault> {
+        if self.numbers.len() >= self.limit && !self.numbers.contains_key(&param) {
+            let message = format!("the program uses more than {} Q parameters, the limit of the settings", self.limit);
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("raise max_array_elements"));
+        }
+        self.numbers.insert(param, value);
+        Ok(())
+    }
+
+    /// Takes a value away: it is not known any more.
+    pub(crate) fn forget(&mut self, param: Param) {
+        self.numbers.remove(&param);
+    }
+
+    pub(crate) fn assign(&mut self, param: Param, value: Val, span: Span) -> Result<(), Fault> {
+        match (param.kind, value) {
+            (Kind::Text, Val::Text(text)) => {
+                if text.len() > 4096 || self.texts.len() > 2000 {
+                    return Err(Fault::new(codes::BAD_VALUE, span, "the texts of the program are too long")
+                        .help("a QS parameter holds 255 characters"));
+                }
+                self.texts.insert(param.index, text);
+                Ok(())
+            }
+            (Kind::Text, Val::Number(_)) | (_, Val::Text(_)) => Err(Fault::new(
+                codes::TYPE,
+                span,
+                format!("the value does not fit the type of `{}`", param.name()),
+            )
+            .help("assign texts to QS, numbers to Q, QL and QR")),
+            (_, Val::Number(number)) => self.set(param, number, span),
+        }
+    }
+
+    pub(crate) fn text(&self, param: Param, span: Span) -> Result<&str, Fault> {
+        self.texts.get(&param.index).map(String::as_str).ok_or_else(|| self.unknown(param, span))
+    }
+
+    fn unknown(&self, param: Param, span: Span) -> Fault {
+        let name = param.name();
+        let help = match (param.kind, param.index) {
+            (Kind::Global, 108 | 114) => format!("it comes from the tool table: give `{name}` in the settings"),
+            (Kind::Global, 120..=122) => format!(
+                "it holds a rotary position that the control computes for the tilted plane; it is read in blocks such as L A+Q120 B+Q121 C+Q122. Give `{name}` in the settings for other uses"
+            ),
+            (Kind::Global, 100..=199) => format!("the control sets it: give `{name}` in the settings"),
+            _ => format!("write {name} = 0 before it is used, or give `{name}` in the settings"),
+        };
+        Fault::new(codes::UNKNOWN_VARIABLE, span, format!("`{name}` has no value")).help(help)
+    }
+
+    pub(crate) fn value(&self, value: Value, span: Span) -> Result<f64, Fault> {
+        match value {
+            Value::Number(number) => Ok(number),
+            Value::Param { negative, param } => {
+                if param.kind == Kind::Text {
+                    return Err(Fault::new(codes::TYPE, span, format!("`{}` is a text", param.name()))
+                        .help("use a Q, QL or QR parameter"));
+                }
+                let number = self.get(param).ok_or_else(|| self.unknown(param, span))?;
+                Ok(if negative { -number } else { number })
+            }
+        }
+    }
+
+    pub(crate) fn eval(&self, expr: &Expr, span: Span) -> Result<Val, Fault> {
+        Ok(match expr {
+            Expr::Number(number) => Val::Number(*number),
+            Expr::Text(text) => Val::Text(text.clone()),
+            Expr::Param(param) if param.kind == Kind::Text => Val::Text(self.text(*param, span)?.to_owned()),
+            Expr::Param(param) => Val::Number(self.value(Value::Param { negative: false, param: *param }, span)?),
+            Expr::Call(Function::ToChar, inner) => match self.eval(inner, span)? {
+                Val::Number(number) => Val::Text(format!("{number}")),
+                text => text,
+            },
+            Expr::Call(function, inner) => {
+                let inner = self.number(inner, span)?;
+                finite(expr::apply(*function, inner), span)?
+            }
+            Expr::Binary(Operator::Join, a, b) => {
+                let mut text = shown(self.eval(a, span)?);
+                text.push_str(&shown(self.eval(b, span)?));
+                Val::Text(text)
+            }
+            Expr::Binary(operator, a, b) => {
+                let (a, b) = (self.number(a, span)?, self.number(b, span)?);
+                finite(expr::combine(*operator, a, b), span)?
+            }
+        })
+    }
+
+    fn number(&self, expr: &Expr, span: Span) -> Result<f64, Fault> {
+        match self.eval(expr, span)? {
+            Val::Number(number) => Ok(number),
+            Val::Text(text) => Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
+                .help("use a number")),
+        }
+    }
+
+    pub(crate) fn truth(&self, condition: &Condition, span: Span) -> Result<bool, Fault> {
+        Ok(match condition {
+            Condition::Defined(param, defined) => self.is_defined(*param) == *defined,
+            Condition::Compare(a, relation, b) => {
+                let (a, b) = (self.value(*a, span)?, self.value(*b, span)?);
+                match relation {
+                    Relation::Equal => a == b,
+                    Relation::NotEqual => a != b,
+                    Relation::Greater => a > b,
+                    Relation::Less => a < b,
+                }
+            }
+        })
+    }
+}
+
+fn shown(value: Val) -> String {
+    match value {
+        Val::Number(number) => format!("{number}"),
+        Val::Text(text) => text,
+    }
+}
+
+fn finite(value: Result<f64, String>, span: Span) -> Result<Val, Fault> {
+    let fault = |message: String| Fault::new(codes::ARITHMETIC, span, message).help("check the values of the formula");
+    match value {
+        Ok(value) if value.is_finite() => Ok(Val::Number(value)),
+        Ok(value) => Err(fault(format!("the result {value} is not finite"))),
+        Err(message) => Err(fault(message)),
+    }
+}

@@ -1,0 +1,117 @@
+//! G2 and G3: centers (I J K), radius (R), helices, several turns (P of LinuxCNC).
+
+use std::f64::consts::TAU;
+
+use super::interpreter::Interpreter;
+use super::pending::Pending;
+use crate::arc::{self, ArcFault};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{ArcMotion, Op};
+
+const CENTER: [u8; 3] = *b"IJK";
+
+impl Interpreter {
+    pub(crate) fn arc(&mut self, p: &mut Pending, clockwise: bool, span: Span) -> Result<(), Fault> {
+        let start = self.start_point("the arc", span)?;
+        let [u, v, w] = self.modal.plane_axes();
+        let turns = if self.flavor.is_linuxcnc() { p.take(b'P') } else { None };
+        let radius = self.length_of(p, b'R');
+        let mut center = start;
+        let mut has_center = false;
+        for (axis, letter) in CENTER.into_iter().enumerate() {
+            let Some(value) = self.length_of(p, letter) else { continue };
+            if axis == w {
+                if value != 0.0 && !self.modal.absolute_centers {
+                    let message = format!("`{}` does not lie in the working plane G{}", char::from(letter), 19 - w);
+                    return Err(
+                        Fault::new(codes::ARC_GEOMETRY, span, message).help("choose the plane with G17, G18 or G19")
+                    );
+                }
+                continue;
+            }
+            has_center = true;
+            center[axis] = if self.modal.absolute_centers { value } else { start[axis] + value };
+        }
+        let (end, programmed) = self.targets(p, span)?;
+        let end_point = end.xyz().unwrap_or(start);
+        let flat = |q: [f64; 3]| [q[u], q[v]];
+        let tolerance = self.settings.arc_tolerance_mm;
+        let result = match radius {
+            Some(_) if has_center => {
+                return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
+            }
+            Some(radius) => arc::from_radius(flat(start), flat(end_point), radius, clockwise, tolerance),
+            None if has_center => arc::from_center(flat(start), flat(end_point), flat(center), clockwise, tolerance),
+            None => {
+                return Err(Fault::new(codes::ARC_GEOMETRY, span, "the arc has no center and no radius")
+                    .help("write I J K or R"));
+            }
+        };
+        let mut arc = result.map_err(|fault| arc_fault(fault, tolerance, span))?;
+        if let Some(turns) = turns {
+            if turns.fract() != 0.0 || !(1.0..=9999.0).contains(&turns) {
+                return Err(Fault::new(
+                    codes::BAD_VALUE,
+                    span,
+                    format!("P of an arc is the number of turns and is {turns}"),
+                )
+                .help("write a whole number above zero"));
+            }
+            arc.sweep += TAU * (turns - 1.0);
+        }
+        center[u] = arc.center[0];
+        center[v] = arc.center[1];
+        center[w] = start[w];
+        self.surface_speed(end.get(0), span)?;
+        self.need_feed(0b111, span)?;
+        let exact_stop = p.g(super::words::Group::ExactStop).is_some();
+        let motion = self.complete(end, programmed, exact_stop, span)?;
+        let active = *self.position.frame();
+        let Some(scale) = active.uniform_scale() else {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
+                .help("write the path with G1"));
+        };
+        let mut normal = [0.0; 3];
+        normal[w] = if clockwise { -1.0 } else { 1.0 };
+        // A mirror reverses the sense of rotation about the image of the normal.
+        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
+        let op = ArcMotion {
+            center,
+            center_base: self.position.point_in_base(center),
+            normal,
+            normal_base,
+            radius: arc.radius * scale,
+            sweep: arc.sweep,
+            motion,
+        };
+        self.position.move_to(op.motion.end, op.motion.end_base);
+        self.emit(Op::Arc(op));
+        Ok(())
+    }
+}
+
+fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
+    match fault {
+        ArcFault::NoRadius => {
+            let message = "the center of the arc lies on its start or end, or the radius is zero";
+            Fault::new(codes::ARC_GEOMETRY, span, message).help("correct the center or the radius")
+        }
+        ArcFault::Radii(start, end) => {
+            let message = format!(
+                "the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"
+            );
+            Fault::new(codes::ARC_RADIUS, span, message).help("correct the center or the end point")
+        }
+        ArcFault::TooSmall(radius, half) => {
+            let message =
+                format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end");
+            Fault::new(codes::ARC_RADIUS, span, message).help("correct the radius or the end point")
+        }
+        ArcFault::SamePoint => {
+            let message = "start and end of the arc are the same point, and R gives no center";
+            Fault::new(codes::ARC_GEOMETRY, span, message).help("program a full circle with I J K")
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! Executes a block of words: collects them, then acts in the order of the control.
+//!
+//! Order within a block, whatever the order of the words: modal words, macro call, feed, speed, tool, functions before the
+//! motion, dwell, compensation and length, work offset, path mode, rotation and plane, words that act once, motion, functions
+//! behind it (on a LinuxCNC only the stops), subprogram call, end of program.
+
+use super::calls::whole;
+use super::interpreter::Interpreter;
+use super::modal::{FeedMode, MotionMode};
+use super::parser::{Block, Value, Word};
+use super::pending::{Full, Pending};
+use super::words::{self, Class, Function, Group};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{Dwell, Op};
+
+impl Interpreter {
+    /// Executes the words and assignments of a block.
+    pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
+        self.moved_in_block = false;
+        let mut p = Pending::new();
+        for word in &block.words {
+            self.collect_word(&mut p, word, block)?;
+        }
+        // Words are read with the values before the assignments of the block.
+        if !block.assignments.is_empty() {
+            self.assign_all(&block.assignments, block.comment, line)?;
+        }
+        if block.words.is_empty() {
+            return Ok(());
+        }
+        self.act(&mut p, block)?;
+        if let Some(letter) = p.left_over() {
+            return Err(left_over(letter, block, line));
+        }
+        if self.modal_macro.is_some() && self.moved_in_block {
+            self.after_motion(block.span)?;
+        }
+        Ok(())
+    }
+
+    fn collect_word(&self, p: &mut Pending, word: &Word, block: &Block) -> Result<(), Fault> {
+        let span = word.span;
+        let (value, point) = match &word.value {
+            Value::Number { value, point } => (*value, *point),
+            Value::Expr(expr) => match self.value(expr, span)? {
+                Some(value) => (value, true),
+                // A word with a vacant parameter is left out.
+                None => return Ok(()),
+            },
+        };
+        match word.letter {
+            b'G' => {
+                let code = g_code(value, span)?;
+                match words::classify(self.flavor, code) {
+                    Class::Known(group) => match p.put_g(code, group) {
+                        Ok(Some(other))
+                            if group != Group::ExactStop && (other != code || self.flavor.is_linuxcnc()) =>
+                        {
+                            let message =
+                                format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
+                            return Err(
+                                Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own")
+                            );
+                        }
+                        Ok(_) => {}
+                        Err(Full) => return Err(too_many("G", span)),
+                    },
+                    Class::Note => {
+                        // Told with the functions; its values belong to it.
+                        p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span))?;
+                    }
+                    Class::Refused(remedy) => return Err(refused(&g_name(code), span, remedy)),
+                    Class::Unknown => return Err(self.unknown_g(code, span)),
+                }
+            }
+            b'M' => {
+                let code = whole(value, "M", 99_999_999.0, span)?;
+                if let Function::Refused(remedy) = words::function(self.flavor, code) {
+                    return Err(refused(&format!("M{code}"), span, remedy));
+                }
+                self.check_function(p, code, span)?;
+                p.put_m(code).map_err(|Full| too_many("M", span))?;
+            }
+            letter => {
+                if !p.put(letter, value, point) && !is_macro_call(block) {
+                    let message = format!("`{}` stands twice in the block", char::from(letter));
+                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// M words of one group exclude each other.
+    fn check_function(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
+        let kind = words::function(self.flavor, code);
+        for &other in p.m().iter().filter(|&&m| m < NOTED_G && m != code) {
+            let clash = match (words::function(self.flavor, other), kind) {
+                (Function::CoolantOn, Function::CoolantOff) | (Function::CoolantOff, Function::CoolantOn) => true,
+                (a, b) => {
+                    a == b && matches!(a, Function::Stop | Function::Spindle | Function::Call | Function::Override)
+                }
+            };
+            if clash {
+                let message = format!("M{other} and M{code} exclude each other in a block");
+                return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
+            }
+        }
+        Ok(())
+    }
+
+    fn unknown_g(&self, code: u32, span: Span) -> Fault {
+        let name = g_name(code);
+        Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", self.flavor.name()))
+            .help("see the coverage table for the G words that are read, or name another dialect")
+    }
+
+    fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
+        let span = block.span;
+        let call = p
+            .m()
+            .iter()
+            .copied()
+            .find(|m| matches!(m, 97 | 98 | 99 | 198))
+            .filter(|&m| words::function(self.flavor, m) == Function::Call);
+        let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
+        if !p.no_g() {
+            self.modal_words(p)?;
+            if p.g(Group::OneShot) == Some(650) || p.g(Group::Macro) == Some(660) {
+                p.use_all();
+                return self.macro_call(block, p.g(Group::Macro).is_some());
+            }
+            if p.g(Group::Macro) == Some(670) {
+                self.modal_macro = None;
+            }
+        }
+        let one_shot = p.g(Group::OneShot);
+        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.flavor.is_linuxcnc();
+        if !(thread_lead && p.axes() != 0) {
+            self.feed_word(p, span)?;
+        }
+        self.speed_words(p, one_shot, span)?;
+        self.tool_word(p, span)?;
+        if !p.m().is_empty() {
+            self.functions_before(p, span)?;
+        }
+        if one_shot == Some(40) {
+            self.dwell(p, span)?;
+        }
+        self.compensation_words(p, span)?;
+        self.length_words(p, span)?;
+        if !p.no_g() {
+            self.offset_word(p, span)?;
+            self.path_words(p, span)?;
+            self.rotation_words(p, span)?;
+            if let Some(code) = one_shot {
+                self.one_shot(code, p, span)?;
+            }
+        }
+        self.motion(p, span)?;
+        if !p.m().is_empty() {
+            self.functions_after(p);
+        }
+        if let (Some(m), Some((program, times))) = (call, call_words) {
+            match m {
+                97 => self.call_local(program, times, span)?,
+                99 => self.return_from_sub(program, span)?,
+                _ => self.call_sub(program, times, span)?,
+            }
+        }
+        if p.has_m(2) || p.has_m(30) {
+            self.end_of_program();
+        }
+        if self.modal.feed_mode == FeedMode::InverseTime {
+            // Inverse time holds for one block.
+            self.technology.feed = None;
+        }
+        Ok(())
+    }
+
+    /// Words that set how the others are read.
+    fn modal_words(&mut self, p: &mut Pending) -> Result<(), Fault> {
+        if let Some(code) = p.g(Group::Units) {
+            let before = self.modal.unit();
+            self.modal.inch = Some(code == 200);
+            if before != self.modal.unit() {
+                self.technology.feed = None;
+            }
+        }
+        if let Some(code) = p.g(Group::FeedMode) {
+            let mode = match code {
+                930 => FeedMode::InverseTime,
+                940 => FeedMode::PerTime,
+                _ => FeedMode::PerRevolution,
+            };
+            if self.modal.feed_mode != mode {
+                self.modal.feed_mode = mode;
+                // A number keeps no meaning across modes: F must be programmed anew.
+                self.technology.feed = None;
+            }
+        }
+        if let Some(code) = p.g(Group::Plane) {
+            self.modal.normal = match code {
+                170 => 2,
+                180 => 1,
+                _ => 0,
+            };
+            self.emit(Op::Plane(['X', 'Y', 'Z'][self.modal.normal]));
+        }
+        if let Some(code) = p.g(Group::Distance) {
+            self.modal.incremental = code == 910;
+        }
+        if let Some(code) = p.g(Group::ArcDistance) {
+            self.modal.absolute_centers = code == 901;
+        }
+        if let Some(code) = p.g(Group::Return) {
+            self.modal.return_to_r = code == 990;
+        }
+        if let Some(code) = p.g(Group::Polar) {
+            self.modal.polar = code == 160;
+            (self.modal.polar_radius, self.modal.polar_angle) = (None, None);
+        }
+        if let Some(code) = p.g(Group::Motion) {
+            self.motion_word(code);
+        }
+        if let Some(code) = p.g(Group::Cycle) {
+            self.cycle_word(code);
+        }
+        Ok(())
+    }
+
+    fn motion_word(&mut self, code: u32) {
+        self.modal.motion_code = code;
+        if code >= 730 {
+            // LinuxCNC: cycles stand in this group.
+            self.modal.motion = None;
+            self.cycle_word(code);
+            return;
+        }
+        self.cycle_word(800);
+        self.modal.motion = Some(match code {
+            0 => MotionMode::Rapid,
+            10 => MotionMode::Linear,
+            20 => MotionMode::Clockwise,
+            30 => MotionMode::CounterClockwise,
+            330 | 331 => MotionMode::Thread,
+            50 | 51 => MotionMode::Spline,
+            _ => MotionMode::Probe,
+        });
+        if code != 50 {
+            self.spline_end = None;
+        }
+    }
+
+    /// G4. Fanuc: P in milliseconds, X or U in seconds; Haas: P in milliseconds, with a decimal point in seconds; LinuxCNC: P
+    /// in seconds.
+    fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let point = p.has_point(b'P');
+        let in_p = p.take(b'P');
+        let in_x = if self.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        let seconds = match (in_p, in_x) {
+            (Some(p), None) => self.seconds(p, point, span)?,
+            (None, Some(x)) => x,
+            _ => {
+                return Err(
+                    Fault::new(codes::MISSING_VALUE, span, "G4 needs one time").help("write G4 P500, or G4 X0.5")
+                );
+            }
+        };
+        if p.axes() != 0 {
+            return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
+                .help("write G4 in a block of its own"));
+        }
+        if !(seconds >= 0.0) {
+            return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write G4 P500"));
+        }
+        self.emit(Op::Dwell(Dwell::Seconds(seconds)));
+        Ok(())
+    }
+
+    /// Seconds of a word P.
+    pub(crate) fn seconds(&self, value: f64, point: bool, span: Span) -> Result<f64, Fault> {
+        use super::flavor::Flavor;
+        match self.flavor {
+            Flavor::LinuxCnc => Ok(value),
+            Flavor::Haas if point => Ok(value),
+            // Both controls that take a decimal point read seconds.
+            Flavor::Fanuc if point && self.assumed => Ok(value),
+            Flavor::Fanuc if point && value.fract() != 0.0 => {
+                Err(Fault::new(codes::BAD_VALUE, span, "P of a dwell takes whole milliseconds on a Fanuc")
+                    .help("write P500 or X0.5"))
+            }
+            _ => Ok(value / 1000.0),
+        }
+    }
+}
+
+/// G words that are only noted stand among the functions, above this number.
+pub(crate) const NOTED_G: u32 = 1_000_000_000;
+
+fn is_macro_call(block: &Block) -> bool {
+    block.words.iter().any(|w| w.letter == b'G' && matches!(w.value, Value::Number { value: 65.0 | 66.0, .. }))
+}
+
+/// Ten times the number of a G word.
+fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
+    let tenths = (value * 10.0).round();
+    if (value * 10.0 - tenths).abs() < 1e-6 && (0.0..=9999.0).contains(&tenths) {
+        return Ok(tenths as u32);
+    }
+    Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is no G word"))
+        .help("write a G word of the coverage table"))
+}
+
+pub(crate) fn g_name(code: u32) -> String {
+    if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
+}
+
+pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
+    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
+}
+
+fn too_many(letter: &str, span: Span) -> Fault {
+    Fault::new(codes::BAD_VALUE, span, format!("the block has too many {letter} words")).help("write several blocks")
+}
+
+fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
+    let span = block.words.iter().find(|w| w.letter == letter).map_or(block.span, |w| w.span);
+    let text = line.get(span.start as usize..span.end as usize).unwrap_or_default();
+    let axis = matches!(letter, b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C' | b'U' | b'V' | b'W');
+    if axis {
+        return Fault::new(codes::MISSING_VALUE, span, format!("`{text}` stands without a motion word in force"))
+            .help("write G0 or G1 before it");
+    }
+    Fault::new(codes::UNKNOWN_WORD, span, format!("`{text}` has no meaning in this block"))
+        .help("take it out, or write the G word that it belongs to")
+}
+
+/// The fault of a word that no state of the control makes valid.
+pub(crate) fn refused_word(flavor: super::flavor::Flavor, word: &Word) -> Option<Fault> {
+    let Value::Number { value, .. } = word.value else { return None };
+    match word.letter {
+        b'G' => {
+            let code = g_code(value, word.span).ok()?;
+            match words::classify(flavor, code) {
+                Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
+                Class::Unknown => {
+                    let message = format!("unknown word `{}` for the {} reader", g_name(code), flavor.name());
+                    let help = "see the coverage table for the G words that are read, or name another dialect";
+                    Some(Fault::new(codes::UNKNOWN_WORD, word.span, message).help(help))
+                }
+                _ => None,
+            }
+        }
+        b'M' if (0.0..1e9).contains(&value) => match words::function(flavor, value as u32) {
+            Function::Refused(remedy) => Some(refused(&format!("M{value}"), word.span, remedy)),
+            _ => None,
+        },
+        _ => None,
+    }
+}

@@ -1,0 +1,391 @@
+//! Subprograms and macros: M98 M97 M99, G65 G66 G67, O CALL.
+//!
+//! Sources: Fanuc, *Custom macro B* (argument specification I and II); LinuxCNC, *O codes*; Haas, *M97, M98*.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::flavor::Flavor;
+use super::index::Section;
+use super::interpreter::{Interpreter, Level, Loaded};
+use super::parser::Block;
+use super::statement::Label;
+use crate::Op;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::source::{Mark, Source};
+
+/// What a level of the call stack was entered by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CallKind {
+    Main,
+    /// M98, M97
+    Sub,
+    /// G65, G66: with parameters of its own.
+    Macro,
+    /// O CALL
+    OSub,
+}
+
+/// A modal macro with its arguments.
+#[derive(Clone, Debug)]
+pub(crate) struct MacroCall {
+    program: f64,
+    passes: u32,
+    arguments: Vec<(u32, f64)>,
+    depth: usize,
+}
+
+/// Endings of program files, in the order in which they are tried.
+const ENDINGS: [&str; 10] = ["", "NC", "NGC", "CNC", "TAP", "PRG", "TXT", "EIA", "ISO", "SUB"];
+
+impl Interpreter {
+    /// M98 (or M198) with the words P and L.
+    pub(crate) fn call_sub(&mut self, program: Option<f64>, times: Option<f64>, span: Span) -> Result<(), Fault> {
+        let Some(program) = program else {
+            return Err(
+                Fault::new(codes::MISSING_VALUE, span, "M98 has no P").help("write the program number: M98 P1000")
+            );
+        };
+        let number = whole(program, "P", 99_999_999.0, span)?;
+        let mut passes = count(times, span)?;
+        let mut found = self.find_program(&number.to_string(), span)?;
+        if self.flavor == Flavor::Fanuc && number > 9999 && times.is_none() {
+            // The last four digits are the program, those before the number of passes.
+            let split = self.find_program(&(number % 10_000).to_string(), span)?;
+            if found.is_some() && split.is_some() {
+                let message = format!(
+                    "P{number} is program {number}, or {} times program {}: both are there",
+                    number / 10_000,
+                    number % 10_000
+                );
+                return Err(Fault::new(codes::CONFLICT, span, message).help("write the number of passes with L"));
+            }
+            if split.is_some() {
+                found = split;
+                passes = number / 10_000;
+            }
+        }
+        let Some((loaded, section)) = found else { return Err(missing(&format!("O{number}"), span)) };
+        if passes > 0 {
+            self.enter(loaded, section, section.start, passes, CallKind::Sub, span)?;
+        }
+        Ok(())
+    }
+
+    /// M97 P: from a block number of the same program to M99.
+    pub(crate) fn call_local(&mut self, target: Option<f64>, times: Option<f64>, span: Span) -> Result<(), Fault> {
+        let Some(target) = target else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "M97 has no P").help("write the block number: M97 P100"));
+        };
+        let passes = count(times, span)?;
+        let Some(level) = self.stack.last() else { return Ok(()) };
+        let (loaded, section, cursor) = (Arc::clone(&level.loaded), level.section, level.cursor);
+        let first = self.find_number(&loaded, cursor, target, span)?;
+        if passes > 0 {
+            self.enter(loaded, section, first, passes, CallKind::Sub, span)?;
+        }
+        Ok(())
+    }
+
+    /// M99, with the block number of P.
+    pub(crate) fn return_from_sub(&mut self, target: Option<f64>, span: Span) -> Result<(), Fault> {
+        let Some(target) = target else {
+            if self.stack.len() > 1 {
+                self.leave();
+                return Ok(());
+            }
+            self.note("M99 in the main program: the control begins it again; read once");
+            self.end_of_program();
+            return Ok(());
+        };
+        if self.stack.len() > 1 {
+            if let Some(level) = self.stack.last_mut() {
+                level.passes_left = 0;
+            }
+            self.leave();
+        }
+        let Some(level) = self.stack.last() else { return Ok(()) };
+        let (loaded, cursor) = (Arc::clone(&level.loaded), level.cursor);
+        // The cursor stands behind the call: a target before it is a jump back.
+        self.goto_number(&loaded, cursor, target, span)
+    }
+
+    /// G65 and G66.
+    pub(crate) fn macro_call(&mut self, block: &Block, modal: bool) -> Result<(), Fault> {
+        let span = block.span;
+        let (mut program, mut times, mut arguments) = (None, None, Vec::new());
+        let mut sets = [0u32; 3];
+        for word in &block.words {
+            let Some(value) = self.word_value(&word.value, word.span)? else { continue };
+            let number = match word.letter {
+                b'G' | b'N' | b'O' => continue,
+                b'P' => {
+                    program = Some(value);
+                    continue;
+                }
+                b'L' => {
+                    times = Some(value);
+                    continue;
+                }
+                letter @ b'I'..=b'K' => {
+                    // Argument specification II: further sets of I J K fill #7 and up.
+                    let at = usize::from(letter - b'I');
+                    let set = sets[at];
+                    sets[at] += 1;
+                    4 + at as u32 + 3 * set
+                }
+                letter => argument_number(letter),
+            };
+            if number > 33 {
+                return Err(Fault::new(codes::ARGUMENTS, word.span, "the macro call has more than ten sets of I J K")
+                    .help("use the other letters"));
+            }
+            arguments.push((number, value));
+        }
+        let Some(program) = program else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
+        };
+        let call = MacroCall { program, passes: count(times, span)?, arguments, depth: self.depth() };
+        if modal {
+            self.modal_macro = Some(call);
+            return Ok(());
+        }
+        self.run_macro(&call, span)
+    }
+
+    pub(crate) fn run_macro(&mut self, call: &MacroCall, span: Span) -> Result<(), Fault> {
+        let number = whole(call.program, "P", 99_999_999.0, span)?;
+        let Some((loaded, section)) = self.find_program(&number.to_string(), span)? else {
+            return Err(missing(&format!("O{number}"), span));
+        };
+        if call.passes == 0 {
+            return Ok(());
+        }
+        self.enter(loaded, section, section.start, call.passes, CallKind::Macro, span)?;
+        for &(number, value) in &call.arguments {
+            self.variables.set(number, Some(value));
+        }
+        Ok(())
+    }
+
+    /// The modal macro behind a block with a motion.
+    pub(crate) fn after_motion(&mut self, span: Span) -> Result<(), Fault> {
+        match self.modal_macro.take() {
+            Some(call) if call.depth == self.depth() => {
+                self.run_macro(&call, span)?;
+                self.modal_macro = Some(call);
+                Ok(())
+            }
+            other => {
+                self.modal_macro = other;
+                Ok(())
+            }
+        }
+    }
+
+    /// `o100 call [1] [2]`
+    pub(crate) fn call_o_sub(
+        &mut self,
+        label: &Label,
+        arguments: &[super::expr::Expr],
+        span: Span,
+    ) -> Result<(), Fault> {
+        let name = match label {
+            Label::Fixed(name) => name.clone(),
+            Label::Computed(expr) => whole(self.number(expr, span)?, "the label", 999_999_999.0, span)?.to_string(),
+        };
+        if arguments.len() > 30 {
+            let message = format!("the call of {name} has {} arguments; a subprogram takes 30", arguments.len());
+            return Err(Fault::new(codes::ARGUMENTS, span, message).help("pass the others as global parameters"));
+        }
+        let mut values = Vec::with_capacity(arguments.len());
+        for argument in arguments {
+            values.push(self.number(argument, span)?);
+        }
+        let mut found = self.stack.iter().rev().find_map(|level| {
+            level.loaded.index.subs.get(&name).map(|&(mark, section)| (Arc::clone(&level.loaded), mark, section))
+        });
+        if found.is_none()
+            && let Some(loaded) = self.load_beside(name.trim_start_matches('<').trim_end_matches('>'), span)?
+        {
+            found = loaded.index.subs.get(&name).map(|&(mark, section)| (Arc::clone(&loaded), mark, section));
+        }
+        let Some((loaded, mark, section)) = found else { return Err(missing(&format!("o{name}"), span)) };
+        let first = loaded.source.line(mark).map_or(mark, |(_, next)| next);
+        self.enter(loaded, section, first, 1, CallKind::OSub, span)?;
+        // Arguments left out are zero, whatever a caller has in its parameters.
+        for number in 1..=30 {
+            let value = values.get(number as usize - 1).copied().unwrap_or(0.0);
+            self.variables.set(number, Some(value));
+        }
+        Ok(())
+    }
+
+    /// `o100 return [5]`, `o100 endsub [5]`
+    pub(crate) fn return_from_o_sub(&mut self, value: Option<f64>, span: Span) -> Result<(), Fault> {
+        if self.stack.last().is_none_or(|level| level.kind != CallKind::OSub) {
+            return Err(
+                Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("take it out")
+            );
+        }
+        self.leave();
+        self.variables.set_named("_value", value.unwrap_or(0.0));
+        self.variables.set_named("_value_returned", f64::from(u8::from(value.is_some())));
+        Ok(())
+    }
+
+    fn enter(
+        &mut self,
+        loaded: Arc<Loaded>,
+        section: Section,
+        first: Mark,
+        passes: u32,
+        kind: CallKind,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let limit = self.settings.limits.max_call_depth;
+        if self.stack.len() > limit as usize {
+            let message = format!("the subprogram is called at depth {}; the limit is {limit}", self.stack.len());
+            return Err(Fault::new(codes::NESTING_LIMIT, span, message)
+                .help("check for a subprogram that calls itself, or raise max_call_depth"));
+        }
+        // Passes are jumps back: an empty subprogram called without end is stopped by their limit.
+        self.count_pass(span)?;
+        if matches!(kind, CallKind::Macro | CallKind::OSub) {
+            self.variables.enter();
+        }
+        self.stack.push(Level {
+            loaded,
+            section,
+            cursor: first,
+            first,
+            passes_left: passes - 1,
+            kind,
+            repeats: Vec::new(),
+        });
+        Ok(())
+    }
+
+    /// Leaves a subprogram, or begins its next pass.
+    pub(crate) fn leave(&mut self) {
+        if let Some(level) = self.stack.last_mut()
+            && level.passes_left > 0
+        {
+            level.passes_left -= 1;
+            level.cursor = level.first;
+            return;
+        }
+        let Some(level) = self.stack.pop() else { return };
+        if matches!(level.kind, CallKind::Macro | CallKind::OSub) {
+            self.variables.leave();
+        }
+        let depth = self.depth();
+        if self.modal_macro.as_ref().is_some_and(|call| call.depth > depth) {
+            self.modal_macro = None;
+        }
+    }
+
+    /// A program by its number or `<name>`: in the files of the call stack, then in the folders.
+    fn find_program(&mut self, name: &str, span: Span) -> Result<Option<(Arc<Loaded>, Section)>, Fault> {
+        for level in self.stack.iter().rev() {
+            if let Some(section) = level.loaded.index.programs.get(name) {
+                return Ok(Some((Arc::clone(&level.loaded), *section)));
+            }
+        }
+        let Some(loaded) = self.load_beside(name, span)? else { return Ok(None) };
+        let section = loaded.index.programs.get(name).copied().or(loaded.index.main);
+        Ok(section.map(|section| (loaded, section)))
+    }
+
+    /// A program file with this name or number in the folders of the program and of the settings.
+    fn load_beside(&mut self, name: &str, span: Span) -> Result<Option<Arc<Loaded>>, Fault> {
+        for folder in self.folders.clone() {
+            let Some(path) = file_in(&folder, name) else { continue };
+            if let Some(loaded) = self.files.get(&path) {
+                return Ok(Some(Arc::clone(loaded)));
+            }
+            let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
+            let source =
+                Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
+            let loaded = Loaded::new(source, self.flavor)
+                .map_err(|d| failed(format!("the subprogram `{name}` is broken: {d}")))?;
+            let loaded = Arc::new(loaded);
+            self.files.insert(path, Arc::clone(&loaded));
+            return Ok(Some(loaded));
+        }
+        Ok(None)
+    }
+
+    /// Text for a stop by `#3006`.
+    pub(crate) fn stop_with_message(&mut self, text: &str) {
+        if !text.is_empty() {
+            self.emit(Op::Message(text.to_owned()));
+        }
+        self.emit(Op::Stop { optional: false });
+    }
+}
+
+/// The file of a program: `O1000`, `1000` or the name itself, with one of the usual endings.
+fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
+    let number = name.bytes().all(|b| b.is_ascii_digit());
+    let fits = |stem: &str| {
+        if !number {
+            return stem.eq_ignore_ascii_case(name);
+        }
+        let digits = stem.strip_prefix(['O', 'o']).unwrap_or(stem);
+        !digits.is_empty()
+            && digits.bytes().all(|b| b.is_ascii_digit())
+            && digits.trim_start_matches('0') == name.trim_start_matches('0')
+    };
+    let rank = |path: &Path| {
+        let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_ascii_uppercase());
+        ENDINGS.iter().position(|known| *known == ending)
+    };
+    let mut found: Vec<(usize, PathBuf)> = std::fs::read_dir(folder)
+        .ok()?
+        .filter_map(|entry| {
+            let path = entry.ok()?.path();
+            let rank = rank(&path)?;
+            let stem = path.file_stem()?.to_string_lossy().into_owned();
+            (fits(&stem) && path.is_file()).then_some((rank, path))
+        })
+        .collect();
+    // By ending, then by name: the order of a folder decides nothing.
+    found.sort();
+    found.into_iter().next().map(|(_, path)| path)
+}
+
+/// Local parameter of an argument letter (specification I).
+fn argument_number(letter: u8) -> u32 {
+    match letter {
+        b'A' => 1,
+        b'B' => 2,
+        b'C' => 3,
+        b'D' => 7,
+        b'E' => 8,
+        b'F' => 9,
+        b'H' => 11,
+        b'M' => 13,
+        letter => u32::from(letter.saturating_sub(b'Q')) + 17,
+    }
+}
+
+/// A whole number from 0 to a limit.
+pub(crate) fn whole(value: f64, what: &str, limit: f64, span: Span) -> Result<u32, Fault> {
+    if value.fract() == 0.0 && (0.0..=limit).contains(&value) {
+        return Ok(value as u32);
+    }
+    Err(Fault::new(codes::BAD_VALUE, span, format!("{what} must be a whole number from 0 to {limit} and is {value}"))
+        .help("write a whole number"))
+}
+
+/// Passes of L or K; one where none is given.
+fn count(times: Option<f64>, span: Span) -> Result<u32, Fault> {
+    times.map_or(Ok(1), |times| whole(times, "L", 9999.0, span))
+}
+
+fn missing(name: &str, span: Span) -> Fault {
+    Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
+        .help(format!("put {name} into the file of the program, or as a file into its folder"))
+}

@@ -1,0 +1,246 @@
+//! Control structures: branches, loops, jumps.
+
+use std::sync::Arc;
+
+use super::expr::Expr;
+use super::index::{self, Partner};
+use super::interpreter::{Interpreter, Loaded};
+use super::parser::{self, Block};
+use super::statement::{Label, OWord, Statement};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::source::Mark;
+
+impl Interpreter {
+    pub(crate) fn statement(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        statement: Statement,
+        block: &Block,
+        line: &str,
+    ) -> Result<(), Fault> {
+        let span = block.span;
+        match statement {
+            Statement::Header(_) => {}
+            Statement::Output(text) => self.note(text),
+            Statement::IfGoto(condition, target) => {
+                if self.truth(&condition, span)? {
+                    self.goto(loaded, at, &target, span)?;
+                }
+            }
+            Statement::IfThen(condition, assignment) => {
+                if self.truth(&condition, span)? {
+                    self.assign_all(std::slice::from_ref(&assignment), block.comment, line)?;
+                }
+            }
+            Statement::Goto(target) => self.goto(loaded, at, &target, span)?,
+            Statement::While(condition, _) => {
+                if let Some(condition) = condition
+                    && !self.truth(&condition, span)?
+                {
+                    self.continue_after(loaded, partner(loaded, at, span)?.next);
+                }
+            }
+            Statement::End(_) => {
+                self.count_pass(span)?;
+                self.set_cursor(partner(loaded, at, span)?.next);
+            }
+            Statement::OWord(label, word) => self.o_word(loaded, at, &label, word, span)?,
+        }
+        Ok(())
+    }
+
+    fn o_word(&mut self, loaded: &Arc<Loaded>, at: Mark, label: &Label, word: OWord, span: Span) -> Result<(), Fault> {
+        match word {
+            // A definition that the flow reaches is stepped over.
+            OWord::Sub => self.continue_after(loaded, partner(loaded, at, span)?.next),
+            OWord::EndSub(value) | OWord::Return(value) => {
+                let value = match value {
+                    Some(value) => Some(self.number(&value, span)?),
+                    None => None,
+                };
+                self.return_from_o_sub(value, span)?;
+            }
+            OWord::Call(arguments) => self.call_o_sub(label, &arguments, span)?,
+            OWord::If(condition) => {
+                if !self.truth(&condition, span)? {
+                    self.next_branch(loaded, at, span)?;
+                }
+            }
+            // Reached from above: the branch before has run.
+            OWord::ElseIf(_) | OWord::Else => self.continue_after(loaded, partner(loaded, at, span)?.end),
+            OWord::EndIf | OWord::Do => {}
+            OWord::While(condition) => {
+                let partner = partner(loaded, at, span)?;
+                let closes_do = partner.next.offset < at.offset;
+                match (self.truth(&condition, span)?, closes_do) {
+                    (true, true) => {
+                        self.count_pass(span)?;
+                        self.continue_after(loaded, partner.next);
+                    }
+                    (false, false) => self.continue_after(loaded, partner.next),
+                    _ => {}
+                }
+            }
+            OWord::EndWhile => {
+                self.count_pass(span)?;
+                self.set_cursor(partner(loaded, at, span)?.next);
+            }
+            OWord::Repeat(count) => {
+                let count = self.number(&count, span)?.round();
+                self.forget_repeat(at.offset);
+                if count >= 1.0 {
+                    if let Some(level) = self.stack.last_mut() {
+                        level.repeats.push((at.offset, count as u64));
+                    }
+                } else {
+                    self.continue_after(loaded, partner(loaded, at, span)?.next);
+                }
+            }
+            OWord::EndRepeat => {
+                let first = partner(loaded, at, span)?.next;
+                self.again(loaded, first, span)?;
+            }
+            OWord::Break => {
+                let partner = partner(loaded, at, span)?;
+                self.forget_repeat(partner.next.offset);
+                self.continue_after(loaded, partner.end);
+            }
+            OWord::Continue => {
+                let loop_ = partner(loaded, at, span)?;
+                if loop_.next.offset < at.offset && self.is_repeat(loop_.next.offset) {
+                    return self.again(loaded, loop_.next, span);
+                }
+                // WHILE is evaluated in its first line, DO in its last.
+                let do_while = is_do(loaded, loop_.next, self);
+                if do_while {
+                    self.set_cursor(loop_.end);
+                } else {
+                    self.count_pass(span)?;
+                    self.set_cursor(loop_.next);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn is_repeat(&self, first: usize) -> bool {
+        self.stack.last().is_some_and(|level| level.repeats.iter().any(|(offset, _)| *offset == first))
+    }
+
+    fn forget_repeat(&mut self, first: usize) {
+        if let Some(level) = self.stack.last_mut() {
+            level.repeats.retain(|(offset, _)| *offset != first);
+        }
+    }
+
+    /// The end of a pass of O REPEAT.
+    fn again(&mut self, loaded: &Loaded, first: Mark, span: Span) -> Result<(), Fault> {
+        let left = self
+            .stack
+            .last_mut()
+            .and_then(|level| level.repeats.iter_mut().find(|(offset, _)| *offset == first.offset));
+        match left {
+            Some((_, left)) if *left > 1 => {
+                *left -= 1;
+                self.count_pass(span)?;
+                self.continue_after(loaded, first);
+            }
+            _ => {
+                self.forget_repeat(first.offset);
+                let end = partner_of(loaded, first).map_or(first, |p| p.end);
+                self.continue_after(loaded, end);
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes on with the first branch behind a line whose condition holds, or with ELSE, or behind ENDIF.
+    fn next_branch(&mut self, loaded: &Arc<Loaded>, from: Mark, span: Span) -> Result<(), Fault> {
+        let mut at = partner(loaded, from, span)?.next;
+        let mut block = Block::default();
+        loop {
+            let line = loaded.source.line(at).map_or("", |(line, _)| line);
+            parser::parse_line(line, self.flavor, &mut block)?;
+            match block.statement.take() {
+                Some(Statement::OWord(_, OWord::ElseIf(condition))) if !self.truth(&condition, span)? => {
+                    at = partner(loaded, at, span)?.next;
+                }
+                _ => {
+                    self.continue_after(loaded, at);
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// Continues behind a line.
+    pub(crate) fn continue_after(&mut self, loaded: &Loaded, line: Mark) {
+        let next = loaded.source.line(line).map_or(line, |(_, next)| next);
+        self.set_cursor(next);
+    }
+
+    fn goto(&mut self, loaded: &Arc<Loaded>, at: Mark, target: &Expr, span: Span) -> Result<(), Fault> {
+        let number = self.number(target, span)?;
+        self.goto_number(loaded, at, number, span)
+    }
+
+    /// Jumps to a block number of the running program.
+    pub(crate) fn goto_number(&mut self, loaded: &Arc<Loaded>, at: Mark, number: f64, span: Span) -> Result<(), Fault> {
+        let target = self.find_number(loaded, at, number, span)?;
+        if target.offset <= at.offset {
+            self.count_pass(span)?;
+        }
+        self.set_cursor(target);
+        Ok(())
+    }
+
+    pub(crate) fn find_number(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        number: f64,
+        span: Span,
+    ) -> Result<Mark, Fault> {
+        let missing = || {
+            Fault::new(codes::JUMP_TARGET, span, format!("the block number N{number} is not in this program"))
+                .help("write the block number at the start of its block")
+        };
+        let Some(level) = self.stack.last() else { return Err(missing()) };
+        if !(number.fract() == 0.0 && (0.0..1e9).contains(&number)) {
+            return Err(missing());
+        }
+        let (section, wanted) = (level.section, number as u32);
+        // A file stays where it is for the whole run: its address stands for it.
+        let key = (Arc::as_ptr(loaded) as usize, at.offset, wanted);
+        if let Some(mark) = self.block_numbers.get(&key) {
+            return Ok(*mark);
+        }
+        let mark = index::find_block_number(&loaded.source, section, wanted, at).ok_or_else(missing)?;
+        self.block_numbers.insert(key, mark);
+        Ok(mark)
+    }
+
+    pub(crate) fn truth(&self, condition: &Expr, span: Span) -> Result<bool, Fault> {
+        Ok(self.number(condition, span)? != 0.0)
+    }
+}
+
+fn partner_of(loaded: &Loaded, at: Mark) -> Option<Partner> {
+    loaded.index.partners.get(&at.offset).copied()
+}
+
+fn partner(loaded: &Loaded, at: Mark, span: Span) -> Result<Partner, Fault> {
+    partner_of(loaded, at).ok_or_else(|| {
+        Fault::new(codes::STRUCTURE, span, "the other end of this control structure is missing").help("write it")
+    })
+}
+
+/// The line opens a DO loop of O words.
+fn is_do(loaded: &Loaded, at: Mark, interpreter: &Interpreter) -> bool {
+    let mut block = Block::default();
+    let line = loaded.source.line(at).map_or("", |(line, _)| line);
+    parser::parse_line(line, interpreter.flavor, &mut block).is_ok()
+        && matches!(block.statement, Some(Statement::OWord(_, OWord::Do)))
+}

@@ -1,0 +1,413 @@
+//! Drilling cycles, expanded to motions.
+//!
+//! ```text
+//!   initial level  ----o=====>o        G98 comes back here
+//!                             :
+//!   R plane        - - - - - -:- - -   G99 comes back here
+//!                             |
+//!   depth Z        ___________v
+//! ```
+//!
+//! Sources: Fanuc, *Series 30i operator's manual*, "Canned cycle for drilling"; Haas, *Mill operator's manual*; LinuxCNC,
+//! *G-code reference*, "Canned cycles". With G91, R counts from the initial level and Z from R; on a LinuxCNC R counts from
+//! where the tool stands.
+
+use super::block::g_name;
+use super::flavor::Flavor;
+use super::interpreter::Interpreter;
+use super::modal::{CycleValues, FeedMode};
+use super::pending::{AXES, Pending};
+use super::technology::LINEAR;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{AxisValues, Dwell, Op, SpindleDirection};
+
+/// Most infeeds of one hole.
+const MAX_INFEEDS: usize = 10_000;
+/// Most repetitions of one block.
+const MAX_REPEATS: f64 = 9999.0;
+
+/// Levels of one hole along the normal of the plane, mm.
+#[derive(Clone, Copy, Debug)]
+struct Levels {
+    initial: Option<f64>,
+    r: f64,
+    depth: f64,
+}
+
+impl Interpreter {
+    /// A cycle comes into force; 800 is G80.
+    pub(crate) fn cycle_word(&mut self, code: u32) {
+        if code == 800 {
+            if self.modal.cycle.take().is_some() {
+                self.cycle = CycleValues::default();
+            }
+            return;
+        }
+        if self.modal.cycle.is_none() {
+            self.cycle = CycleValues::default();
+        }
+        self.modal.cycle = Some(code);
+    }
+
+    /// A block under a cycle: takes its values, and drills where the block has a position.
+    pub(crate) fn cycle_block(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(code) = self.modal.cycle else { return Ok(()) };
+        let normal = self.modal.normal;
+        let axes = p.axes();
+        let drills = axes != 0 || p.any_free(b"R");
+        if drills {
+            self.before_motion(axes, p, span)?;
+        }
+        if self.cycle.initial.is_none() {
+            self.cycle.initial = self.position.work.get(normal);
+        }
+        let repeats = self.cycle_values(p, code, span)?;
+        if !drills || repeats == 0 {
+            if repeats == 0 {
+                p.use_up(b"XYZABCUVW");
+            }
+            return Ok(());
+        }
+        let before = self.position.work.get(normal);
+        let reference = if self.flavor.is_linuxcnc() { before } else { self.cycle.initial };
+        let levels = self.levels(code, reference, span)?;
+        let place = p.clone();
+        for _ in 0..repeats {
+            *p = place.clone();
+            if self.flavor.is_linuxcnc() && self.position.work.get(normal).is_some_and(|now| now < levels.r) {
+                self.along(levels.r, true, span)?;
+            }
+            let (end, programmed) = self.targets(p, span)?;
+            if programmed != 0 {
+                let moves =
+                    (0..9).any(|axis| programmed >> axis & 1 == 1 && end.get(axis) != self.position.work.get(axis));
+                if moves {
+                    self.cycle_motion(end, programmed, true, span)?;
+                }
+            }
+            self.drill(code, levels, span)?;
+        }
+        Ok(())
+    }
+
+    /// Takes Z R Q P I J K; gives the number of repetitions.
+    fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
+        let normal = self.modal.normal;
+        if p.any_free(&[AXES[normal]]) {
+            self.cycle.z = self.length_of(p, AXES[normal]);
+        }
+        if p.any_free(b"R") {
+            self.cycle.r = self.length_of(p, b'R');
+        }
+        if p.any_free(b"Q") {
+            self.cycle.q = self.length_of(p, b'Q');
+        }
+        if p.any_free(b"P") {
+            let point = p.has_point(b'P');
+            self.cycle.p = match p.take(b'P') {
+                Some(value) => Some(self.seconds(value, point, span)?),
+                None => None,
+            };
+        }
+        let mut times = None;
+        for letter in [b'L', b'K'] {
+            if (letter == b'L' || self.is_fanuc()) && p.any_free(&[letter]) {
+                times = p.take(letter);
+            }
+        }
+        if code == 840
+            && self.flavor == Flavor::Haas
+            && let Some(factor) = p.take(b'J')
+        {
+            self.note(format!("G84 J{factor}: retraction at a multiple of the speed"));
+        }
+        for (at, letter) in [b'I', b'J', b'K'].into_iter().enumerate() {
+            if matches!(code, 730 | 760 | 770 | 830 | 870) && p.any_free(&[letter]) {
+                self.cycle.ijk[at] = self.length_of(p, letter);
+            }
+        }
+        match times {
+            None => Ok(1),
+            Some(times) if times.fract() == 0.0 && (0.0..=MAX_REPEATS).contains(&times) => Ok(times as u32),
+            Some(times) => {
+                Err(Fault::new(codes::BAD_VALUE, span, format!("a cycle runs 0 to {MAX_REPEATS} times, not {times}"))
+                    .help("write a whole number"))
+            }
+        }
+    }
+
+    fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
+        let name = g_name(code);
+        let missing = |letter: char| {
+            Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`"))
+                .help("write depth and R plane of the cycle")
+        };
+        let z = self.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
+        let r = self.cycle.r.ok_or_else(|| missing('R'))?;
+        let levels = if self.modal.incremental {
+            let reference = reference.ok_or_else(|| {
+                Fault::new(
+                    codes::POSITION_UNKNOWN,
+                    span,
+                    format!("{name} with G91 needs the level of the tool, which the program has not set"),
+                )
+                .help("program Z before the cycle")
+            })?;
+            Levels { initial: self.cycle.initial, r: reference + r, depth: reference + r + z }
+        } else {
+            Levels { initial: self.cycle.initial, r, depth: z }
+        };
+        let back = matches!(code, 770 | 870);
+        if (levels.depth > levels.r) != back && levels.depth != levels.r
+            || !levels.depth.is_finite()
+            || !levels.r.is_finite()
+        {
+            let side = if back { "above" } else { "below" };
+            let message = format!("the depth {} of {name} does not lie {side} the R plane {}", levels.depth, levels.r);
+            return Err(Fault::new(codes::ARGUMENTS, span, message).help("check Z and R"));
+        }
+        Ok(levels)
+    }
+
+    /// The level to come back to.
+    fn return_level(&self, levels: Levels, span: Span) -> Result<f64, Fault> {
+        if self.modal.return_to_r {
+            return Ok(levels.r);
+        }
+        let Some(initial) = levels.initial else {
+            return Err(Fault::new(
+                codes::POSITION_UNKNOWN,
+                span,
+                "G98 comes back to the initial level, which the program has not set",
+            )
+            .help("program Z before the cycle, or use G99"));
+        };
+        Ok(if self.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
+    }
+
+    fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+        if matches!(code, 770 | 870) {
+            return self.back_bore(levels, span);
+        }
+        let back = self.return_level(levels, span)?;
+        self.along(levels.r, true, span)?;
+        let dwell = self.cycle.p;
+        match code {
+            730 | 830 => self.peck(code, levels, span)?,
+            740 | 840 => return self.tap(code, levels, back, span),
+            760 => return self.fine_bore(levels, back, span),
+            850 | 890 => {
+                self.along(levels.depth, false, span)?;
+                self.wait(if code == 890 { dwell } else { None });
+                self.along(levels.r, false, span)?;
+            }
+            860 => {
+                self.along(levels.depth, false, span)?;
+                self.wait(dwell);
+                let direction = self.technology.direction;
+                self.spindle_off();
+                self.along(back, true, span)?;
+                self.technology.direction = direction;
+                self.tell_spindle();
+            }
+            _ => {
+                self.along(levels.depth, false, span)?;
+                self.wait(if code == 820 { dwell } else { None });
+            }
+        }
+        self.along(back, true, span)
+    }
+
+    /// G73 and G83.
+    fn peck(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+        let total = levels.r - levels.depth;
+        let clearance = match self.flavor {
+            // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115
+            // of a Fanuc.
+            Flavor::LinuxCnc => 0.254,
+            Flavor::Haas => 1.27,
+            Flavor::Fanuc => 1.0,
+        };
+        let [first, less, least] = self.cycle.ijk;
+        let wrong =
+            |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
+        let variable = self.flavor == Flavor::Haas && first.is_some();
+        let mut infeed = match if variable { first } else { self.cycle.q } {
+            Some(q) if q.abs() > 0.0 => q.abs(),
+            _ => return wrong(format!("{} has no infeed Q", g_name(code))),
+        };
+        let mut reached = 0.0;
+        for _ in 0..MAX_INFEEDS {
+            reached += infeed;
+            // Rounding must not leave a last infeed of nothing.
+            let last = reached >= total - 1e-9;
+            let depth = if last { levels.depth } else { levels.r - reached };
+            self.along(depth, false, span)?;
+            if last {
+                self.wait(self.cycle.p);
+                return Ok(());
+            }
+            if code == 730 {
+                self.along((depth + clearance).min(levels.r), true, span)?;
+            } else {
+                self.along(levels.r, true, span)?;
+                self.along((depth + clearance).min(levels.r), true, span)?;
+            }
+            if variable {
+                infeed = (infeed - less.unwrap_or(0.0).abs()).max(least.unwrap_or(0.0).abs());
+                if infeed <= 1e-9 {
+                    return wrong("the infeeds of the cycle become zero".to_owned());
+                }
+            }
+        }
+        wrong(format!("{} would need more than {MAX_INFEEDS} infeeds", g_name(code)))
+    }
+
+    /// G84 and G74: the path follows the spindle in and out.
+    fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
+        if self.cycle.q.is_some_and(|q| q != 0.0) {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                format!("`{} Q` (tapping in steps) is not supported", g_name(code)),
+            )
+            .help("tap in one stroke"));
+        }
+        let Some(feed) = self.technology.feed else { return self.need_feed(LINEAR, span) };
+        let speed = self.technology.speed.filter(|s| *s > 0.0);
+        let pitch = match (self.modal.feed_mode, speed) {
+            (FeedMode::PerRevolution, _) => feed * self.modal.unit(),
+            (FeedMode::PerTime, Some(speed)) => feed * self.modal.unit() / speed,
+            (FeedMode::PerTime, None) => {
+                return Err(Fault::new(
+                    codes::MISSING_VALUE,
+                    span,
+                    format!("{} has no spindle speed: the pitch is F over S", g_name(code)),
+                )
+                .help("write S before the cycle"));
+            }
+            (FeedMode::InverseTime, _) => {
+                return Err(Fault::new(codes::CONFLICT, span, "tapping with inverse time feed has no pitch")
+                    .help("write G94 or G95"));
+            }
+        };
+        let (inwards, outwards) = if code == 840 {
+            (SpindleDirection::Clockwise, SpindleDirection::CounterClockwise)
+        } else {
+            (SpindleDirection::CounterClockwise, SpindleDirection::Clockwise)
+        };
+        for (to, direction) in [(levels.depth, inwards), (levels.r, outwards)] {
+            let mut end = self.position.work;
+            end.put(self.modal.normal, to);
+            let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
+            self.thread_to(motion, pitch, Some(direction));
+            self.wait(self.cycle.p);
+        }
+        self.along(back, true, span)
+    }
+
+    /// G76: out of the hole with the tip shifted off the wall.
+    fn fine_bore(&mut self, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
+        let shift = self.bore_shift("G76", span)?;
+        let direction = self.technology.direction;
+        self.along(levels.depth, false, span)?;
+        self.wait(self.cycle.p);
+        self.orient();
+        self.shifted(shift, 1.0, span)?;
+        self.along(back, true, span)?;
+        self.shifted(shift, -1.0, span)?;
+        self.technology.direction = direction;
+        self.tell_spindle();
+        Ok(())
+    }
+
+    /// G87 of a Fanuc, G77 of a Haas: down beside the wall, up in feed.
+    fn back_bore(&mut self, levels: Levels, span: Span) -> Result<(), Fault> {
+        let shift = self.bore_shift("back boring", span)?;
+        let initial = Levels { initial: levels.initial, ..levels }.initial.ok_or_else(|| {
+            Fault::new(
+                codes::POSITION_UNKNOWN,
+                span,
+                "back boring comes back to the initial level, which the program has not set",
+            )
+            .help("program Z before the cycle")
+        })?;
+        let direction = match self.technology.direction {
+            SpindleDirection::Off => SpindleDirection::Clockwise,
+            other => other,
+        };
+        self.orient();
+        self.shifted(shift, 1.0, span)?;
+        self.along(levels.r, true, span)?;
+        self.shifted(shift, -1.0, span)?;
+        self.technology.direction = direction;
+        self.tell_spindle();
+        self.along(levels.depth, false, span)?;
+        self.wait(self.cycle.p);
+        self.orient();
+        self.shifted(shift, 1.0, span)?;
+        self.along(initial, true, span)?;
+        self.shifted(shift, -1.0, span)?;
+        self.technology.direction = direction;
+        self.tell_spindle();
+        Ok(())
+    }
+
+    fn orient(&mut self) {
+        self.note("M19");
+        self.spindle_off();
+    }
+
+    /// Shift off the wall in the plane: I and J, or Q along the first axis.
+    fn bore_shift(&self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
+        match (self.cycle.ijk, self.cycle.q) {
+            ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
+            ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),
+            _ => Err(Fault::new(
+                codes::MISSING_VALUE,
+                span,
+                format!("{name} has no shift Q, and no I and J in the plane"),
+            )
+            .help("write Q, or I and J")),
+        }
+    }
+
+    fn shifted(&mut self, shift: [f64; 2], sign: f64, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.modal.plane_axes();
+        let mut end = self.position.work;
+        for (axis, value) in [(u, shift[0]), (v, shift[1])] {
+            let Some(now) = end.get(axis) else {
+                return Err(super::motion::unknown_axis(char::from(AXES[axis]), span));
+            };
+            end.put(axis, now + sign * value);
+        }
+        self.cycle_motion(end, 1 << u | 1 << v, true, span)
+    }
+
+    fn wait(&mut self, dwell: Option<f64>) {
+        if let Some(seconds) = dwell.filter(|s| *s > 0.0) {
+            self.emit(Op::Dwell(Dwell::Seconds(seconds)));
+        }
+    }
+
+    /// Straight motion along the normal of the plane.
+    fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        let axis = self.modal.normal;
+        if self.position.work.get(axis) == Some(to) {
+            return Ok(());
+        }
+        let mut end = self.position.work;
+        end.put(axis, to);
+        self.cycle_motion(end, 1 << axis, rapid, span)
+    }
+
+    fn cycle_motion(&mut self, end: AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
+        if !rapid {
+            self.need_feed(programmed, span)?;
+        }
+        let motion = self.complete(end, programmed, false, span)?;
+        self.go(motion, rapid);
+        Ok(())
+    }
+}

@@ -1,0 +1,330 @@
+//! Runs a program line by line.
+//!
+//! Commands leave one by one; what is kept is the text, the index of its structure, the parameters and the modal state, never
+//! the executed blocks.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::calls::{CallKind, MacroCall};
+use super::flavor::{Flavor, Told};
+use super::index::{Index, Section};
+use super::modal::{CycleValues, Modal, Technology};
+use super::parser::{self, Block, Remark};
+use super::variables::Variables;
+use crate::codes;
+use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::source::{Mark, Source};
+use crate::state::Position;
+use crate::{Command, Location, Offset, Op, Settings, WorkOffset};
+
+/// A program file with its structure.
+#[derive(Debug)]
+pub(crate) struct Loaded {
+    pub(crate) source: Source,
+    pub(crate) index: Index,
+}
+
+impl Loaded {
+    pub(crate) fn new(source: Source, flavor: Flavor) -> Result<Self, Diagnostics> {
+        let mut faults = Vec::new();
+        let index = Index::new(&source, flavor, &mut faults);
+        if faults.is_empty() { Ok(Self { source, index }) } else { Err(Diagnostics(faults)) }
+    }
+}
+
+/// One level of the call stack.
+#[derive(Debug)]
+pub(crate) struct Level {
+    pub(crate) loaded: Arc<Loaded>,
+    pub(crate) section: Section,
+    pub(crate) cursor: Mark,
+    /// First line, for further passes.
+    pub(crate) first: Mark,
+    pub(crate) passes_left: u32,
+    pub(crate) kind: CallKind,
+    /// Passes left of O REPEAT loops, by the offset of their first line.
+    pub(crate) repeats: Vec<(usize, u64)>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Interpreter {
+    pub(crate) settings: Settings,
+    pub(crate) flavor: Flavor,
+    /// The flavor is only the default: nothing tells it.
+    pub(crate) assumed: bool,
+    pub(crate) folders: Vec<PathBuf>,
+    pub(crate) files: BTreeMap<PathBuf, Arc<Loaded>>,
+    pub(crate) stack: Vec<Level>,
+    block: Block,
+    pub(crate) queue: VecDeque<Command>,
+    location: Location,
+    pub(crate) done: bool,
+    /// What ended the run, to be told behind the commands before it.
+    failure: Option<Box<Diagnostic>>,
+    passes: u64,
+    idle_passes: u64,
+    pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
+    pub(crate) variables: Variables,
+    pub(crate) offsets: BTreeMap<String, WorkOffset>,
+    /// Rotations of work offsets (LinuxCNC), degrees.
+    pub(crate) turns: BTreeMap<String, f64>,
+    /// Tool lengths that the program writes itself: geometry and wear, mm.
+    pub(crate) lengths: BTreeMap<u32, (Option<f64>, f64)>,
+    /// Tool radii that the program writes itself: geometry and wear, mm.
+    pub(crate) radii: BTreeMap<u32, (Option<f64>, f64)>,
+    pub(crate) modal: Modal,
+    /// M70
+    pub(crate) kept_modal: Option<Box<Modal>>,
+    pub(crate) technology: Technology,
+    pub(crate) position: Position,
+    pub(crate) cycle: CycleValues,
+    /// Control vector at the end of the last G5, for the next one.
+    pub(crate) spline_end: Option<[f64; 2]>,
+    pub(crate) modal_macro: Option<MacroCall>,
+    /// A modal macro waits for the end of the block with its motion.
+    pub(crate) moved_in_block: bool,
+    /// Line number of the block.
+    pub(crate) sequence: u32,
+    /// The state at the start has been handed out.
+    started: bool,
+    pub(crate) noted_integers: bool,
+    /// Reference points that a note has named.
+    pub(crate) noted_references: bool,
+}
+
+impl Interpreter {
+    /// `folder`: where the main program lies, if it is a file.
+    pub(crate) fn new(
+        source: Source,
+        folder: Option<PathBuf>,
+        settings: &Settings,
+        told: Told,
+    ) -> Result<Self, Diagnostics> {
+        let flavor = told.flavor;
+        let loaded = Arc::new(Loaded::new(source, flavor)?);
+        let section = loaded.index.main.unwrap_or(Section { start: Mark::START, end: 0 });
+        let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
+        let level = Level {
+            loaded,
+            section,
+            cursor: section.start,
+            first: section.start,
+            passes_left: 0,
+            kind: CallKind::Main,
+            repeats: Vec::new(),
+        };
+        let mut interpreter = Self {
+            flavor,
+            assumed: !told.certain,
+            folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
+            files: BTreeMap::new(),
+            stack: vec![level],
+            block: Block::default(),
+            queue: VecDeque::new(),
+            location,
+            done: false,
+            failure: None,
+            passes: 0,
+            idle_passes: 0,
+            block_numbers: BTreeMap::new(),
+            variables: Variables::new(flavor, &settings.variables),
+            offsets: settings.work_offsets.iter().map(|(word, &offset)| (offset_key(word), offset)).collect(),
+            turns: BTreeMap::new(),
+            lengths: BTreeMap::new(),
+            radii: BTreeMap::new(),
+            modal: Modal::new(),
+            kept_modal: None,
+            technology: Technology::new(),
+            position: Position::new(),
+            cycle: CycleValues::default(),
+            spline_end: None,
+            modal_macro: None,
+            moved_in_block: false,
+            sequence: 0,
+            started: false,
+            noted_integers: false,
+            noted_references: false,
+            settings: settings.clone(),
+        };
+        interpreter.load_offset("G54");
+        let total = interpreter.modal.frames.total(flavor);
+        interpreter.position.set_frame(total);
+        Ok(interpreter)
+    }
+
+    /// Hands a command out with the place of the block.
+    pub(crate) fn emit(&mut self, op: Op) {
+        self.queue.push_back(Command { location: self.location.clone(), op });
+    }
+
+    pub(crate) fn note(&mut self, text: impl Into<String>) {
+        self.emit(Op::Note(text.into()));
+    }
+
+    /// A motion is made: loops that move are not idle.
+    pub(crate) fn begin_motion(&mut self) {
+        self.idle_passes = 0;
+        self.moved_in_block = true;
+        self.begin();
+    }
+
+    /// Before the first motion or plane: what is in force without a word of the program.
+    pub(crate) fn begin(&mut self) {
+        if std::mem::replace(&mut self.started, true) {
+            return;
+        }
+        if self.assumed {
+            self.note("no word tells the control: read as Fanuc");
+        }
+        if self.modal.inch.is_none() {
+            self.note("neither G20 nor G21 stands in the program: lengths are read as millimeters");
+        }
+        let word = self.modal.offset.clone();
+        self.emit(Op::Offset(Offset::Work { word: word.clone() }));
+        self.tell_frame(&word);
+    }
+
+    /// Work offset and frame have been told by a word of the program.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.started
+    }
+
+    /// Call level: 0 in the main program.
+    pub(crate) fn depth(&self) -> usize {
+        self.stack.len().saturating_sub(1)
+    }
+
+    /// Executes one line.
+    fn step(&mut self) -> Result<(), Box<Diagnostic>> {
+        let Some(level) = self.stack.last_mut() else {
+            self.done = true;
+            return Ok(());
+        };
+        let (at, end) = (level.cursor, level.section.end);
+        let loaded = Arc::clone(&level.loaded);
+        let line = loaded.source.line(at).filter(|_| at.offset < end);
+        let Some((line, next)) = line else {
+            // The end of the text ends the program as M30 and the subprogram as M99 do.
+            if self.stack.len() > 1 {
+                self.leave();
+            } else {
+                self.done = true;
+            }
+            return Ok(());
+        };
+        level.cursor = next;
+        let mut block = std::mem::take(&mut self.block);
+        let result = self.run_line(&loaded, line, at, &mut block);
+        self.block = block;
+        result.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, line)))
+    }
+
+    fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
+        parser::parse_line(line, self.flavor, block)?;
+        if block.is_empty() || block.skip.is_some_and(|level| self.is_skipped(level)) {
+            return Ok(());
+        }
+        let (column, length) = column_and_length(line, block.span);
+        let depth = self.depth() as u32;
+        if Arc::ptr_eq(&self.location.file, &loaded.source.name) {
+            self.location.line = at.line;
+            self.location.column = column;
+            self.location.length = length;
+            self.location.depth = depth;
+        } else {
+            self.location = Location { file: Arc::clone(&loaded.source.name), line: at.line, column, length, depth };
+        }
+        if let Some(number) = block.number {
+            self.sequence = number;
+        }
+        for remark in block.remarks.drain(..) {
+            match remark {
+                Remark::Message(text) => self.emit(Op::Message(text)),
+                Remark::Note(text) => self.note(format!("({text})")),
+                Remark::Abort(text) => return Err(alarm(&text, block.span)),
+            }
+        }
+        if let Some(statement) = block.statement.take() {
+            self.statement(loaded, at, statement, block, line)?;
+            if block.words.is_empty() && block.assignments.is_empty() {
+                return Ok(());
+            }
+        }
+        self.execute(block, line)
+    }
+
+    /// `/` is the first level of a Fanuc.
+    fn is_skipped(&self, level: u8) -> bool {
+        let bits = self.settings.skipped_levels;
+        bits >> level & 1 == 1 || level <= 1 && bits & 0b11 != 0
+    }
+
+    pub(crate) fn set_cursor(&mut self, to: Mark) {
+        if let Some(level) = self.stack.last_mut() {
+            level.cursor = to;
+        }
+    }
+
+    /// Counts a jump back and refuses one too many.
+    pub(crate) fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
+        self.passes += 1;
+        self.idle_passes += 1;
+        let limits = self.settings.limits;
+        if self.passes > limits.max_loop_passes {
+            let message =
+                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
+                .help("check the conditions of the loops, or raise max_loop_passes"));
+        }
+        if self.idle_passes > limits.max_idle_passes {
+            let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
+                .help("check the condition of the loop, or raise max_idle_passes"));
+        }
+        Ok(())
+    }
+
+    /// The end of the whole program.
+    pub(crate) fn end_of_program(&mut self) {
+        self.emit(Op::End);
+        self.done = true;
+        self.stack.clear();
+    }
+}
+
+/// Name of a work offset as a key: upper case, no blanks.
+pub(crate) fn offset_key(word: &str) -> String {
+    word.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_uppercase()
+}
+
+/// `#3000 = 1 (TEXT)`, `(ABORT, TEXT)`: the program ends itself.
+pub(crate) fn alarm(text: &str, span: Span) -> Fault {
+    Fault::new(codes::PROGRAM_ALARM, span, format!("the program raises an alarm: {}", text.trim()))
+        .help("find out which of its conditions is not met")
+}
+
+impl Iterator for Interpreter {
+    type Item = Result<Command, Box<Diagnostic>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(command) = self.queue.pop_front() {
+                return Some(Ok(command));
+            }
+            if let Some(failure) = self.failure.take() {
+                return Some(Err(failure));
+            }
+            if self.done {
+                return None;
+            }
+            if let Err(diagnostic) = self.step() {
+                // Commands of the block before the fault stay in the queue and are given out first.
+                self.done = true;
+                self.stack.clear();
+                self.failure = Some(diagnostic);
+            }
+        }
+    }
+}

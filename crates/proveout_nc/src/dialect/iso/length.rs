@@ -1,0 +1,294 @@
+//! Tool length and cutter radius: G43 and its relatives, G49, G40 to G42, H, D, tool offsets written by the program.
+//!
+//! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever tool is in the spindle. It
+//! is handed out as what it does: length off, and a shift of the frame.
+
+use super::block::g_name;
+use super::calls::whole;
+use super::flavor::Flavor;
+use super::interpreter::Interpreter;
+use super::modal::{Length, Plane};
+use super::pending::{AXES, Pending};
+use super::technology::LINEAR;
+use super::words::Group;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{CompSide, CutterComp, Offset, Op, ToolName};
+
+impl Interpreter {
+    /// G43 G43.1 G43.2 G43.4 G43.5 G44 G49 G234, and H alone.
+    pub(crate) fn length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(code) = p.g(Group::ToolLength) else {
+            // H is modal on a Fanuc and a Haas.
+            if p.has(b'H') && !self.flavor.is_linuxcnc() {
+                let h = self.offset_number(p, b'H', span)?;
+                if matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_)) {
+                    self.take_length(h, 1.0, span)?;
+                }
+            }
+            return Ok(());
+        };
+        match code {
+            490 => {
+                p.use_up(b"H");
+                self.set_length(Length::Off, [0.0; 3]);
+                self.set_tcp(false, false);
+            }
+            431 => {
+                let shift = self.length_shift(p, span)?;
+                self.set_length(Length::Programmed(0), shift);
+            }
+            432 => self.additional_length(p, span)?,
+            _ => {
+                let h = self.length_number(p, code, span)?;
+                let tcp = matches!(code, 434 | 435 | 2340);
+                if tcp && (self.lengths.contains_key(&h) || self.has_programmed_length()) {
+                    let message =
+                        format!("{} with a length that the program writes itself is not supported", g_name(code));
+                    return Err(
+                        Fault::new(codes::UNSUPPORTED_WORD, span, message).help("give the length in the tool library")
+                    );
+                }
+                if tcp && self.modal.plane == Plane::Dynamic {
+                    return Err(
+                        Fault::new(codes::CONFLICT, span, "G234 while G254 is in force").help("write G255 before it")
+                    );
+                }
+                self.take_length(h, if code == 440 { -1.0 } else { 1.0 }, span)?;
+                if tcp || self.modal.tcp {
+                    self.set_tcp(tcp, code == 435);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Number of the offset: H, else the one before, on a LinuxCNC the tool in the spindle.
+    fn length_number(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
+        if p.has(b'H') {
+            return self.offset_number(p, b'H', span);
+        }
+        if self.flavor.is_linuxcnc() {
+            return match self.technology.spindle_tool {
+                Some(ToolName::Number(number)) => Ok(number),
+                Some(ToolName::Empty) => Ok(0),
+                _ => Err(Fault::new(
+                    codes::NO_TOOL,
+                    span,
+                    format!("{} has no H, and no tool is in the spindle", g_name(code)),
+                )
+                .help("write H, or change a tool first")),
+            };
+        }
+        self.technology.h.ok_or_else(|| {
+            Fault::new(codes::MISSING_VALUE, span, format!("{} has no H, and none stands before it", g_name(code)))
+                .help("write H1")
+        })
+    }
+
+    fn offset_number(&mut self, p: &mut Pending, letter: u8, span: Span) -> Result<u32, Fault> {
+        let value = p.take(letter).unwrap_or(0.0);
+        let name = char::from(letter).to_string();
+        let number = whole(value, &name, 99_999.0, span)?;
+        if letter == b'H' {
+            self.technology.h = Some(number);
+        } else {
+            self.technology.d = Some(number);
+        }
+        Ok(number)
+    }
+
+    /// Takes the offset with this number: what the program wrote under it, or the tool's own length.
+    fn take_length(&mut self, h: u32, sign: f64, span: Span) -> Result<(), Fault> {
+        if let Some(&(Some(geometry), wear)) = self.lengths.get(&h) {
+            self.set_length(Length::Programmed(h), [0.0, 0.0, sign * (geometry + wear)]);
+            return Ok(());
+        }
+        if sign < 0.0 && h != 0 {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                "`G44` is supported only for a length that the program writes with G10",
+            )
+            .help("use G43"));
+        }
+        self.set_length(if h == 0 { Length::Off } else { Length::Edge(h) }, [0.0; 3]);
+        Ok(())
+    }
+
+    fn set_length(&mut self, length: Length, shift: [f64; 3]) {
+        let edge = |length: Length| if let Length::Edge(edge) = length { edge } else { 0 };
+        self.emit(Op::Offset(Offset::ToolEdge { edge: edge(length) }));
+        let before = std::mem::replace(&mut self.modal.length, length);
+        if before == length && shift == self.modal.frames.length {
+            return;
+        }
+        self.modal.frames.length = shift;
+        if edge(before) != edge(length) {
+            // The tool stands still and its tip is now another point.
+            let turned = self.modal.in_table() || self.position.frame().is_rotated();
+            self.position.forget(if turned { LINEAR } else { 0b100 });
+        }
+        self.begin();
+        self.frames_changed("G43");
+    }
+
+    fn set_tcp(&mut self, on: bool, vectors: bool) {
+        self.modal.vectors = on && vectors;
+        let before = self.modal.in_table();
+        self.modal.tcp = on;
+        if before == self.modal.in_table() {
+            return;
+        }
+        // With all rotary axes of the machine at zero the axes of the table are those of the machine.
+        let zero = (3..6).filter(|&axis| self.position.base.get(axis) == Some(0.0)).count();
+        let known = (3..6).filter(|&axis| self.position.base.get(axis).is_some()).count();
+        if !(zero == known && zero >= 2) {
+            self.position.forget(LINEAR);
+        }
+        self.begin();
+        self.tell_tcp();
+    }
+
+    /// X Y Z of G43.1.
+    fn length_shift(&mut self, p: &mut Pending, span: Span) -> Result<[f64; 3], Fault> {
+        if p.axes() & !LINEAR != 0 || p.axes() == 0 {
+            return Err(Fault::new(codes::BAD_VALUE, span, "G43.1 takes X, Y and Z").help("write G43.1 Z50"));
+        }
+        Ok([0, 1, 2].map(|axis: usize| self.length_of(p, AXES[axis]).unwrap_or(0.0)))
+    }
+
+    /// G43.2: adds a further offset to the one in force.
+    fn additional_length(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let mut shift = self.modal.frames.length;
+        if p.has(b'H') {
+            let h = whole(p.take(b'H').unwrap_or(0.0), "H", 99_999.0, span)?;
+            let Some(&(Some(geometry), wear)) = self.lengths.get(&h) else {
+                return Err(Fault::new(
+                    codes::UNSUPPORTED_WORD,
+                    span,
+                    format!("`G43.2 H{h}`: the length of tool {h} is not known to the program"),
+                )
+                .help("write it with G10 L1, or write the offset with G43.2 Z"));
+            };
+            shift[2] += geometry + wear;
+        } else {
+            let more = self.length_shift(p, span)?;
+            shift = std::array::from_fn(|i| shift[i] + more[i]);
+        }
+        // The shift comes on top of the tool length in force.
+        self.modal.frames.length = shift;
+        self.begin();
+        self.frames_changed("G43.2");
+        Ok(())
+    }
+
+    /// G40 G41 G42 G41.1 G42.1, and D alone.
+    pub(crate) fn compensation_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(code) = p.g(Group::CutterComp) else {
+            if p.any_free(b"D") && !self.flavor.is_linuxcnc() {
+                let before = self.technology.d;
+                let number = self.offset_number(p, b'D', span)?;
+                if self.modal.comp != CompSide::Off && before != Some(number) {
+                    self.tell_compensation(Some(number), None);
+                }
+            }
+            return Ok(());
+        };
+        self.modal.comp = match code {
+            400 => CompSide::Off,
+            410 | 411 => CompSide::Left,
+            _ => CompSide::Right,
+        };
+        if code == 400 {
+            p.use_up(b"D");
+            self.tell_compensation(None, None);
+            return Ok(());
+        }
+        if matches!(code, 411 | 421) {
+            let Some(diameter) = self.length_of(p, b'D') else {
+                return Err(Fault::new(codes::MISSING_VALUE, span, format!("{} has no D", g_name(code)))
+                    .help("write the diameter of the cutter"));
+            };
+            if let Some(orientation) = p.take(b'L').filter(|&l| l != 0.0) {
+                return Err(Fault::new(
+                    codes::UNSUPPORTED_WORD,
+                    span,
+                    format!("`L{orientation}` (orientation of a turning tool) is not supported"),
+                )
+                .help("take it out"));
+            }
+            self.tell_compensation(None, Some(0.5 * diameter));
+            return Ok(());
+        }
+        let offset = if p.has(b'D') {
+            Some(self.offset_number(p, b'D', span)?)
+        } else if self.flavor.is_linuxcnc() {
+            None
+        } else {
+            self.technology.d
+        };
+        self.tell_compensation(offset, None);
+        Ok(())
+    }
+
+    fn tell_compensation(&mut self, offset: Option<u32>, radius: Option<f64>) {
+        let written = offset.and_then(|d| self.radii.get(&d)).and_then(|&(geometry, wear)| geometry.map(|g| g + wear));
+        self.emit(Op::CutterComp(CutterComp { side: self.modal.comp, offset, radius: radius.or(written) }));
+    }
+
+    /// G10 L10 to L13: geometry and wear of length and radius.
+    pub(crate) fn write_tool_offset(
+        &mut self,
+        list: f64,
+        number: u32,
+        p: &mut Pending,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let Some(value) = self.length_of(p, b'R') else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("G10 L{list} has no R"))
+                .help("write the offset: G10 L10 P1 R100"));
+        };
+        let add = self.modal.incremental;
+        let (table, wear) =
+            (if list < 12.0 { &mut self.lengths } else { &mut self.radii }, list == 11.0 || list == 13.0);
+        let entry = table.entry(number).or_insert((None, 0.0));
+        let slot = if wear { &mut entry.1 } else { entry.0.get_or_insert(0.0) };
+        *slot = if add { *slot + value } else { value };
+        if entry.0.is_none() {
+            let zero = entry.1 == 0.0;
+            table.remove(&number);
+            if !zero {
+                let message = format!(
+                    "G10 L{list} writes the wear of offset {number}, whose geometry the program has not written"
+                );
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                    .help("write the geometry with G10 L10 or L12, or put the wear into the tool library"));
+            }
+        }
+        Ok(())
+    }
+
+    /// G10 L1 P Z R of LinuxCNC.
+    pub(crate) fn write_tool_table(&mut self, number: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        if let Some(radius) = self.length_of(p, b'R') {
+            self.radii.insert(number, (Some(radius), 0.0));
+        }
+        if let Some(length) = self.length_of(p, b'Z') {
+            self.lengths.insert(number, (Some(length), 0.0));
+        }
+        for letter in *b"IJQ" {
+            p.take(letter);
+        }
+        if p.axes() != 0 {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`G10 L1` of other axes than Z is not supported")
+                .help("write Z and R"));
+        }
+        Ok(())
+    }
+
+    /// The control has macro B.
+    pub(crate) fn is_fanuc(&self) -> bool {
+        self.flavor == Flavor::Fanuc
+    }
+}

@@ -1,0 +1,321 @@
+//! Straight motions, threads, probing, splines; arcs are in [`super::arcs`].
+
+use super::interpreter::Interpreter;
+use super::modal::{MotionMode, Plane};
+use super::pending::{AXES, Pending};
+use super::technology::LINEAR;
+use super::words::Group;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame;
+use crate::state::MissingAxes;
+use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SplineMotion, ThreadMotion};
+
+/// Bits of A, B and C.
+const ROTARY: u16 = 0b111000;
+
+impl Interpreter {
+    /// Executes the motion of a block, where one stands in it.
+    pub(crate) fn motion(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        if self.modal.cycle.is_some() {
+            return self.cycle_block(p, span);
+        }
+        let axes = p.axes();
+        let Some(mode) = self.modal.motion else { return Ok(()) };
+        let vector = self.modal.vectors && p.any_free(b"IJK");
+        let arc = matches!(mode, MotionMode::Clockwise | MotionMode::CounterClockwise);
+        if axes == 0 && !vector && !(arc && p.any_free(b"IJKR")) {
+            return Ok(());
+        }
+        self.before_motion(axes, p, span)?;
+        match mode {
+            MotionMode::Rapid => self.straight(p, true, span),
+            MotionMode::Linear => self.straight(p, false, span),
+            MotionMode::Clockwise | MotionMode::CounterClockwise => self.arc(p, mode == MotionMode::Clockwise, span),
+            MotionMode::Thread => self.thread(p, span),
+            MotionMode::Spline => self.spline(p, span),
+            MotionMode::Probe => self.probe(p, self.modal.motion_code, span),
+        }
+    }
+
+    /// What is settled before a block moves linear axes.
+    pub(crate) fn before_motion(&mut self, axes: u16, p: &Pending, span: Span) -> Result<(), Fault> {
+        self.begin_motion();
+        if self.modal.plane == Plane::Defined && axes & LINEAR != 0 {
+            // No G53.1: the rotary axes stand where the program has put them.
+            self.modal.plane = Plane::Engaged;
+            self.tell_tcp();
+        }
+        if self.modal.plane == Plane::Dynamic && axes & ROTARY != 0 {
+            return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
+                .help("write G255 before the rotary axes turn, and G254 behind it"));
+        }
+        if !self.noted_integers && !self.flavor.is_linuxcnc() && !self.settings.least_increments {
+            let whole = |letter: &u8| !p.has_point(*letter) && p.peek(*letter).is_some_and(|v| v != 0.0);
+            if let Some(&letter) =
+                AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, l)| l).find(|l| whole(l))
+            {
+                self.noted_integers = true;
+                let (letter, value) = (char::from(letter), p.peek(letter).unwrap_or(0.0));
+                self.note(format!(
+                    "{letter}{value} without a decimal point is read as {value} units, not as {value} least increments"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn straight(&mut self, p: &mut Pending, rapid: bool, span: Span) -> Result<(), Fault> {
+        let axes = p.axes();
+        let vector = self.vector(p, axes, span)?;
+        let (end, programmed) = self.targets(p, span)?;
+        if programmed == 0 && vector.is_none() {
+            return Ok(());
+        }
+        let exact_stop = p.g(Group::ExactStop).is_some();
+        self.surface_speed(end.get(0), span)?;
+        if !rapid {
+            self.need_feed(if vector.is_some() { LINEAR } else { programmed }, span)?;
+        }
+        let mut motion = self.complete(end, programmed, exact_stop, span)?;
+        if let Some(axis) = vector {
+            motion.tool_axis = Some(axis);
+            motion.tool_axis_base = frame::unit(self.position.frame().apply_vector(axis));
+            for axis in 3..6 {
+                motion.end.clear(axis);
+                motion.end_base.clear(axis);
+            }
+        }
+        self.go(motion, rapid);
+        Ok(())
+    }
+
+    /// Unit tool axis of I J K behind G43.5.
+    fn vector(&self, p: &mut Pending, axes: u16, span: Span) -> Result<Option<[f64; 3]>, Fault> {
+        if !self.modal.vectors || !p.any_free(b"IJK") {
+            return Ok(None);
+        }
+        if axes & ROTARY != 0 {
+            return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector stand in the same block")
+                .help("program one of the two"));
+        }
+        let components = [b'I', b'J', b'K'].map(|letter| p.take(letter).unwrap_or(0.0));
+        frame::unit(components).map(Some).ok_or_else(|| {
+            Fault::new(codes::ORIENTATION, span, "the tool vector has no length")
+                .help("give the direction from the tip to the holder")
+        })
+    }
+
+    /// Hands a straight motion out and takes its end as the position.
+    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
+        self.position.move_to(motion.end, motion.end_base);
+        self.begin_motion();
+        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+    }
+
+    /// Work coordinates at the end of the block: programmed axes replaced, the others as they are; and the programmed axes.
+    pub(crate) fn targets(&mut self, p: &mut Pending, span: Span) -> Result<(AxisValues, u16), Fault> {
+        let mut end = self.position.work;
+        let axes = p.axes();
+        let mut programmed = axes;
+        if self.modal.polar && axes & LINEAR != 0 {
+            programmed = self.polar_target(p, &mut end, span)?;
+        }
+        for (axis, &letter) in AXES.iter().enumerate() {
+            if axes >> axis & 1 == 0 || !p.any_free(&[letter]) {
+                continue;
+            }
+            let rotary = (3..6).contains(&axis);
+            let value = if rotary {
+                p.take(letter).unwrap_or(0.0).to_radians()
+            } else {
+                self.length_of(p, letter).unwrap_or(0.0)
+            };
+            let target = if self.modal.incremental {
+                match self.position.work.get(axis) {
+                    Some(now) => now + value,
+                    // An increment of zero needs no position.
+                    None if value == 0.0 => {
+                        programmed &= !(1 << axis);
+                        continue;
+                    }
+                    None => return Err(unknown_axis(AXIS_LETTERS[axis], span)),
+                }
+            } else {
+                value
+            };
+            if !target.is_finite() {
+                let message = format!("the coordinate of `{}` is not finite", AXIS_LETTERS[axis]);
+                return Err(Fault::new(codes::BAD_VALUE, span, message).help("check the value"));
+            }
+            end.put(axis, target);
+        }
+        Ok((end, programmed))
+    }
+
+    /// G16: the first axis of the plane is a radius, the second an angle about the work origin.
+    fn polar_target(&mut self, p: &mut Pending, end: &mut AxisValues, span: Span) -> Result<u16, Fault> {
+        let [u, v, _] = self.modal.plane_axes();
+        let axes = p.axes();
+        if axes & (1 << u | 1 << v) == 0 {
+            return Ok(axes);
+        }
+        let radius = self.length_of(p, AXES[u]);
+        if radius.is_some() && self.modal.incremental {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "a polar radius with G91 is not supported")
+                .help("write the radius with G90; the angle may be an increment"));
+        }
+        let angle = p.take(AXES[v]);
+        let need = |what: &str| {
+            Fault::new(codes::MISSING_VALUE, span, format!("the polar {what} has never been programmed"))
+                .help("write both words behind G16")
+        };
+        let radius = radius.or(self.modal.polar_radius).ok_or_else(|| need("radius"))?;
+        let angle = match (angle, self.modal.polar_angle) {
+            (Some(angle), Some(before)) if self.modal.incremental => before + angle,
+            (Some(angle), _) => angle,
+            (None, before) => before.ok_or_else(|| need("angle"))?,
+        };
+        (self.modal.polar_radius, self.modal.polar_angle) = (Some(radius), Some(angle));
+        let (s, c) = frame::sin_cos_degrees(angle);
+        end.put(u, radius * c);
+        end.put(v, radius * s);
+        Ok(axes | 1 << u | 1 << v)
+    }
+
+    /// Base coordinates of the end of a motion.
+    pub(crate) fn complete(
+        &self,
+        end: AxisValues,
+        programmed: u16,
+        exact_stop: bool,
+        span: Span,
+    ) -> Result<Motion, Fault> {
+        let end_base = self.position.base_of(&end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
+        Ok(Motion {
+            end,
+            end_base,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed,
+            machine_coordinates: false,
+            exact_stop,
+        })
+    }
+
+    pub(crate) fn start_point(&self, what: &str, span: Span) -> Result<[f64; 3], Fault> {
+        self.position.work.xyz().ok_or_else(|| {
+            Fault::new(codes::POSITION_UNKNOWN, span, format!("the start of {what} is not known to the program"))
+                .help("program X, Y and Z before it")
+        })
+    }
+
+    /// G33 and G33.1: LinuxCNC with the pitch in K, Fanuc in F.
+    fn thread(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let letter = if self.flavor.is_linuxcnc() { b'K' } else { b'F' };
+        let pitch = p.take(letter).map(|v| v * self.modal.unit());
+        let Some(pitch) = pitch.filter(|v| *v > 0.0) else {
+            let message = format!("the thread has no pitch `{}` above zero", char::from(letter));
+            return Err(Fault::new(codes::MISSING_VALUE, span, message).help("write the pitch in the block"));
+        };
+        let (end, programmed) = self.targets(p, span)?;
+        let start = self.position.work;
+        let motion = self.complete(end, programmed, false, span)?;
+        self.thread_to(motion, pitch, None);
+        if self.modal.motion_code == 331 {
+            let back = self.complete(start, programmed, false, span)?;
+            let reversed = match self.technology.direction {
+                crate::SpindleDirection::CounterClockwise => crate::SpindleDirection::Clockwise,
+                _ => crate::SpindleDirection::CounterClockwise,
+            };
+            self.thread_to(back, pitch, Some(reversed));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn thread_to(&mut self, motion: Motion, pitch: f64, direction: Option<crate::SpindleDirection>) {
+        self.position.move_to(motion.end, motion.end_base);
+        self.begin_motion();
+        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
+    }
+
+    /// G31, G38.2 to G38.5.
+    pub(crate) fn probe(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        let (end, programmed) = self.targets(p, span)?;
+        // Haas: M79 makes a miss an alarm.
+        let must_switch = matches!(code, 382 | 384) || p.has_m(79);
+        self.need_feed(programmed, span)?;
+        let motion = self.complete(end, programmed, false, span)?;
+        self.position.move_to(motion.end, motion.end_base);
+        self.begin_motion();
+        self.emit(Op::Probe(ProbeMotion { motion, away: matches!(code, 384 | 385), must_switch }));
+        if code != 310 {
+            // A further block must say again that it probes.
+            self.modal.motion = None;
+        }
+        Ok(())
+    }
+
+    /// G5 X Y I J P Q: cubic, I J from the start, P Q from the end. G5.1 X Y I J: quadratic, raised to cubic.
+    fn spline(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        if self.modal.normal != 2 {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "G5 needs the plane G17").help("write G17"));
+        }
+        if p.axes() & !0b011 != 0 {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "G5 takes X and Y")
+                .help("program the other axes in a block of their own"));
+        }
+        let start = self.start_point("the spline", span)?;
+        let [i, j, from_end_x, from_end_y] = *b"IJPQ";
+        let first = (self.length_of(p, i), self.length_of(p, j));
+        let missing = |words: &str| {
+            Fault::new(codes::MISSING_VALUE, span, format!("the spline needs {words}")).help("write the control points")
+        };
+        let quadratic = self.modal.motion_code == 51;
+        let second = if quadratic {
+            None
+        } else {
+            let second = (self.length_of(p, from_end_x), self.length_of(p, from_end_y));
+            let (Some(x), Some(y)) = second else { return Err(missing("P and Q")) };
+            Some([x, y])
+        };
+        let first = match first {
+            (Some(x), Some(y)) => [x, y],
+            (x, y) if quadratic && (x.is_some() || y.is_some()) => [x.unwrap_or(0.0), y.unwrap_or(0.0)],
+            (None, None) if !quadratic => self.spline_end.map(|v| v.map(|c| -c)).ok_or_else(|| missing("I and J"))?,
+            _ => return Err(missing("I and J")),
+        };
+        let (end, programmed) = self.targets(p, span)?;
+        self.need_feed(LINEAR, span)?;
+        let motion = self.complete(end, programmed, false, span)?;
+        let to = motion.end.xyz().unwrap_or(start);
+        let control = match second {
+            Some(second) => {
+                [[start[0] + first[0], start[1] + first[1], start[2]], [to[0] + second[0], to[1] + second[1], to[2]]]
+            }
+            None => {
+                let middle = [start[0] + first[0], start[1] + first[1], start[2]];
+                let third = |from: [f64; 3]| std::array::from_fn(|k| from[k] + 2.0 / 3.0 * (middle[k] - from[k]));
+                [third(start), third(to)]
+            }
+        };
+        self.spline_end = second;
+        let control_base = control.map(|point| self.position.point_in_base(point));
+        self.position.move_to(motion.end, motion.end_base);
+        self.begin_motion();
+        self.emit(Op::Spline(SplineMotion { motion, control, control_base }));
+        Ok(())
+    }
+}
+
+pub(crate) fn unknown_axis(letter: char, span: Span) -> Fault {
+    Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
+        .help(format!("program `{letter}` with an absolute coordinate (G90) first"))
+}
+
+pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
+    let message =
+        format!("in the turned frame this motion needs the position of {}, which the program has not set", missing.0);
+    Fault::new(codes::POSITION_UNKNOWN, span, message)
+        .help("program X, Y and Z in the first block after machine coordinates, a tool change or a change of the plane")
+}

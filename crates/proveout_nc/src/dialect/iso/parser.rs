@@ -1,0 +1,307 @@
+//! One line of text to one block.
+
+use super::expr::{self, Expr};
+use super::flavor::Flavor;
+use super::statement::{self, Statement};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::scan::Scanner;
+
+/// A block as written. Reused from line to line, so that plain blocks allocate nothing.
+#[derive(Debug, Default)]
+pub(crate) struct Block {
+    /// Level of `/`, if the block can be skipped.
+    pub(crate) skip: Option<u8>,
+    pub(crate) number: Option<u32>,
+    pub(crate) words: Vec<Word>,
+    /// `#1 = 5`, in the order of the text.
+    pub(crate) assignments: Vec<Assignment>,
+    pub(crate) statement: Option<Statement>,
+    /// Comments that say something to the operator or the control.
+    pub(crate) remarks: Vec<Remark>,
+    /// Text of the last comment.
+    pub(crate) comment: Span,
+    /// `%`
+    pub(crate) tape: bool,
+    /// From the first word to the end of the last.
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Word {
+    /// Upper case.
+    pub(crate) letter: u8,
+    pub(crate) value: Value,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Value {
+    Number {
+        value: f64,
+        /// Written with a decimal point.
+        point: bool,
+    },
+    Expr(Expr),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Assignment {
+    /// Parameter or named parameter.
+    pub(crate) target: Expr,
+    pub(crate) value: Expr,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Remark {
+    /// `(MSG, text)`
+    Message(String),
+    /// `(DEBUG, text)`, `(PRINT, text)`, `(LOG, text)` and the like, as written.
+    Note(String),
+    /// `(ABORT, text)`
+    Abort(String),
+}
+
+impl Block {
+    fn clear(&mut self) {
+        self.skip = None;
+        self.number = None;
+        self.words.clear();
+        self.assignments.clear();
+        self.statement = None;
+        self.remarks.clear();
+        self.comment = Span::default();
+        self.tape = false;
+        self.span = Span::default();
+    }
+
+    /// Nothing to execute.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.words.is_empty() && self.assignments.is_empty() && self.statement.is_none() && self.remarks.is_empty()
+    }
+}
+
+/// Reads a line into the block.
+pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+    block.clear();
+    let mut s = Scanner::new(line);
+    s.skip_blanks();
+    if s.peek() == b'%' {
+        block.tape = true;
+        return Ok(());
+    }
+    let mut first = true;
+    let mut start = None;
+    let mut end = s.pos();
+    loop {
+        s.skip_blanks();
+        let at = s.pos();
+        let byte = s.peek();
+        match byte {
+            b'(' => comment(&mut s, flavor, block)?,
+            b';' => {
+                after_semicolon(&mut s, flavor)?;
+                break;
+            }
+            b'/' if first && block.skip.is_none() && block.number.is_none() => {
+                s.bump();
+                block.skip = Some(if matches!(s.peek(), b'0'..=b'9') {
+                    let level = s.peek() - b'0';
+                    s.bump();
+                    level
+                } else {
+                    0
+                });
+            }
+            b'N' | b'n' if first && block.number.is_none() && statement::keyword(&s).is_none() => {
+                s.bump();
+                s.skip_blanks();
+                let number = s.integer();
+                if number.is_none() {
+                    return Err(Fault::new(
+                        codes::SYNTAX,
+                        s.span_from(at),
+                        "the block number has no digits, or too many",
+                    )
+                    .help("write N10"));
+                }
+                if s.peek() == b'.' {
+                    // LinuxCNC allows N10.5: a place, never a value.
+                    s.bump();
+                    s.integer();
+                }
+                block.number = number;
+                start = start.or(Some(at));
+                end = s.pos();
+            }
+            b'#' => {
+                first = false;
+                start = start.or(Some(at));
+                let assignment = assignment(&mut s, flavor)?;
+                block.assignments.push(assignment);
+                end = s.pos();
+            }
+            b'A'..=b'Z' | b'a'..=b'z' | b':' => {
+                start = start.or(Some(at));
+                if let Some(found) = statement::statement(&mut s, flavor, first)? {
+                    block.statement = Some(found);
+                } else {
+                    let word = word(&mut s, flavor)?;
+                    block.words.push(word);
+                }
+                first = false;
+                end = s.pos();
+            }
+            _ if s.at_end() => break,
+            _ => return Err(unexpected(&s, flavor)),
+        }
+    }
+    block.span = Span::new(start.unwrap_or(0), end);
+    Ok(())
+}
+
+fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
+    let shown = s.peek_char().unwrap_or(' ');
+    let (code, help) = match shown {
+        ',' => (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3"),
+        '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
+        '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),
+        _ => (codes::SYNTAX, "take it out"),
+    };
+    Fault::new(code, s.here(), format!("`{shown}` has no meaning here for the {} reader", flavor.name())).help(help)
+}
+
+/// `X10`, `X-#1`, `X[#1+2]`; the scanner stands on the letter.
+fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
+    let start = s.pos();
+    let letter = s.peek().to_ascii_uppercase();
+    s.bump();
+    s.skip_blanks();
+    let from = s.pos();
+    if let Some(value) = s.decimal() {
+        let point = s.slice(from).as_bytes().contains(&b'.');
+        let next = s.peek();
+        if !(matches!(next, b' ' | b'\t' | b'.') || next.is_ascii_digit()) {
+            return finite(letter, value, point, s.span_from(start));
+        }
+        // Blanks inside of a number belong to LinuxCNC alone.
+        let behind = s.pos();
+        s.skip_blanks();
+        if matches!(s.peek(), b'0'..=b'9' | b'.') {
+            return spaced_number(s, flavor, letter, start, from);
+        }
+        s.set_pos(behind);
+        return finite(letter, value, point, s.span_from(start));
+    }
+    match s.peek() {
+        b'#' | b'[' | b'-' | b'+' => {}
+        byte if byte.is_ascii_alphabetic() && flavor.is_linuxcnc() && s.peek_at(1).is_ascii_alphabetic() => {}
+        _ => {
+            let message = format!("`{}` has no value", char::from(letter));
+            return Err(
+                Fault::new(codes::MISSING_VALUE, Span::new(start, from), message).help("write the value behind it")
+            );
+        }
+    }
+    let value = Value::Expr(expr::operand(s, flavor)?);
+    Ok(Word { letter, value, span: s.span_from(start) })
+}
+
+fn finite(letter: u8, value: f64, point: bool, span: Span) -> Result<Word, Fault> {
+    if value.is_finite() {
+        return Ok(Word { letter, value: Value::Number { value, point }, span });
+    }
+    Err(Fault::new(codes::BAD_VALUE, span, "the number is too large").help("use fewer digits"))
+}
+
+fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, from: usize) -> Result<Word, Fault> {
+    while matches!(s.peek(), b'0'..=b'9' | b'.' | b' ' | b'\t') {
+        s.bump();
+    }
+    let text: String = s.slice(from).chars().filter(|c| !c.is_whitespace()).collect();
+    let span = s.span_from(start);
+    let wrong = |message: &str, help: &str| Err(Fault::new(codes::SYNTAX, span, message).help(help));
+    if !flavor.is_linuxcnc() {
+        return wrong("a number stands without a letter", "write a letter before it, or take the blank out");
+    }
+    match Scanner::new(&text).decimal() {
+        Some(value) if text.matches('.').count() <= 1 => finite(letter, value, text.contains('.'), span),
+        _ => wrong("not a number", "write one decimal point"),
+    }
+}
+
+/// `#1 = value`; the scanner stands on `#`.
+pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignment, Fault> {
+    let start = s.pos();
+    let target = expr::parameter(s, flavor)?;
+    s.skip_blanks();
+    if !s.take(b'=') {
+        return Err(
+            Fault::new(codes::SYNTAX, s.span_from(start), "`=` is missing behind the parameter").help("write #1=5")
+        );
+    }
+    let value = expr::expression(s, flavor)?;
+    Ok(Assignment { target, value, span: s.span_from(start) })
+}
+
+/// Steps over `( ... )` and keeps what speaks to the operator.
+fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+    let start = s.pos();
+    s.bump();
+    let from = s.pos();
+    while !s.at_end() && s.peek() != b')' {
+        s.bump();
+    }
+    let text = s.slice(from);
+    block.comment = Span::new(from, s.pos());
+    if !s.take(b')') {
+        return Err(
+            Fault::new(codes::SYNTAX, s.span_from(start), "the comment has no end").help("write `)` at its end")
+        );
+    }
+    if flavor.is_linuxcnc()
+        && let Some((head, tail)) = text.split_once(',')
+    {
+        let remark = match head.trim().to_ascii_uppercase().as_str() {
+            "MSG" => Remark::Message(tail.trim().to_owned()),
+            "ABORT" => Remark::Abort(tail.trim().to_owned()),
+            "DEBUG" | "PRINT" | "LOG" | "LOGOPEN" | "LOGAPPEND" | "PY" => Remark::Note(text.trim().to_owned()),
+            _ => return Ok(()),
+        };
+        block.remarks.push(remark);
+    } else if flavor.is_linuxcnc() && text.trim().to_ascii_uppercase().starts_with("PROBEOPEN") {
+        block.remarks.push(Remark::Note(text.trim().to_owned()));
+    }
+    Ok(())
+}
+
+/// Behind `;` stands a comment. On a Fanuc and a Haas `;` is the end of a block: words behind it would be a second one.
+fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor) -> Result<(), Fault> {
+    s.bump();
+    if flavor.is_linuxcnc() {
+        return Ok(());
+    }
+    let start = s.pos();
+    let mut words = 0;
+    let mut probe = s.clone();
+    loop {
+        probe.skip_blanks();
+        if probe.at_end() || probe.peek() == b'(' {
+            break;
+        }
+        if !probe.peek().is_ascii_alphabetic() {
+            return Ok(());
+        }
+        probe.bump();
+        if probe.decimal().is_none() {
+            return Ok(());
+        }
+        words += 1;
+    }
+    if words == 0 {
+        return Ok(());
+    }
+    Err(Fault::new(codes::SYNTAX, Span::new(start, probe.pos()), "words stand behind `;`, which ends the block")
+        .help("write them in a line of their own, or as a comment in ( )"))
+}

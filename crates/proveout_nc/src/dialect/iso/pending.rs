@@ -1,0 +1,152 @@
+//! The words of one block, sorted: what the block asks for, before anything is done.
+
+use super::words::Group;
+
+/// The words of a block by letter. A word that nobody takes has no meaning in its block and is refused.
+#[derive(Clone, Debug)]
+pub(crate) struct Pending {
+    values: [f64; 26],
+    set: u32,
+    taken: u32,
+    points: u32,
+    /// G words times ten with their groups, in the order of the text.
+    g: [(u32, Group); 16],
+    g_count: usize,
+    /// Groups that occur, by bit.
+    groups: u32,
+    m: [u32; 10],
+    m_count: usize,
+}
+
+/// More words of one kind than a block may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Full;
+
+fn bit(letter: u8) -> u32 {
+    1 << (letter.wrapping_sub(b'A') & 31)
+}
+
+fn at(letter: u8) -> usize {
+    usize::from(letter.wrapping_sub(b'A')).min(25)
+}
+
+/// Letters of axes in the order of [`crate::AXIS_LETTERS`].
+pub(crate) const AXES: [u8; 9] = *b"XYZABCUVW";
+
+impl Pending {
+    pub(crate) fn new() -> Self {
+        Self {
+            values: [0.0; 26],
+            set: 0,
+            taken: 0,
+            points: 0,
+            g: [(0, Group::OneShot); 16],
+            g_count: 0,
+            groups: 0,
+            m: [0; 10],
+            m_count: 0,
+        }
+    }
+
+    /// Adds a word; false when the letter stands already.
+    pub(crate) fn put(&mut self, letter: u8, value: f64, point: bool) -> bool {
+        let fresh = self.set & bit(letter) == 0;
+        self.set |= bit(letter);
+        self.values[at(letter)] = value;
+        if point {
+            self.points |= bit(letter);
+        }
+        fresh
+    }
+
+    pub(crate) fn has(&self, letter: u8) -> bool {
+        self.set & bit(letter) != 0
+    }
+
+    /// Value without taking it.
+    pub(crate) fn peek(&self, letter: u8) -> Option<f64> {
+        self.has(letter).then(|| self.values[at(letter)])
+    }
+
+    /// Value of a word; the word has found its use.
+    pub(crate) fn take(&mut self, letter: u8) -> Option<f64> {
+        self.taken |= bit(letter);
+        self.peek(letter)
+    }
+
+    /// These words have found their use.
+    pub(crate) fn use_up(&mut self, letters: &[u8]) {
+        for &letter in letters {
+            self.taken |= bit(letter);
+        }
+    }
+
+    /// Everything has found its use.
+    pub(crate) fn use_all(&mut self) {
+        self.taken = u32::MAX;
+    }
+
+    pub(crate) fn has_point(&self, letter: u8) -> bool {
+        self.points & bit(letter) != 0
+    }
+
+    /// A letter that stands in the block and has no use there.
+    pub(crate) fn left_over(&self) -> Option<u8> {
+        let rest = self.set & !self.taken;
+        (rest != 0).then(|| b'A' + rest.trailing_zeros() as u8)
+    }
+
+    /// Bit i is set when axis i of [`AXES`] stands in the block and has found no use yet.
+    pub(crate) fn axes(&self) -> u16 {
+        let free = self.set & !self.taken;
+        if free == 0 {
+            return 0;
+        }
+        AXES.iter().enumerate().fold(0, |bits, (i, &letter)| bits | u16::from(free & bit(letter) != 0) << i)
+    }
+
+    /// One of these words stands in the block and has found no use yet.
+    pub(crate) fn any_free(&self, letters: &[u8]) -> bool {
+        letters.iter().any(|&letter| self.set & !self.taken & bit(letter) != 0)
+    }
+
+    /// Adds a G word; the code of the other word of its group, where one stands already.
+    pub(crate) fn put_g(&mut self, code: u32, group: Group) -> Result<Option<u32>, Full> {
+        let mask = 1 << group as u32;
+        let clash = if self.groups & mask != 0 {
+            self.g[..self.g_count].iter().find(|(_, g)| *g == group).map(|(code, _)| *code)
+        } else {
+            None
+        };
+        self.groups |= mask;
+        *self.g.get_mut(self.g_count).ok_or(Full)? = (code, group);
+        self.g_count += 1;
+        Ok(clash)
+    }
+
+    /// The G word of a group.
+    pub(crate) fn g(&self, group: Group) -> Option<u32> {
+        if self.groups & 1 << group as u32 == 0 {
+            return None;
+        }
+        self.g[..self.g_count].iter().find(|(_, g)| *g == group).map(|(code, _)| *code)
+    }
+
+    pub(crate) fn no_g(&self) -> bool {
+        self.g_count == 0
+    }
+
+    pub(crate) fn put_m(&mut self, code: u32) -> Result<(), Full> {
+        *self.m.get_mut(self.m_count).ok_or(Full)? = code;
+        self.m_count += 1;
+        Ok(())
+    }
+
+    pub(crate) fn m(&self) -> &[u32] {
+        &self.m[..self.m_count]
+    }
+
+    pub(crate) fn has_m(&self, code: u32) -> bool {
+        self.m().contains(&code)
+    }
+}

@@ -1,0 +1,255 @@
+//! Control structures: O words of LinuxCNC, macro B of Fanuc and Haas, program numbers.
+
+use super::expr::{self, Expr, next_is};
+use super::flavor::Flavor;
+use super::parser::{self, Assignment};
+use crate::codes;
+use crate::diagnostic::Fault;
+use crate::scan::Scanner;
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Statement {
+    /// `O1234`, `:1234`, `O<NAME>`: the head of a program.
+    Header(String),
+    /// `o100 while [..]`: label and word.
+    OWord(Label, OWord),
+    /// `IF [..] GOTO n`
+    IfGoto(Expr, Expr),
+    /// `IF [..] THEN #1 = 5`
+    IfThen(Expr, Assignment),
+    Goto(Expr),
+    /// `WHILE [..] DO n`; without a condition `DO n`.
+    While(Option<Expr>, u32),
+    /// `END n`
+    End(u32),
+    /// `POPEN`, `DPRNT[..]`: output to a printer, without effect here.
+    Output(String),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Label {
+    /// Digits without leading zeros, or `<name>` in lower case.
+    Fixed(String),
+    /// `o[#1]`
+    Computed(Expr),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum OWord {
+    Sub,
+    EndSub(Option<Expr>),
+    Call(Vec<Expr>),
+    Return(Option<Expr>),
+    If(Expr),
+    ElseIf(Expr),
+    Else,
+    EndIf,
+    While(Expr),
+    EndWhile,
+    Do,
+    Repeat(Expr),
+    EndRepeat,
+    Break,
+    Continue,
+}
+
+/// Words of macro B that stand where an address letter could.
+const KEYWORDS: [&str; 9] = ["IF", "GOTO", "WHILE", "DO", "END", "POPEN", "PCLOS", "DPRNT", "BPRNT"];
+
+/// The keyword of macro B that is next.
+pub(crate) fn keyword(s: &Scanner<'_>) -> Option<&'static str> {
+    if !s.peek_at(1).is_ascii_alphabetic() {
+        return None;
+    }
+    KEYWORDS.into_iter().find(|word| next_is(s, word))
+}
+
+/// The statement that is next, if it is one.
+pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Result<Option<Statement>, Fault> {
+    let byte = s.peek();
+    if matches!(byte, b'O' | b'o' | b':') {
+        if first {
+            return o_line(s, flavor).map(Some);
+        }
+        return Err(Fault::new(codes::SYNTAX, s.here(), "`O` must be the first word of its block")
+            .help("write it in a line of its own"));
+    }
+    let Some(word) = keyword(s) else { return Ok(None) };
+    let start = s.pos();
+    s.set_pos(start + word.len());
+    if flavor.is_linuxcnc() {
+        let message = format!("`{word}` is a word of macro B and not of LinuxCNC");
+        return Err(
+            Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message).help("use O words: o100 if [#1 GT 0]")
+        );
+    }
+    let statement = match word {
+        "IF" => {
+            let condition = expr::bracket(s, flavor)?;
+            s.skip_blanks();
+            if next_is(s, "GOTO") {
+                s.set_pos(s.pos() + 4);
+                Statement::IfGoto(condition, target(s, flavor)?)
+            } else if next_is(s, "THEN") {
+                s.set_pos(s.pos() + 4);
+                s.skip_blanks();
+                if s.peek() != b'#' {
+                    return Err(Fault::new(codes::SYNTAX, s.span_from(start), "THEN takes an assignment")
+                        .help("write IF [#1 EQ 0] THEN #2=5"));
+                }
+                Statement::IfThen(condition, parser::assignment(s, flavor)?)
+            } else {
+                return Err(Fault::new(
+                    codes::SYNTAX,
+                    s.span_from(start),
+                    "IF needs GOTO or THEN behind its condition",
+                )
+                .help("write IF [#1 EQ 0] GOTO 100"));
+            }
+        }
+        "GOTO" => Statement::Goto(target(s, flavor)?),
+        "WHILE" => {
+            let condition = expr::bracket(s, flavor)?;
+            s.skip_blanks();
+            if !next_is(s, "DO") {
+                return Err(Fault::new(codes::SYNTAX, s.span_from(start), "WHILE needs DO behind its condition")
+                    .help("write WHILE [#1 LT 10] DO 1"));
+            }
+            s.set_pos(s.pos() + 2);
+            Statement::While(Some(condition), loop_number(s, start)?)
+        }
+        "DO" => Statement::While(None, loop_number(s, start)?),
+        "END" => Statement::End(loop_number(s, start)?),
+        _ => {
+            while !s.at_end() && s.peek() != b';' {
+                s.bump();
+            }
+            Statement::Output(s.slice(start).trim().to_owned())
+        }
+    };
+    Ok(Some(statement))
+}
+
+fn target(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
+    s.skip_blanks();
+    if matches!(s.peek(), b'N' | b'n') {
+        s.bump();
+    }
+    expr::operand(s, flavor)
+}
+
+fn loop_number(s: &mut Scanner<'_>, start: usize) -> Result<u32, Fault> {
+    s.skip_blanks();
+    s.integer().ok_or_else(|| {
+        Fault::new(codes::SYNTAX, s.span_from(start), "the loop has no number").help("write DO 1 and END 1")
+    })
+}
+
+/// A line that begins with O or `:`.
+fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
+    let start = s.pos();
+    s.bump();
+    s.skip_blanks();
+    let label = match s.peek() {
+        b'<' => {
+            s.bump();
+            let from = s.pos();
+            while !s.at_end() && s.peek() != b'>' {
+                s.bump();
+            }
+            let name: String = s.slice(from).chars().filter(|c| !c.is_whitespace()).collect();
+            if !s.take(b'>') || name.is_empty() {
+                return Err(Fault::new(codes::SYNTAX, s.span_from(start), "the name of the O word has no end")
+                    .help("write o<name>"));
+            }
+            Label::Fixed(format!("<{}>", name.to_ascii_lowercase()))
+        }
+        b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
+        _ => match s.integer() {
+            Some(number) => Label::Fixed(number.to_string()),
+            None => {
+                return Err(Fault::new(
+                    codes::SYNTAX,
+                    s.span_from(start),
+                    "`O` has no number of up to nine digits and no name",
+                )
+                .help("write O1000"));
+            }
+        },
+    };
+    s.skip_blanks();
+    let Some(word) = o_word_name(s) else {
+        return match label {
+            Label::Fixed(name) => Ok(Statement::Header(name)),
+            Label::Computed(_) => {
+                Err(Fault::new(codes::SYNTAX, s.span_from(start), "the O word has no keyword").help("write o[#1] call"))
+            }
+        };
+    };
+    if !flavor.is_linuxcnc() {
+        let message = format!(
+            "`{}` behind an O number is a word of LinuxCNC and not of {}",
+            word.to_ascii_lowercase(),
+            flavor.name()
+        );
+        return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
+            .help("use M98, G65 and macro B, or name the dialect linuxcnc"));
+    }
+    s.set_pos(s.pos() + word.len());
+    let word = match word {
+        "SUB" => OWord::Sub,
+        "ENDSUB" => OWord::EndSub(optional(s, flavor)?),
+        "RETURN" => OWord::Return(optional(s, flavor)?),
+        "CALL" => {
+            let mut arguments = Vec::new();
+            while let Some(argument) = optional(s, flavor)? {
+                arguments.push(argument);
+            }
+            OWord::Call(arguments)
+        }
+        "IF" => OWord::If(expr::bracket(s, flavor)?),
+        "ELSEIF" => OWord::ElseIf(expr::bracket(s, flavor)?),
+        "ELSE" => OWord::Else,
+        "ENDIF" => OWord::EndIf,
+        "WHILE" => OWord::While(expr::bracket(s, flavor)?),
+        "ENDWHILE" => OWord::EndWhile,
+        "DO" => OWord::Do,
+        "REPEAT" => OWord::Repeat(expr::bracket(s, flavor)?),
+        "ENDREPEAT" => OWord::EndRepeat,
+        "BREAK" => OWord::Break,
+        _ => OWord::Continue,
+    };
+    s.skip_blanks();
+    if !s.at_end() && !matches!(s.peek(), b'(' | b';') {
+        return Err(Fault::new(codes::SYNTAX, s.here(), "nothing may stand behind an O word")
+            .help("write it in a line of its own"));
+    }
+    Ok(Statement::OWord(label, word))
+}
+
+fn optional(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Expr>, Fault> {
+    s.skip_blanks();
+    if s.peek() == b'[' { expr::bracket(s, flavor).map(Some) } else { Ok(None) }
+}
+
+/// The keyword of an O line that is next; longer words first.
+pub(crate) fn o_word_name(s: &Scanner<'_>) -> Option<&'static str> {
+    const WORDS: [&str; 15] = [
+        "SUB",
+        "ENDSUB",
+        "CALL",
+        "RETURN",
+        "IF",
+        "ELSEIF",
+        "ELSE",
+        "ENDIF",
+        "WHILE",
+        "ENDWHILE",
+        "DO",
+        "REPEAT",
+        "ENDREPEAT",
+        "BREAK",
+        "CONTINUE",
+    ];
+    WORDS.into_iter().find(|word| next_is(s, word))
+}

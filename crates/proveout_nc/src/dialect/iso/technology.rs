@@ -1,0 +1,299 @@
+//! Feed, spindle, tool, coolant and machine functions.
+
+use super::block::{NOTED_G, g_name};
+use super::calls::whole;
+use super::flavor::Flavor;
+use super::interpreter::Interpreter;
+use super::modal::FeedMode;
+use super::pending::Pending;
+use super::words::{self, Function, Group};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{Coolant, Feed, Op, Override, Spindle, SpindleDirection, ToolAction, ToolName};
+
+/// Bits of X, Y and Z.
+pub(crate) const LINEAR: u16 = 0b111;
+
+impl Interpreter {
+    pub(crate) fn feed_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(value) = p.take(b'F') else { return Ok(()) };
+        if !(value >= 0.0 && value.is_finite()) {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}"))
+                .help("write F100"));
+        }
+        // F0 is no feed: a motion that needs one is refused.
+        self.technology.feed = (value > 0.0).then_some(value);
+        if self.modal.feed_mode != FeedMode::InverseTime && value > 0.0 {
+            self.tell_feed(value, false);
+        }
+        Ok(())
+    }
+
+    /// Hands the feed out when it differs from the last one.
+    fn tell_feed(&mut self, value: f64, rotary_only: bool) {
+        // Without a linear axis the number is degrees, in every unit of length.
+        let unit = if rotary_only { 1.0 } else { self.modal.unit() };
+        let feed = match self.modal.feed_mode {
+            FeedMode::PerTime => Feed::PerTime(value * unit / 60.0),
+            FeedMode::PerRevolution => Feed::PerRevolution(value * unit),
+            FeedMode::InverseTime => Feed::InverseTime(60.0 / value),
+        };
+        let inverse = self.modal.feed_mode == FeedMode::InverseTime;
+        if inverse || self.technology.told_feed != Some(feed) {
+            self.technology.told_feed = Some(feed);
+            self.emit(Op::Feed(feed));
+        }
+    }
+
+    /// Before a motion in feed of these axes.
+    pub(crate) fn need_feed(&mut self, axes: u16, span: Span) -> Result<(), Fault> {
+        if let Some(feed) = self.technology.feed {
+            self.tell_feed(feed, axes & !0b111000 == 0 && axes != 0);
+            return Ok(());
+        }
+        let (message, help) = if self.modal.feed_mode == FeedMode::InverseTime {
+            ("G93 needs F in every block with a motion in feed", "write F in this block")
+        } else {
+            ("the motion has no feed", "write F before or in this block")
+        };
+        Err(Fault::new(codes::NO_FEED, span, message).help(help))
+    }
+
+    /// S, G96, G97, and the speed limit of G92 S.
+    pub(crate) fn speed_words(&mut self, p: &mut Pending, one_shot: Option<u32>, span: Span) -> Result<(), Fault> {
+        let mode = p.g(Group::SpindleMode);
+        let limit = if mode == Some(960) && self.flavor.is_linuxcnc() { p.take(b'D') } else { None };
+        let Some(speed) = p.take(b'S') else {
+            if mode == Some(960) {
+                return Err(
+                    Fault::new(codes::MISSING_VALUE, span, "G96 has no S").help("write the surface speed: G96 S200")
+                );
+            }
+            if mode == Some(970) {
+                self.modal.surface = None;
+            }
+            return Ok(());
+        };
+        if !(speed >= 0.0 && speed.is_finite()) {
+            let message = format!("the spindle speed must not be negative and is {speed}");
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write S1000 and the direction with M3 or M4"));
+        }
+        if one_shot == Some(920) && p.axes() == 0 {
+            if let Some((_, highest)) = &mut self.modal.surface {
+                *highest = speed;
+            }
+            self.note(format!("G92 S{speed}: highest spindle speed"));
+            p.use_up(b"G");
+            return Ok(());
+        }
+        if mode == Some(960) || mode.is_none() && self.modal.surface.is_some() {
+            let highest = limit.or(self.modal.surface.map(|(_, highest)| highest)).unwrap_or(f64::INFINITY);
+            let unit = if self.modal.inch == Some(true) { 0.3048 } else { 1.0 };
+            self.modal.surface = Some((speed * unit, highest));
+            return Ok(());
+        }
+        self.modal.surface = None;
+        let changed = self.technology.speed != Some(speed);
+        self.technology.speed = Some(speed);
+        let turns = self.technology.direction != SpindleDirection::Off;
+        if changed && turns && !p.m().iter().any(|m| matches!(m, 3..=5)) {
+            self.tell_spindle();
+        }
+        Ok(())
+    }
+
+    pub(crate) fn tell_spindle(&mut self) {
+        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
+        self.emit(Op::Spindle(spindle));
+    }
+
+    /// G96: the speed for the radius X at the end of a motion.
+    pub(crate) fn surface_speed(&mut self, x: Option<f64>, span: Span) -> Result<(), Fault> {
+        let Some((surface, highest)) = self.modal.surface else { return Ok(()) };
+        let Some(x) = x else { return Ok(()) };
+        let speed = (1000.0 * surface / (std::f64::consts::TAU * x.abs())).min(highest);
+        if !speed.is_finite() {
+            return Err(Fault::new(codes::BAD_VALUE, span, "G96 has no highest speed, and X is zero")
+                .help("write G96 D2000 S200, or G92 S2000 behind G96"));
+        }
+        if self.technology.speed != Some(speed) {
+            self.technology.speed = Some(speed);
+            if self.technology.direction != SpindleDirection::Off {
+                self.tell_spindle();
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn tool_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(tool) = p.take(b'T') else { return Ok(()) };
+        let number = whole(tool, "T", 99_999_999.0, span)?;
+        let tool = if number == 0 { ToolName::Empty } else { ToolName::Number(number) };
+        self.technology.selected = Some(tool.clone());
+        self.emit(Op::Tool(ToolAction::Select(tool)));
+        Ok(())
+    }
+
+    pub(crate) fn functions_before(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let early = self.flavor.is_linuxcnc();
+        let list: Vec<u32> = p.m().to_vec();
+        for m in list {
+            if m >= NOTED_G {
+                self.note_with_values(&g_name(m - NOTED_G), p);
+                continue;
+            }
+            match words::function(self.flavor, m) {
+                Function::Spindle if m != 5 => {
+                    self.technology.direction =
+                        if m == 3 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+                    if self.modal.surface.is_none() || self.technology.speed.is_some() {
+                        self.tell_spindle();
+                    }
+                }
+                Function::Spindle if early => self.spindle_off(),
+                Function::CoolantOff if early => self.coolant_off(),
+                Function::ToolChange => self.tool_change(span)?,
+                Function::CoolantOn => {
+                    if m == 7 {
+                        self.technology.mist = true;
+                    } else {
+                        self.technology.flood = true;
+                    }
+                    self.tell_coolant();
+                }
+                Function::Override => {
+                    self.technology.overrides = m == 48;
+                    self.emit(Op::Override(Override { enabled: m == 48, feed: 1.0 }));
+                }
+                Function::Orient => {
+                    self.note_with_values("M19", p);
+                    if self.technology.direction != SpindleDirection::Off {
+                        self.spindle_off();
+                    }
+                }
+                Function::Rigid => {
+                    self.modal.rigid = true;
+                    self.note("M29");
+                }
+                Function::State => self.state_word(m, p, span)?,
+                Function::Note => self.note_with_values(&format!("M{m}"), p),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// A word of the machine builder with the values that go with it.
+    fn note_with_values(&mut self, word: &str, p: &mut Pending) {
+        let mut text = word.to_owned();
+        let cycle = self.modal.cycle.is_some();
+        for letter in *b"PQERLK" {
+            // In a cycle these are its own.
+            if !cycle
+                && p.any_free(&[letter])
+                && let Some(value) = p.take(letter)
+            {
+                text.push_str(&format!(" {}{value}", char::from(letter)));
+            }
+        }
+        self.note(text);
+    }
+
+    fn tool_change(&mut self, span: Span) -> Result<(), Fault> {
+        let tool = self.technology.selected.clone().ok_or_else(|| {
+            Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
+        })?;
+        self.change_to(tool);
+        Ok(())
+    }
+
+    fn change_to(&mut self, tool: ToolName) {
+        self.technology.spindle_tool = Some(tool.clone());
+        self.emit(Op::Tool(ToolAction::Change(tool)));
+        // The change moves the machine to where its tool changer is; on a LinuxCNC X and Y stay.
+        let stays = self.flavor.is_linuxcnc() && !self.modal.in_table() && !self.position.frame().is_rotated();
+        self.position.forget(if stays { 0b100 } else { LINEAR });
+    }
+
+    /// M61 Q, M70, M72.
+    fn state_word(&mut self, m: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        match m {
+            61 => {
+                let Some(number) = p.take(b'Q') else {
+                    return Err(Fault::new(codes::MISSING_VALUE, span, "M61 has no Q").help("write M61 Q5"));
+                };
+                let number = whole(number, "Q", 99_999.0, span)?;
+                self.change_to(if number == 0 { ToolName::Empty } else { ToolName::Number(number) });
+            }
+            70 => self.kept_modal = Some(Box::new(self.modal.clone())),
+            _ => {
+                let Some(kept) = self.kept_modal.clone() else {
+                    return Err(Fault::new(codes::STRUCTURE, span, "M72 has no M70 before it").help("write M70"));
+                };
+                // Offsets stay: M70 keeps the modal words, not the values of the coordinate systems.
+                let frames = self.modal.frames.clone();
+                let (offset, length) = (self.modal.offset.clone(), self.modal.length);
+                if kept.offset != offset || kept.length != length {
+                    return Err(Fault::new(
+                        codes::UNSUPPORTED_WORD,
+                        span,
+                        "M72 would change the work offset or the tool length",
+                    )
+                    .help("write G54 and G43 instead"));
+                }
+                self.modal = *kept;
+                self.modal.frames = frames;
+                self.emit(Op::Plane(['X', 'Y', 'Z'][self.modal.normal]));
+                if let Some(mode) = self.modal.path_mode {
+                    self.emit(Op::PathMode(mode));
+                }
+                self.technology.feed = None;
+            }
+        }
+        Ok(())
+    }
+
+    fn tell_coolant(&mut self) {
+        let coolant = Coolant { flood: self.technology.flood, mist: self.technology.mist };
+        self.emit(Op::Coolant(coolant));
+    }
+
+    pub(crate) fn spindle_off(&mut self) {
+        self.technology.direction = SpindleDirection::Off;
+        self.tell_spindle();
+    }
+
+    fn coolant_off(&mut self) {
+        self.technology.flood = false;
+        self.technology.mist = false;
+        self.tell_coolant();
+    }
+
+    pub(crate) fn functions_after(&mut self, p: &Pending) {
+        let early = self.flavor.is_linuxcnc();
+        for &m in p.m() {
+            match m {
+                5 if !early => self.spindle_off(),
+                9 if !early => self.coolant_off(),
+                0 | 1 => self.emit(Op::Stop { optional: m == 1 }),
+                60 if early => self.emit(Op::Stop { optional: false }),
+                _ => {}
+            }
+        }
+    }
+
+    /// A length of the program in mm.
+    pub(crate) fn length_of(&self, p: &mut Pending, letter: u8) -> Option<f64> {
+        let point = p.has_point(letter);
+        p.take(letter).map(|value| self.mm(value, point))
+    }
+
+    /// mm of a length as written.
+    pub(crate) fn mm(&self, value: f64, point: bool) -> f64 {
+        if point || !self.settings.least_increments || self.flavor == Flavor::LinuxCnc {
+            return value * self.modal.unit();
+        }
+        // 0.001 mm or 0.0001 inch.
+        value * if self.modal.inch == Some(true) { 25.4e-4 } else { 1e-3 }
+    }
+}

@@ -1,0 +1,239 @@
+//! Rotations, mirrors, tilted working planes, dynamic work offsets.
+//!
+//! **G68.2** `X Y Z I J K` (Fanuc, *Tilted working plane indexing*): the origin in the coordinates before it, then Euler
+//! angles: I about Z, J about the new X, K about the newest Z. G53.1 turns the rotary axes until the tool stands along the new
+//! Z: a rapid motion that carries only the tool axis, with the linear axes at rest. From there on base coordinates are those
+//! of the table. Without G53.1 the rotary axes stand where the program puts them, and the first motion of a linear axis
+//! begins the table coordinates.
+//!
+//! **G254** (Haas, *Dynamic work offset*): behind the rotary motion the program goes on in axes parallel to those of the
+//! machine, with the origin that turns with the table. Seen from the table this is the frame turned by the rotary axes,
+//!
+//! ```text
+//! table_from_work = T(G54) * Rz(C) * Rx(A)      or      T(G54) * Rz(C) * Ry(B)
+//! ```
+//!
+//! for a C table that is carried by an A or B trunnion, counted as ISO 841 does (motion of the tool against the part).
+
+use super::interpreter::Interpreter;
+use super::modal::{Length, Plane};
+use super::pending::{AXES, Pending};
+use super::technology::LINEAR;
+use super::words::Group;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::{self, Frame};
+use crate::{Motion, Op, OrientationInterpolation, Tcp};
+
+impl Interpreter {
+    /// Hands the state of the tool center point control out: the rotary axes run in proportion to the path.
+    pub(crate) fn tell_tcp(&mut self) {
+        self.emit(Op::Tcp(Tcp { on: self.modal.in_table(), interpolation: OrientationInterpolation::Axes }));
+    }
+
+    /// G68 G68.2 G69, G51.1 G50.1 G101 G100, G254 G255.
+    pub(crate) fn rotation_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        match p.g(Group::Rotation) {
+            Some(680) => self.plane_rotation(p, span)?,
+            Some(682) => self.tilted_plane(p, span)?,
+            Some(_) => self.end_of_planes("G69"),
+            None => {}
+        }
+        match p.g(Group::Mirror) {
+            Some(code) => self.mirror(code, p, span)?,
+            None => {}
+        }
+        match p.g(Group::DynamicOffset) {
+            Some(2540) => self.dynamic_offset(span)?,
+            Some(_) if self.modal.plane == Plane::Dynamic => self.end_of_planes("G255"),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// G68 X Y R: about a point of the working plane.
+    fn plane_rotation(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let [u, v, w] = self.modal.plane_axes();
+        if p.any_free(&[AXES[w], b'I', b'J', b'K']) {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                "`G68` in space (three coordinates, I J K) is not supported",
+            )
+            .help("use G68.2 with Euler angles"));
+        }
+        if self.modal.incremental {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                "`G68` with G91 depends on the set-up of the control",
+            )
+            .help("write G90 G68"));
+        }
+        let Some(angle) = p.take(b'R') else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "G68 has no angle").help("write G68 X0 Y0 R30"));
+        };
+        let turned = self.modal.frames.rotation != Frame::IDENTITY || self.modal.frames.mirror != Frame::IDENTITY;
+        let mut center = [0.0; 3];
+        for axis in [u, v] {
+            center[axis] = match self.length_of(p, AXES[axis]) {
+                Some(value) => value,
+                // The tool stands in the center.
+                None => self.position.work.get(axis).filter(|_| !turned).ok_or_else(|| {
+                    let message = format!("G68 has no `{}`, and the position is not known", char::from(AXES[axis]));
+                    Fault::new(codes::POSITION_UNKNOWN, span, message).help("write the center: G68 X0 Y0 R30")
+                })?,
+            };
+        }
+        let back = Frame::translation(center.map(|c| -c));
+        self.begin();
+        self.modal.frames.rotation = Frame::translation(center).then(&Frame::rotation(w, angle)).then(&back);
+        self.frames_changed("G68");
+        Ok(())
+    }
+
+    /// G68.2 X Y Z I J K.
+    fn tilted_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        if let Some(kind) = p.take(b'P').filter(|&kind| kind != 0.0) {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G68.2 P{kind}` is not supported"))
+                .help("give the plane with Euler angles: G68.2 X Y Z I J K"));
+        }
+        if self.modal.plane == Plane::Dynamic || self.modal.tcp {
+            return Err(Fault::new(codes::CONFLICT, span, "G68.2 under G43.4 or G254").help("write G49 before it"));
+        }
+        let origin = [b'X', b'Y', b'Z'].map(|letter| self.length_of(p, letter).unwrap_or(0.0));
+        let [i, j, k] = [b'I', b'J', b'K'].map(|letter| p.take(letter).unwrap_or(0.0));
+        self.begin();
+        if self.modal.plane == Plane::Engaged {
+            self.modal.plane = Plane::Off;
+            self.tell_tcp();
+        }
+        let frames = &mut self.modal.frames;
+        frames.plane = Frame::translation(origin)
+            .then(&Frame::rotation(2, i))
+            .then(&Frame::rotation(0, j))
+            .then(&Frame::rotation(2, k));
+        (frames.rotation, frames.mirror) = (Frame::IDENTITY, Frame::IDENTITY);
+        self.modal.plane = Plane::Defined;
+        // Coordinates before and behind are not those of the same axes.
+        self.position.forget(LINEAR);
+        let total = self.modal.frames.total(self.flavor);
+        self.position.set_frame(total);
+        self.tell_frame("G68.2");
+        Ok(())
+    }
+
+    /// G53.1: turns the tool upright on the plane with the linear axes at rest.
+    pub(crate) fn turn_to_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        if !matches!(self.modal.plane, Plane::Defined | Plane::Engaged) || self.modal.tcp {
+            return Err(Fault::new(codes::CONFLICT, span, "G53.1 needs a plane of G68.2, without G43.4")
+                .help("write G68.2 before it"));
+        }
+        if let Some(choice) = p.take(b'P').filter(|&choice| choice != 0.0) {
+            self.note(format!("G53.1 P{choice}: of two positions of the rotary axes the machine file chooses"));
+        }
+        if self.modal.plane == Plane::Engaged {
+            self.modal.plane = Plane::Off;
+            self.tell_tcp();
+        }
+        self.position.forget(LINEAR | 0b111000);
+        let axis = [0.0, 0.0, 1.0];
+        let motion = Motion {
+            end: self.position.work,
+            end_base: self.position.base,
+            tool_axis: Some(axis),
+            tool_axis_base: frame::unit(self.position.frame().apply_vector(axis)),
+            programmed: 0,
+            machine_coordinates: false,
+            exact_stop: true,
+        };
+        self.begin_motion();
+        self.emit(Op::Rapid(motion));
+        self.modal.plane = Plane::Engaged;
+        self.tell_tcp();
+        Ok(())
+    }
+
+    /// G69, G255.
+    fn end_of_planes(&mut self, word: &str) {
+        let was = self.modal.plane;
+        let before = self.modal.in_table();
+        if word == "G69" && was == Plane::Dynamic {
+            self.modal.frames.rotation = Frame::IDENTITY;
+            self.frames_changed(word);
+            return;
+        }
+        self.modal.frames.plane = Frame::IDENTITY;
+        self.modal.frames.rotation = Frame::IDENTITY;
+        self.modal.plane = Plane::Off;
+        if was != Plane::Off {
+            self.position.forget(LINEAR);
+        }
+        self.frames_changed(word);
+        if before != self.modal.in_table() {
+            self.tell_tcp();
+        }
+    }
+
+    /// G51.1 and G101 mirror about the given coordinates; G50.1 and G100 end it for the given axes, or for all.
+    fn mirror(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let on = matches!(code, 511 | 1010);
+        let axes = p.axes();
+        if axes & !LINEAR != 0 || on && axes == 0 {
+            return Err(Fault::new(codes::BAD_VALUE, span, "a mirror takes X, Y and Z").help("write G51.1 X0"));
+        }
+        let mut mirror = self.modal.frames.mirror;
+        for axis in 0..3usize {
+            let given = self.length_of(p, AXES[axis]);
+            if on && let Some(at) = given {
+                mirror.linear[axis][axis] = -1.0;
+                // Haas mirrors about the work origin whatever the number is.
+                mirror.translation[axis] = if code == 1010 { 0.0 } else { 2.0 * at };
+            } else if !on && (given.is_some() || axes == 0) {
+                mirror.linear[axis][axis] = 1.0;
+                mirror.translation[axis] = 0.0;
+            }
+        }
+        self.begin();
+        self.modal.frames.mirror = mirror;
+        self.frames_changed(&super::block::g_name(code));
+        Ok(())
+    }
+
+    /// G254
+    fn dynamic_offset(&mut self, span: Span) -> Result<(), Fault> {
+        if self.modal.plane != Plane::Off || self.modal.tcp {
+            return Err(Fault::new(codes::CONFLICT, span, "G254 while a plane or G234 is in force")
+                .help("write G255 or G49 before it"));
+        }
+        let [a, b, c] = [3, 4, 5].map(|axis| self.position.base.get(axis));
+        if a.is_none() && b.is_none() && c.is_none() {
+            return Err(Fault::new(
+                codes::POSITION_UNKNOWN,
+                span,
+                "G254 needs the position of the rotary axes, which the program has not set",
+            )
+            .help("program A or B, and C, before G254"));
+        }
+        if a.is_some_and(|a| a != 0.0) && b.is_some_and(|b| b != 0.0) {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`G254` with A and B is not supported")
+                .help("use a C table on an A or B trunnion"));
+        }
+        let degrees = |angle: Option<f64>| angle.unwrap_or(0.0).to_degrees();
+        self.begin();
+        self.modal.frames.plane =
+            Frame::rotation(2, degrees(c)).then(&Frame::rotation(1, degrees(b))).then(&Frame::rotation(0, degrees(a)));
+        self.modal.plane = Plane::Dynamic;
+        self.position.forget(LINEAR);
+        let total = self.modal.frames.total(self.flavor);
+        self.position.set_frame(total);
+        self.tell_frame("G254");
+        self.tell_tcp();
+        Ok(())
+    }
+
+    /// The tool length in force is one that the program itself gives.
+    pub(crate) fn has_programmed_length(&self) -> bool {
+        matches!(self.modal.length, Length::Programmed(_))
+    }
+}

@@ -1,0 +1,211 @@
+//! The G words of each control: their modal group, what is only noted, what is refused.
+//!
+//! Codes are ten times the number of the word: `G38.2` is 382.
+//!
+//! Sources: Fanuc, *Series 30i operator's manual* (B-64484EN), list of G codes; Haas, *Mill operator's manual, NGC*, G codes;
+//! LinuxCNC, *G-code reference*, modal groups.
+
+use super::flavor::Flavor;
+
+/// Words of one group exclude each other in a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Group {
+    /// Acts in its block only.
+    OneShot,
+    /// G9: goes with everything.
+    ExactStop,
+    Motion,
+    Cycle,
+    Plane,
+    Distance,
+    ArcDistance,
+    FeedMode,
+    Units,
+    CutterComp,
+    ToolLength,
+    Return,
+    WorkOffset,
+    PathMode,
+    SpindleMode,
+    Polar,
+    Rotation,
+    Mirror,
+    Macro,
+    DynamicOffset,
+}
+
+/// What the reader does with a G word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Class {
+    Known(Group),
+    /// Named in a note, without effect.
+    Note,
+    /// With the remedy.
+    Refused(&'static str),
+    Unknown,
+}
+
+/// The class of a G word.
+pub(crate) fn classify(flavor: Flavor, code: u32) -> Class {
+    let common = match code {
+        0 | 10 | 20 | 30 => Some(Group::Motion),
+        40 | 100 | 280 | 300 | 520 | 530 | 920 => Some(Group::OneShot),
+        170 | 180 | 190 => Some(Group::Plane),
+        200 | 210 => Some(Group::Units),
+        400 | 410 | 420 => Some(Group::CutterComp),
+        430 | 490 => Some(Group::ToolLength),
+        540 | 550 | 560 | 570 | 580 | 590 => Some(Group::WorkOffset),
+        610 | 640 => Some(Group::PathMode),
+        730 | 740 | 800..=870 | 880 | 890 if code.is_multiple_of(10) => Some(cycle_group(flavor)),
+        900 | 910 => Some(Group::Distance),
+        930 | 940 | 950 => Some(Group::FeedMode),
+        960 | 970 => Some(Group::SpindleMode),
+        980 | 990 => Some(Group::Return),
+        _ => None,
+    };
+    let own = match flavor {
+        Flavor::Fanuc => fanuc(code),
+        Flavor::Haas => haas(code),
+        Flavor::LinuxCnc => linuxcnc(code),
+    };
+    match (own, common) {
+        (Class::Unknown, Some(group)) => Class::Known(group),
+        (own, _) => own,
+    }
+}
+
+/// On a LinuxCNC the cycles and G80 stand in the group of G0 and G1.
+fn cycle_group(flavor: Flavor) -> Group {
+    if flavor.is_linuxcnc() { Group::Motion } else { Group::Cycle }
+}
+
+const ARC: &str = "program the path with G1, G2 and G3";
+const MANUAL_RETRACT: &str = "the operator retracts by hand in this cycle; use G85, G86 or G89";
+const POST_PLANE: &str = "give the plane with Euler angles (G68.2 X Y Z I J K) or turn the axes in the program";
+
+fn fanuc(code: u32) -> Class {
+    match code {
+        90 => Class::Known(Group::ExactStop),
+        50 | 51 | 310 | 531 | 650 | 921 => Class::Known(Group::OneShot),
+        330 => Class::Known(Group::Motion),
+        150 | 160 => Class::Known(Group::Polar),
+        434 | 435 | 440 => Class::Known(Group::ToolLength),
+        501 | 511 => Class::Known(Group::Mirror),
+        541 => Class::Known(Group::WorkOffset),
+        620 | 630 => Class::Known(Group::PathMode),
+        660 | 670 => Class::Known(Group::Macro),
+        680 | 682 | 690 => Class::Known(Group::Rotation),
+        760 => Class::Known(Group::Cycle),
+        80 | 110 | 131 | 220 | 230 | 250 | 260 | 401 | 500 | 502 | 691 | 1130 => Class::Note,
+        431 => Class::Refused("program five axes with G43.4 or G43.5, three with G43"),
+        684 | 683 => Class::Refused(POST_PLANE),
+        61 | 62 => Class::Refused(ARC),
+        24 | 34 | 23 | 33 | 32 => Class::Refused(ARC),
+        71 | 121 | 271 | 70 | 120 => Class::Refused("unroll the path in the CAM system"),
+        411 | 421 | 412 | 422 => Class::Refused("let the CAM system compensate the cutter, and use G40"),
+        270 | 290 => Class::Refused("program the motion with G53 or in work coordinates"),
+        510 => Class::Refused("write the scaled coordinates"),
+        512 | 544 | 436 => Class::Refused("take the function out for the prove-out"),
+        600 => Class::Refused("program the approach from one side with G0"),
+        661 => Class::Refused("call the macro with G65"),
+        106 | 751 | 753 => Class::Refused("take the function out for the prove-out"),
+        880 => Class::Refused(MANUAL_RETRACT),
+        _ => Class::Unknown,
+    }
+}
+
+fn haas(code: u32) -> Class {
+    match code {
+        90 => Class::Known(Group::ExactStop),
+        310 | 650 => Class::Known(Group::OneShot),
+        440 | 2340 => Class::Known(Group::ToolLength),
+        680 | 690 => Class::Known(Group::Rotation),
+        760 | 770 => Class::Known(Group::Cycle),
+        1000 | 1010 => Class::Known(Group::Mirror),
+        1540 => Class::Known(Group::WorkOffset),
+        1100..=1290 if code.is_multiple_of(10) => Class::Known(Group::WorkOffset),
+        2540 | 2550 => Class::Known(Group::DynamicOffset),
+        500 | 1030 | 2690 => Class::Note,
+        1870 => Class::Known(Group::PathMode),
+        120 | 130 | 1500 | 470 => Class::Refused("program the pocket or text with G1, G2 and G3"),
+        290 => Class::Refused("program the motion with G53 or in work coordinates"),
+        350 | 360 | 370 | 1360 => {
+            Class::Refused("measured values are not known to the twin; write the offset with G10")
+        }
+        510 => Class::Refused("write the scaled coordinates"),
+        600 => Class::Refused("program the approach from one side with G0"),
+        700..=720 if code.is_multiple_of(10) => Class::Refused("program the holes with X and Y"),
+        870 | 880 => Class::Refused(MANUAL_RETRACT),
+        1020 => Class::Refused("take the output to the serial port out"),
+        1070 => Class::Refused("unroll the path in the CAM system"),
+        1410 | 1430 => Class::Refused("let the CAM system compensate the cutter; use G234 for the tool length"),
+        1740 | 1840 => Class::Refused("tap along the axis of the plane with G84 or G74"),
+        2530 | 2680 | 2660 | 2670 => Class::Refused("turn the axes in the program and use G254"),
+        _ => Class::Unknown,
+    }
+}
+
+fn linuxcnc(code: u32) -> Class {
+    match code {
+        50 | 51 | 330 | 331 | 382..=385 => Class::Known(Group::Motion),
+        921..=923 | 281 | 301 => Class::Known(Group::OneShot),
+        171 | 181 | 191 => Class::Refused("use G17, G18 or G19"),
+        411 | 421 => Class::Known(Group::CutterComp),
+        431 | 432 => Class::Known(Group::ToolLength),
+        591..=593 => Class::Known(Group::WorkOffset),
+        611 => Class::Known(Group::PathMode),
+        901 | 911 => Class::Known(Group::ArcDistance),
+        80 => Class::Note,
+        70 => Class::Refused("diameter programming belongs to turning"),
+        52 | 53 => Class::Refused("program the path with G5, or with G1, G2 and G3"),
+        760 | 710..=722 => Class::Refused("turning cycles are not part of the twin"),
+        870 | 880 => Class::Refused("the control does not do this cycle; use G85, G86 or G89"),
+        960 | 970 => Class::Known(Group::SpindleMode),
+        _ => Class::Unknown,
+    }
+}
+
+/// M words that exclude each other in a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Function {
+    Stop,
+    Spindle,
+    ToolChange,
+    CoolantOn,
+    CoolantOff,
+    Override,
+    Orient,
+    Call,
+    Rigid,
+    /// State of the interpreter of LinuxCNC.
+    State,
+    /// Function of the machine builder or without effect on the twin.
+    Note,
+    Refused(&'static str),
+}
+
+/// The class of an M word.
+pub(crate) fn function(flavor: Flavor, code: u32) -> Function {
+    match code {
+        0 | 1 | 2 | 30 => Function::Stop,
+        3..=5 => Function::Spindle,
+        6 => Function::ToolChange,
+        7 | 8 => Function::CoolantOn,
+        9 => Function::CoolantOff,
+        19 => Function::Orient,
+        29 if flavor == Flavor::Fanuc => Function::Rigid,
+        48 | 49 if flavor != Flavor::Haas => Function::Override,
+        60 if flavor.is_linuxcnc() => Function::Stop,
+        61 | 70 | 72 if flavor.is_linuxcnc() => Function::State,
+        66 if flavor.is_linuxcnc() => Function::Refused("the input is not known to the twin; take the block out"),
+        71 | 73 if flavor.is_linuxcnc() => Function::Refused("use M70 and M72"),
+        97 if flavor == Flavor::Haas => Function::Call,
+        96 | 109 if flavor == Flavor::Haas => {
+            Function::Refused("the input is not known to the twin; take the block out")
+        }
+        95 if flavor == Flavor::Haas => Function::Refused("take the waiting time out, or program it with G4"),
+        98 | 99 => Function::Call,
+        198 if flavor != Flavor::LinuxCnc => Function::Call,
+        _ => Function::Note,
+    }
+}

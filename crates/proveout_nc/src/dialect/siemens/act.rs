@@ -1,0 +1,153 @@
+//! What a block does, once all of its words are known.
+//!
+//! Order within a block: G words and frames, transformation, feed, speed, tool and edge, functions before the motion
+//! (M3 M4 M6 M7 M8 M19 and machine-builder functions), compensation, motion or dwell, functions behind it (M5 M9 M0 M1),
+//! cycle or subprogram call, end of program.
+
+use super::interpreter::{Interpreter, missing_subprogram};
+use super::parser::{Block, Call, WordKind};
+use super::pending::Pending;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{Op, ToolAction};
+
+use super::block::LINEAR;
+
+impl Interpreter {
+    pub(super) fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
+        let span = block.span;
+        if let Some(code) = p.limits {
+            self.note(limits_text(code, p));
+            return Ok(());
+        }
+        if let Some(percent) = p.feed_override {
+            self.feed_override(percent, span)?;
+        }
+        if let Some(code) = p.pole {
+            return self.set_pole(code, p, span);
+        }
+        if p.polar_angle.is_some() || p.polar_radius.is_some() {
+            self.resolve_polar(p, span)?;
+        }
+        if let Some(rounding) = p.rounding {
+            self.rounding_word(rounding, span)?;
+        }
+        if let Some(offset) = p.offset {
+            self.work_offset(offset);
+        }
+        if let Some((word, frame_span)) = p.frame {
+            if p.machine || p.has_orientation() || p.has_center() {
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    frame_span,
+                    format!("`{}` cannot stand with a motion", word.name()),
+                )
+                .help("write the frame in a block of its own"));
+            }
+            self.frame_instruction(word, p, frame_span)?;
+        }
+        if let Some(on) = p.transformation {
+            let before = self.technology.tcp();
+            self.technology.transformed = on;
+            self.tell_tcp();
+            if before != self.technology.tcp() {
+                self.position.forget(LINEAR);
+            }
+        }
+        if !p.dwell {
+            self.feed_word(p, span)?;
+            self.speed_word(p, span)?;
+        }
+        if let Some(tool) = &p.tool {
+            self.technology.selected = Some(tool.clone());
+            self.emit(Op::Tool(ToolAction::Select(tool.clone())));
+        }
+        if let Some(edge) = p.edge {
+            self.edge(edge);
+        }
+        if !p.functions.is_empty() {
+            self.functions_before(p, span)?;
+        }
+        if let Some(side) = p.compensation {
+            self.compensate(side, span)?;
+        }
+        if p.dwell {
+            self.dwell(p, span)?;
+        } else if p.frame.is_none() && (p.has_axis() || p.has_orientation() || p.has_center() || p.opening.is_some()) {
+            if p.positioning {
+                self.positioning(p, span)?;
+            } else {
+                let before = self.block_feed(p, span)?;
+                self.motion_with_corner(p, span)?;
+                if let Some(before) = before {
+                    self.technology.feed = before;
+                    self.tell_feed();
+                }
+            }
+        }
+        if !p.functions.is_empty() {
+            self.functions_after(p);
+        }
+        self.calls(p, block)?;
+        if p.functions.iter().any(|m| matches!(m, 2 | 17 | 30)) {
+            self.end_of_program();
+        }
+        Ok(())
+    }
+
+    pub(super) fn calls(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
+        let passes = p.passes.unwrap_or(1);
+        if p.passes.is_some() && p.call.is_none() && p.numbered_call.is_none() {
+            return Err(Fault::new(codes::UNKNOWN_WORD, block.span, "`P` has no subprogram in its block")
+                .help("write P with a subprogram call, such as L100 P3"));
+        }
+        if let Some(number) = p.numbered_call
+            && passes > 0
+        {
+            let call = Call { name: format!("L{number}"), arguments: None };
+            if !self.call_subprogram(&call, passes, block.span)? {
+                return Err(missing_subprogram(&call.name, block.span));
+            }
+        }
+        if let Some(word) = p.call.and_then(|at| block.words.get(at)) {
+            let call = match &word.kind {
+                WordKind::Call(call) => call.clone(),
+                WordKind::Name(name) => Call { name: name.clone(), arguments: None },
+                _ => return Ok(()),
+            };
+            if passes > 0 {
+                self.run_call(&call, passes, word.span)?;
+            }
+        } else if p.has_axis()
+            && p.frame.is_none()
+            && !p.machine
+            && let Some(modal) = self.modal_call.clone()
+            && modal.level == self.depth()
+        {
+            self.run_call(&modal.call, 1, block.span)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn run_call(&mut self, call: &Call, passes: u32, span: Span) -> Result<(), Fault> {
+        if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
+            return Ok(());
+        }
+        Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
+            .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))
+    }
+}
+
+/// Limits of the working area or of the spindle speed, for a note.
+fn limits_text(code: u32, p: &Pending) -> String {
+    let mut text = format!("G{code}");
+    for (letter, coordinate) in crate::AXIS_LETTERS.iter().zip(&p.axes) {
+        if let Some(coordinate) = coordinate {
+            text.push_str(&format!(" {letter}{}", coordinate.value));
+        }
+    }
+    if let Some(speed) = p.speed {
+        text.push_str(&format!(" S{speed}"));
+    }
+    text
+}

@@ -1,0 +1,93 @@
+//! Words of cutter radius compensation: G40 to G42 and what belongs to them.
+//!
+//! The reader tells [`CutterComp`] and keeps the style; the path of the tool center is made by the stage behind all readers
+//! ([`crate::compensation`]). After Siemens, *NC programming, Fundamentals*, "Tool radius compensation".
+
+use super::interpreter::Interpreter;
+use super::modal::Compensation;
+use super::pending::Pending;
+use crate::codes;
+use crate::compensation::FeedAt;
+use crate::diagnostic::{Fault, Span};
+use crate::{CompSide, CutterComp, Op};
+
+impl Interpreter {
+    /// G40, G41, G42.
+    pub(crate) fn compensation_word(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        let side = [CompSide::Off, CompSide::Left, CompSide::Right][code as usize % 40 % 3];
+        if side == CompSide::Off && self.modal.compensation.side == CompSide::Off && p.compensation.is_none() {
+            self.note("G40");
+            return Ok(());
+        }
+        if p.compensation.replace(side).is_some_and(|other| other != side) {
+            return Err(Fault::new(codes::CONFLICT, span, format!("`G{code}` contradicts another word of its group"))
+                .help("keep one of G40, G41 and G42"));
+        }
+        Ok(())
+    }
+
+    /// G450, G451.
+    pub(crate) fn corner_word(&mut self, code: u32) {
+        self.modal.compensation.style.corner = Compensation::corner(code);
+        self.note(format!("G{code}"));
+    }
+
+    /// Words without value that belong to compensation; false when the name is none of them.
+    pub(crate) fn compensation_name(&mut self, name: &str) -> bool {
+        let state = &mut self.modal.compensation;
+        match name {
+            "NORM" => state.approach = "NORM",
+            "KONT" => state.approach = "KONT",
+            "KONTC" => state.approach = "KONTC",
+            "KONTT" => state.approach = "KONTT",
+            "CUT2D" => state.plane_in_frame = false,
+            "CUT2DF" => state.plane_in_frame = true,
+            "CFC" => state.style.feed = FeedAt::Contour,
+            "CFIN" => state.style.feed = FeedAt::ContourInside,
+            "CFTCP" => state.style.feed = FeedAt::Center,
+            _ => return false,
+        }
+        self.note(name);
+        true
+    }
+
+    /// Takes G40, G41, G42 of a block into effect, behind its tool and edge.
+    pub(crate) fn compensate(&mut self, side: CompSide, span: Span) -> Result<(), Fault> {
+        let state = self.modal.compensation;
+        if side != CompSide::Off {
+            let refuse =
+                |message: String, help: &str| Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(help));
+            if state.approach != "NORM" {
+                return refuse(format!("cutter compensation with `{}` is not supported", state.approach), "use NORM");
+            }
+            if state.disc != 0.0 {
+                return refuse("cutter compensation with `DISC=` above zero is not supported".to_owned(), "use DISC=0");
+            }
+            let (normal, linear) = (self.modal.normal, self.modal.frames.programmable.linear);
+            let square = linear.iter().enumerate().all(|(row, factors)| row == normal || factors[normal].abs() < 1e-9);
+            if !square && !state.plane_in_frame && !self.technology.swiveled {
+                return refuse(
+                    "`CUT2D` in a frame that tilts the working plane is not supported".to_owned(),
+                    "use CUT2DF, which compensates in the plane of the frame",
+                );
+            }
+        }
+        self.modal.compensation.side = side;
+        self.tell_compensation();
+        Ok(())
+    }
+
+    /// Another edge (D) was taken: its radius is another one.
+    pub(crate) fn edge_changed_radius(&mut self) {
+        if self.modal.compensation.side != CompSide::Off {
+            self.tell_compensation();
+        }
+    }
+
+    pub(crate) fn tell_compensation(&mut self) {
+        let side = self.modal.compensation.side;
+        // D0 switches all data of the tool off, its radius too. Other edges have the radius of the tool.
+        let radius = (side != CompSide::Off && self.technology.edge == Some(0)).then_some(0.0);
+        self.emit(Op::CutterComp(CutterComp { side, offset: None, radius }));
+    }
+}

@@ -1,0 +1,191 @@
+//! Subprograms: finding, entering, leaving.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::super::eval::Val;
+use super::super::expr::Expr;
+use super::super::index::Section;
+use super::super::parser::{self, Block, Call, Parameter, Statement};
+use super::{Interpreter, Level, Loaded};
+use crate::Op;
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::source::{Mark, Source};
+
+impl Interpreter {
+    /// The call with its arguments replaced by their values.
+    pub(super) fn with_values(&self, call: &Call, span: Span) -> Result<Call, Fault> {
+        let arguments = match &call.arguments {
+            None => None,
+            Some(list) => Some(
+                list.iter()
+                    .map(|argument| match argument {
+                        None => Ok(None),
+                        Some(expr) => self.variables.eval(expr, span).map(|value| {
+                            Some(match value {
+                                Val::Number(number) => Expr::Number(number),
+                                Val::Text(text) => Expr::Text(text),
+                            })
+                        }),
+                    })
+                    .collect::<Result<Vec<_>, Fault>>()?,
+            ),
+        };
+        Ok(Call { name: call.name.clone(), arguments })
+    }
+
+    /// Enters a subprogram of the same file or of the folders; false when there is none with this name.
+    pub(crate) fn call_subprogram(&mut self, call: &Call, passes: u32, span: Span) -> Result<bool, Fault> {
+        let Some((loaded, section)) = self.find_subprogram(&call.name, span)? else {
+            return Ok(false);
+        };
+        let limit = self.settings.limits.max_call_depth;
+        if self.stack.len() > limit as usize {
+            let message = format!("`{}` is called at depth {}; the limit is {limit}", call.name, self.stack.len());
+            return Err(
+                Fault::new(codes::NESTING_LIMIT, span, message).help("check for a subprogram that calls itself")
+            );
+        }
+        let (parameters, save, first_line) = procedure_head(&loaded, section).map_err(|fault| {
+            let message = format!("the head of the subprogram `{}` is broken: {}", call.name, fault.message);
+            Fault { code: codes::SUBPROGRAM, message, help: fault.help, span }
+        })?;
+        let given = call.arguments.as_deref().unwrap_or_default();
+        if given.len() > parameters.len() {
+            let message = format!("`{}` takes {} arguments and is given {}", call.name, parameters.len(), given.len());
+            return Err(Fault::new(codes::ARGUMENTS, span, message).help("compare the call with the PROC line"));
+        }
+        let mut values = Vec::new();
+        let mut references = Vec::new();
+        for (i, parameter) in parameters.iter().enumerate() {
+            let argument = given.get(i).and_then(Option::as_ref);
+            let value = match argument.or(parameter.initial.as_ref()) {
+                Some(expr) => Some(self.variables.eval(expr, span)?),
+                None => None,
+            };
+            if let Some(argument) = argument.filter(|_| parameter.by_reference) {
+                references.push((parameter.name.clone(), argument.clone()));
+            }
+            values.push(value);
+        }
+        self.variables.enter();
+        for (parameter, value) in parameters.iter().zip(values) {
+            self.variables.define(&parameter.name, parameter.kind, Vec::new(), span)?;
+            if let Some(value) = value {
+                self.variables.assign(&parameter.name, &[], value, span)?;
+            }
+        }
+        let saved = save.then(|| Box::new(self.modal.clone()));
+        self.stack.push(Level {
+            loaded,
+            section,
+            cursor: first_line,
+            repetitions: Vec::new(),
+            passes_left: passes.saturating_sub(1),
+            first_line,
+            references,
+            saved,
+        });
+        Ok(true)
+    }
+
+    /// Leaves a subprogram, or begins its next pass.
+    pub(super) fn leave(&mut self) {
+        if let Some(level) = self.stack.last_mut()
+            && level.passes_left > 0
+        {
+            level.passes_left -= 1;
+            level.cursor = level.first_line;
+            return;
+        }
+        let Some(level) = self.stack.pop() else { return };
+        let locals = self.variables.leave();
+        for (inside, outside) in level.references {
+            if let Some(value) = locals.get(&inside).and_then(|variable| variable.single()) {
+                // The target was read when the call was made, so that it can be assigned now.
+                let _ = self.assign_expr(&outside, value.clone(), Span::default());
+            }
+        }
+        if self.modal_call.as_ref().is_some_and(|modal| modal.level > self.depth()) {
+            self.modal_call = None;
+        }
+        if let Some(saved) = level.saved {
+            let (path_mode, side) = (self.modal.path_mode, self.modal.compensation.side);
+            self.modal = *saved;
+            if self.modal.compensation.side != side {
+                self.tell_compensation();
+            }
+            if self.modal.path_mode != path_mode {
+                self.emit(Op::PathMode(self.modal.path_mode));
+            }
+            if *self.position.frame() != self.modal.frames.total() {
+                self.take_frames("SAVE");
+            }
+        }
+    }
+
+    pub(super) fn find_subprogram(&mut self, name: &str, span: Span) -> Result<Option<(Arc<Loaded>, Section)>, Fault> {
+        for level in self.stack.iter().rev() {
+            if let Some(section) = level.loaded.index.procs.get(name) {
+                return Ok(Some((Arc::clone(&level.loaded), *section)));
+            }
+        }
+        for folder in self.folders.clone() {
+            let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+            let mut found: Vec<PathBuf> = entries
+                .filter_map(|entry| Some(entry.ok()?.path()))
+                .filter(|path| {
+                    let stem = path.file_stem().map(|s| s.to_string_lossy().to_ascii_uppercase());
+                    let ending = path.extension().map(|s| s.to_string_lossy().to_ascii_uppercase());
+                    stem.as_deref() == Some(name) && matches!(ending.as_deref(), Some("SPF" | "MPF"))
+                })
+                .collect();
+            // SPF before MPF, then by name: the order of a folder decides nothing.
+            found.sort_by_key(|path| {
+                let main = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("MPF"));
+                (main, path.clone())
+            });
+            if let Some(path) = found.into_iter().next() {
+                if let Some(loaded) = self.files.get(&path) {
+                    return Ok(Some((Arc::clone(loaded), loaded.index.main)));
+                }
+                let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
+                let source =
+                    Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
+                let loaded =
+                    Loaded::new(source).map_err(|d| failed(format!("the subprogram `{name}` is broken: {d}")))?;
+                let loaded = Arc::new(loaded);
+                let section = loaded.index.main;
+                self.files.insert(path, Arc::clone(&loaded));
+                return Ok(Some((loaded, section)));
+            }
+        }
+        Ok(None)
+    }
+}
+
+pub(crate) fn missing_subprogram(name: &str, span: Span) -> Fault {
+    Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
+        .help(format!("put {name}.SPF into the folder of the program, or `PROC {name}` into its file"))
+}
+
+/// Parameters of a subprogram, whether it saves modal state, and its first line behind PROC.
+fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, bool, Mark), Fault> {
+    let mut block = Block::default();
+    let mut at = section.start;
+    while let Some((line, next)) = loaded.source.line(at) {
+        if at.offset >= section.end {
+            break;
+        }
+        parser::parse_line(line, &mut block)?;
+        if let Some(Statement::Proc { parameters, save, .. }) = block.statement.take() {
+            return Ok((parameters, save, next));
+        }
+        if !block.is_empty() {
+            break;
+        }
+        at = next;
+    }
+    Ok((Vec::new(), false, section.start))
+}

@@ -1,0 +1,154 @@
+//! Jumps, repetitions, and the limit of passes.
+
+use std::sync::Arc;
+
+use super::super::eval;
+use super::super::expr::Expr;
+use super::super::index;
+use super::super::parser::{Direction, Jump};
+use super::{Interpreter, Loaded, Repetition};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::source::Mark;
+
+impl Interpreter {
+    pub(super) fn set_cursor(&mut self, to: Mark) {
+        if let Some(level) = self.stack.last_mut() {
+            level.cursor = to;
+        }
+    }
+
+    /// Continues behind a line.
+    pub(super) fn continue_after(&mut self, loaded: &Loaded, line: Mark) {
+        let next = loaded.source.line(line).map_or(line, |(_, next)| next);
+        self.set_cursor(next);
+    }
+
+    pub(super) fn partner(loaded: &Loaded, at: Mark, span: Span) -> Result<Mark, Fault> {
+        loaded.index.partners.get(&at.offset).copied().ok_or_else(|| {
+            Fault::new(codes::STRUCTURE, span, "the other end of this control structure is missing").help("write it")
+        })
+    }
+
+    /// Counts a jump back and refuses one too many.
+    pub(super) fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
+        self.passes += 1;
+        self.idle_passes += 1;
+        let limits = self.settings.limits;
+        if self.passes > limits.max_loop_passes {
+            let message =
+                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
+                .help("check the conditions of the loops, or raise max_loop_passes"));
+        }
+        if self.idle_passes > limits.max_idle_passes {
+            let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
+                .help("check the condition of the loop, or raise max_idle_passes"));
+        }
+        Ok(())
+    }
+
+    pub(super) fn jump(&mut self, loaded: &Arc<Loaded>, at: Mark, jump: &Jump) -> Result<(), Fault> {
+        let name = match &jump.target {
+            Expr::Name(name) if !self.variables.is_defined(name) => name.clone(),
+            other => eval::shown(&self.variables.eval(other, jump.span)?).to_ascii_uppercase(),
+        };
+        let found = match jump.direction {
+            Direction::Forward => self.find_target(loaded, at, &name, true),
+            Direction::Backward => self.find_target(loaded, at, &name, false),
+            Direction::Either | Direction::Silent => {
+                self.find_target(loaded, at, &name, true).or_else(|| self.find_target(loaded, at, &name, false))
+            }
+        };
+        if found.is_none() && jump.direction == Direction::Silent {
+            return Ok(());
+        }
+        let Some(target) = found else {
+            let way = match jump.direction {
+                Direction::Forward => "behind this block",
+                Direction::Backward => "before this block",
+                Direction::Either | Direction::Silent => "in this program",
+            };
+            return Err(Fault::new(codes::JUMP_TARGET, jump.span, format!("the jump target `{name}` is not {way}"))
+                .help("write the label with a colon, or jump in the other direction"));
+        };
+        if target.offset <= at.offset {
+            self.count_pass(jump.span)?;
+        }
+        self.set_cursor(target);
+        Ok(())
+    }
+
+    pub(super) fn find_target(&mut self, loaded: &Arc<Loaded>, at: Mark, name: &str, forward: bool) -> Option<Mark> {
+        let section = self.stack.last()?.section;
+        if let Some(mark) = loaded.index.label(name, section, at.offset, forward) {
+            return Some(mark);
+        }
+        let number: u32 = name.strip_prefix('N')?.parse().ok()?;
+        let key = (Arc::clone(&loaded.source.name), at.offset, number, forward);
+        if let Some(mark) = self.block_numbers.get(&key) {
+            return Some(*mark);
+        }
+        let mark = index::find_block_number(&loaded.source, section, number, at, forward)?;
+        self.block_numbers.insert(key, mark);
+        Some(mark)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the parts of one statement")]
+    pub(super) fn repeat(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        first: &str,
+        last: Option<&str>,
+        count: Option<&Expr>,
+        only_block: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let count = match count {
+            Some(count) => self.variables.number(count, span)?.round().clamp(0.0, f64::from(u32::MAX)) as u32,
+            None => 1,
+        };
+        if count == 0 {
+            return Ok(());
+        }
+        let missing = |name: &str| {
+            Fault::new(codes::JUMP_TARGET, span, format!("the label `{name}` of the repetition is not in this program"))
+                .help("write the label with a colon")
+        };
+        let from = self
+            .find_target(loaded, at, first, false)
+            .or_else(|| self.find_target(loaded, at, first, true))
+            .ok_or_else(|| missing(first))?;
+        let after = |mark: Mark| loaded.source.line(mark).map_or(mark, |(_, next)| next).offset;
+        let end = if only_block {
+            after(from)
+        } else {
+            let last_line = match last {
+                Some(last) => Some(
+                    self.find_target(loaded, from, last, true)
+                        .or_else(|| (last == first).then_some(from))
+                        .ok_or_else(|| missing(last))?,
+                ),
+                None => self
+                    .find_target(loaded, from, "ENDLABEL", true)
+                    .filter(|m| m.offset < at.offset || from.offset > at.offset),
+            };
+            match last_line {
+                Some(mark) => after(mark),
+                None if from.offset < at.offset => at.offset,
+                None => return Err(missing("ENDLABEL")),
+            }
+        };
+        let Some(level) = self.stack.last_mut() else { return Ok(()) };
+        let resume = level.cursor;
+        // A repetition that was left by a jump is given up when its REPEAT is reached again.
+        if let Some(old) = level.repetitions.iter().position(|r| r.resume == resume) {
+            level.repetitions.truncate(old);
+        }
+        level.repetitions.push(Repetition { first: from, end, remaining: count, resume });
+        level.cursor = from;
+        self.count_pass(span)
+    }
+}

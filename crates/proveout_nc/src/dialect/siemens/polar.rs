@@ -1,0 +1,92 @@
+//! Polar coordinates: G110, G111, G112, AP=, RP=.
+//!
+//! After Siemens, *NC programming, Fundamentals*, "Travel commands with polar coordinates": the angle counts from the first
+//! axis of the working plane, the radius is modal, the pole is the zero of the work coordinates before it is programmed, and
+//! a circle without center and radius runs about the pole.
+
+use super::interpreter::Interpreter;
+use super::modal::Interpolation;
+use super::pending::{Coordinate, Pending, Reference};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::sin_cos_degrees;
+
+impl Interpreter {
+    /// G110 (from the position), G111 (work coordinates), G112 (from the last pole).
+    pub(crate) fn set_pole(&mut self, code: u32, p: &Pending, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.modal.plane_axes();
+        if p.programmed & !(1 << u | 1 << v) != 0 {
+            return Err(Fault::new(codes::CONFLICT, span, format!("the pole of G{code} lies in the working plane"))
+                .help("write its two coordinates in the plane"));
+        }
+        let length = self.modal.units.length();
+        let from = match code {
+            110 => {
+                let at = |axis: usize| {
+                    self.position.work.get(axis).ok_or_else(|| {
+                        Fault::new(codes::POSITION_UNKNOWN, span, "G110 counts from a position that is not known")
+                            .help("use G111")
+                    })
+                };
+                [at(u)?, at(v)?]
+            }
+            112 => self.modal.pole,
+            _ => [0.0; 2],
+        };
+        self.modal.pole = match (p.polar_angle, p.polar_radius) {
+            (Some(angle), Some(radius)) => {
+                let (s, c) = sin_cos_degrees(angle.value);
+                [from[0] + radius.value * length * c, from[1] + radius.value * length * s]
+            }
+            (None, None) => {
+                let by = |axis: usize| p.axes[axis].map_or(0.0, |c| c.value * length);
+                [from[0] + by(u), from[1] + by(v)]
+            }
+            _ => {
+                return Err(Fault::new(codes::MISSING_VALUE, span, "the pole has an angle or a radius and not both")
+                    .help("write AP= and RP="));
+            }
+        };
+        Ok(())
+    }
+
+    /// Replaces AP= and RP= of a motion by the coordinates that they mean.
+    pub(crate) fn resolve_polar(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.modal.plane_axes();
+        if p.programmed & (1 << u | 1 << v) != 0 {
+            return Err(Fault::new(
+                codes::CONFLICT,
+                span,
+                "polar coordinates and axes of the plane stand in one block",
+            )
+            .help("keep one of the two"));
+        }
+        let length = self.modal.units.length();
+        let missing = |word: &str| {
+            Fault::new(codes::MISSING_VALUE, span, format!("the polar coordinates have no {word}"))
+                .help(format!("write {word}"))
+        };
+        let take = |given: Option<Coordinate>, before: Option<f64>, factor: f64, word: &str| match given {
+            None => before.ok_or_else(|| missing(word)),
+            Some(Coordinate { value, reference: Reference::Incremental }) => {
+                before.map(|b| b + value * factor).ok_or_else(|| missing(word))
+            }
+            Some(Coordinate { value, .. }) => Ok(value * factor),
+        };
+        let radius = take(p.polar_radius, self.modal.polar_radius, length, "RP=")?;
+        let angle = take(p.polar_angle, self.modal.polar_angle, 1.0, "AP=")?;
+        (self.modal.polar_radius, self.modal.polar_angle) = (Some(radius), Some(angle));
+        let (s, c) = sin_cos_degrees(angle);
+        let pole = self.modal.pole;
+        let absolute = |value: f64| Some(Coordinate { value: value / length, reference: Reference::Absolute });
+        p.axes[u] = absolute(pole[0] + radius * c);
+        p.axes[v] = absolute(pole[1] + radius * s);
+        p.programmed |= 1 << u | 1 << v;
+        let circle = matches!(self.modal.interpolation, Interpolation::Clockwise | Interpolation::CounterClockwise);
+        if circle && !p.has_center() && p.radius.is_none() && p.opening.is_none() {
+            p.center[u] = absolute(pole[0]);
+            p.center[v] = absolute(pole[1]);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,220 @@
+//! Threads: G33, G331, G332, G63, CYCLE84 and CYCLE840.
+//!
+//! Parameters after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), CYCLE84 and CYCLE840; G331 and G332 after
+//! *Programming Manual Fundamentals*, "Tapping without compensating chuck". A positive pitch is a right-hand thread.
+
+use super::drilling::Planes;
+use super::eval::Val;
+use super::frames::number;
+use super::interpreter::Interpreter;
+use super::modal::Interpolation;
+use super::pending::{Pending, Reference};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::{Feed, Motion, Op, Spindle, SpindleDirection, ThreadMotion};
+
+/// Coarse pitches of metric threads (ISO 261) by nominal diameter, mm.
+const METRIC_COARSE: [(f64, f64); 24] = [
+    (3.0, 0.5),
+    (4.0, 0.7),
+    (5.0, 0.8),
+    (6.0, 1.0),
+    (7.0, 1.0),
+    (8.0, 1.25),
+    (9.0, 1.25),
+    (10.0, 1.5),
+    (11.0, 1.5),
+    (12.0, 1.75),
+    (14.0, 2.0),
+    (16.0, 2.0),
+    (18.0, 2.5),
+    (20.0, 2.5),
+    (22.0, 2.5),
+    (24.0, 3.0),
+    (27.0, 3.0),
+    (30.0, 3.5),
+    (33.0, 3.5),
+    (36.0, 4.0),
+    (39.0, 4.0),
+    (42.0, 4.5),
+    (45.0, 4.5),
+    (48.0, 5.0),
+];
+
+fn opposite(direction: SpindleDirection) -> SpindleDirection {
+    match direction {
+        SpindleDirection::Clockwise => SpindleDirection::CounterClockwise,
+        SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
+        SpindleDirection::Off => SpindleDirection::Off,
+    }
+}
+
+impl Interpreter {
+    /// A block of G33, G331 or G332: one linear axis, its pitch in I, J or K.
+    pub(crate) fn thread_block(&mut self, p: &Pending, motion: Motion, span: Span) -> Result<(), Fault> {
+        let interpolation = self.modal.interpolation;
+        let word = match interpolation {
+            Interpolation::TapIn => "G331",
+            Interpolation::TapOut => "G332",
+            _ => "G33",
+        };
+        let moved: Vec<usize> = (0..9).filter(|axis| p.programmed >> axis & 1 == 1).collect();
+        let [axis @ 0..=2] = moved[..] else {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                format!("`{word}` with other axes than one of X, Y, Z is not supported"),
+            )
+            .help("program the axis of the thread alone"));
+        };
+        if let Some(coordinate) = p.center[axis] {
+            if coordinate.reference != Reference::Modal || coordinate.value == 0.0 {
+                return Err(Fault::new(codes::BAD_VALUE, span, "the pitch is a number other than zero")
+                    .help("write for example K1.5"));
+            }
+            self.technology.pitch = Some(coordinate.value * self.modal.units.length());
+        }
+        let Some(pitch) = self.technology.pitch else {
+            let letter = ['I', 'J', 'K'][axis];
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{word}` has no pitch"))
+                .help(format!("write the pitch with {letter}")));
+        };
+        let turn = if pitch > 0.0 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        let direction = match interpolation {
+            Interpolation::TapIn => Some(turn),
+            Interpolation::TapOut => Some(opposite(turn)),
+            _ => None,
+        };
+        if self.technology.speed.is_none() {
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{word}` has no spindle speed"))
+                .help("write S before or in the block"));
+        }
+        self.go_thread(motion, pitch.abs(), direction);
+        Ok(())
+    }
+
+    fn go_thread(&mut self, motion: Motion, pitch: f64, direction: Option<SpindleDirection>) {
+        self.position.move_to(motion.end, motion.end_base);
+        self.tangent = None;
+        self.moved();
+        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
+    }
+
+    /// Pitch from MPIT (nominal diameter) or PIT (mm), with its sign.
+    fn cycle_pitch(&self, values: &[Option<Val>], at: usize, name: &str, span: Span) -> Result<Option<f64>, Fault> {
+        if let Some(pitch) = number(values, at + 1, name, span)?.filter(|v| *v != 0.0) {
+            return Ok(Some(pitch * self.modal.units.length()));
+        }
+        let Some(size) = number(values, at, name, span)?.filter(|v| *v != 0.0) else { return Ok(None) };
+        let found = METRIC_COARSE.iter().find(|(nominal, _)| *nominal == size.abs());
+        let Some((_, pitch)) = found else {
+            return Err(Fault::new(
+                codes::ARGUMENTS,
+                span,
+                format!("`{name}` has no coarse pitch for M{}", size.abs()),
+            )
+            .help("give the pitch itself (PIT)"));
+        };
+        Ok(Some(pitch.copysign(size)))
+    }
+
+    /// CYCLE84(RTP, RFP, SDIS, DP, DPR, DTB, SDAC, MPIT, PIT, POSS, SST, SST1, AXN, PITA, TECHNO, VARI, DAM, VRT).
+    ///
+    /// Rapid to the start plane, into the hole with the pitch at SST, dwell, out to the start plane at SST1 with the spindle
+    /// reversed, rapid to the retraction plane; the spindle then turns as SDAC says.
+    pub(crate) fn rigid_tapping(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
+        const NAME: &str = "CYCLE84";
+        let value = |at: usize| number(values, at, NAME, span);
+        for (at, what) in [(12, "another drilling axis (AXN)"), (15, "several infeeds (VARI)")] {
+            let plain = value(at)?.is_none_or(|v| v == 0.0 || at == 12 && v == 3.0);
+            if !plain {
+                return Err(Fault::new(
+                    codes::UNSUPPORTED_WORD,
+                    span,
+                    format!("`{NAME}` with {what} is not supported"),
+                )
+                .help("tap in one pass along the normal of the working plane"));
+            }
+        }
+        let unit = match value(13)?.unwrap_or(0.0) {
+            0.0 | 1.0 => 1.0,
+            // Threads per inch and inch per revolution.
+            2.0 => f64::NAN,
+            3.0 => 25.4,
+            _ => {
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{NAME}` with modular pitch (PITA)"))
+                    .help("give the pitch in mm"));
+            }
+        };
+        let pitch = self.cycle_pitch(values, 7, NAME, span)?.ok_or_else(|| {
+            Fault::new(codes::ARGUMENTS, span, "`CYCLE84` has no pitch (MPIT or PIT)").help("write the pitch, mm")
+        })?;
+        let pitch = if unit.is_nan() { 25.4 / pitch } else { pitch * unit };
+        let speed = value(10)?.filter(|v| *v > 0.0).or(self.technology.speed).ok_or_else(|| {
+            Fault::new(codes::ARGUMENTS, span, "`CYCLE84` has no spindle speed (SST)").help("write the speed, 1/min")
+        })?;
+        let back = value(11)?.filter(|v| *v > 0.0).unwrap_or(speed);
+        let turn = if pitch > 0.0 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        self.along(planes.start, true, span)?;
+        if let Some(angle) = value(9)? {
+            self.note(format!("CYCLE84 orients the spindle at {angle} degrees"));
+        }
+        self.tap(planes.depth, pitch.abs(), turn, speed, span)?;
+        self.wait(value(5)?);
+        self.tap(planes.start, pitch.abs(), opposite(turn), back, span)?;
+        self.technology.direction = match value(6)?.unwrap_or(5.0) {
+            3.0 => SpindleDirection::Clockwise,
+            4.0 => SpindleDirection::CounterClockwise,
+            _ => SpindleDirection::Off,
+        };
+        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
+        self.emit(Op::Spindle(spindle));
+        self.along(planes.retraction, true, span)
+    }
+
+    /// Motion along the drilling axis coupled to the spindle.
+    fn tap(&mut self, to: f64, pitch: f64, turn: SpindleDirection, speed: f64, span: Span) -> Result<(), Fault> {
+        self.emit(Op::Spindle(Spindle { direction: turn, speed_rpm: Some(speed) }));
+        let motion = self.along_motion(to, span)?;
+        self.go_thread(motion, pitch, Some(turn));
+        Ok(())
+    }
+
+    /// CYCLE840(RTP, RFP, SDIS, DP, DPR, DTB, SDR, SDAC, ENC, MPIT, PIT): tapping in a compensating chuck.
+    ///
+    /// The spindle runs as it was started; it reverses at the depth. Without a pitch the feed and speed in force give it.
+    pub(crate) fn floating_tapping(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
+        const NAME: &str = "CYCLE840";
+        let value = |at: usize| number(values, at, NAME, span);
+        let speed = self.technology.speed.filter(|s| *s > 0.0).ok_or_else(|| {
+            Fault::new(codes::MISSING_VALUE, span, "`CYCLE840` has no spindle speed").help("write S before the cycle")
+        })?;
+        let pitch = match (self.cycle_pitch(values, 9, NAME, span)?, self.technology.feed) {
+            (Some(pitch), _) => pitch.abs(),
+            (None, Some(Feed::PerTime(feed))) => feed * 60.0 / speed,
+            (None, Some(Feed::PerRevolution(feed))) => feed,
+            _ => {
+                return Err(Fault::new(codes::ARGUMENTS, span, "`CYCLE840` has neither a pitch nor a feed")
+                    .help("write MPIT or PIT, or F before the cycle"));
+            }
+        };
+        let turn = match (value(7)?, self.technology.direction) {
+            (Some(3.0), _) => SpindleDirection::Clockwise,
+            (Some(4.0), _) => SpindleDirection::CounterClockwise,
+            (_, SpindleDirection::Off) => SpindleDirection::Clockwise,
+            (_, running) => running,
+        };
+        let back = match value(6)? {
+            Some(3.0) => SpindleDirection::Clockwise,
+            Some(4.0) => SpindleDirection::CounterClockwise,
+            _ => opposite(turn),
+        };
+        self.along(planes.start, true, span)?;
+        self.tap(planes.depth, pitch, turn, speed, span)?;
+        self.wait(value(5)?);
+        self.tap(planes.start, pitch, back, speed, span)?;
+        self.technology.direction = turn;
+        self.emit(Op::Spindle(Spindle { direction: turn, speed_rpm: Some(speed) }));
+        self.along(planes.retraction, true, span)
+    }
+}

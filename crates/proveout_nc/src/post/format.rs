@@ -1,0 +1,186 @@
+//! What all posts share: lines with numbers, numbers with decimals, frames above a work offset, points on circles.
+
+use std::f64::consts::TAU;
+use std::io::Write;
+
+use super::{EdgeNumbers, PostSettings, Unsaid, positive};
+use crate::frame::{self, Frame};
+use crate::{ArcMotion, FrameChange, ToolName};
+
+/// Lines of text.
+#[derive(Debug)]
+pub(crate) struct Lines<W> {
+    pub(crate) sink: W,
+    pub(crate) settings: PostSettings,
+    number: u32,
+}
+
+impl<W: Write> Lines<W> {
+    pub(crate) fn new(sink: W, settings: PostSettings) -> Self {
+        Self { sink, settings, number: 0 }
+    }
+
+    /// A block, with its N word where they are wanted.
+    pub(crate) fn block(&mut self, words: &str) -> Result<(), Unsaid> {
+        if words.is_empty() {
+            return Ok(());
+        }
+        if let Some(step) = self.settings.block_number_step {
+            self.number = self.number.saturating_add(step);
+            write!(self.sink, "N{} ", self.number)?;
+        }
+        writeln!(self.sink, "{words}")?;
+        Ok(())
+    }
+
+    /// A line as it stands.
+    pub(crate) fn plain(&mut self, text: &str) -> Result<(), Unsaid> {
+        writeln!(self.sink, "{text}")?;
+        Ok(())
+    }
+
+    pub(crate) fn footer(&mut self) -> Result<(), Unsaid> {
+        for line in std::mem::take(&mut self.settings.footer) {
+            self.plain(&line)?;
+        }
+        self.sink.flush()?;
+        Ok(())
+    }
+
+    /// Millimeters in the unit of the text.
+    pub(crate) fn in_unit(&self, mm: f64) -> f64 {
+        if self.settings.inches { mm / 25.4 } else { mm }
+    }
+
+    pub(crate) fn number(&self, value: f64, decimals: usize) -> String {
+        let mut text = format!("{value:.decimals$}");
+        if !self.settings.trailing_zeros && text.contains('.') {
+            text.truncate(text.trim_end_matches('0').len());
+        }
+        self.finished(text)
+    }
+
+    fn finished(&self, mut text: String) -> String {
+        if text.ends_with('.') && !self.settings.decimal_point {
+            text.pop();
+        }
+        if self.settings.decimal_point && !text.contains('.') {
+            text.push('.');
+        }
+        if text.starts_with('-') && !text.bytes().any(|b| (b'1'..=b'9').contains(&b)) {
+            text.remove(0);
+        }
+        text
+    }
+
+    pub(crate) fn length(&self, mm: f64) -> String {
+        self.number(self.in_unit(mm), self.settings.length_decimals)
+    }
+
+    pub(crate) fn center(&self, mm: f64) -> String {
+        self.number(self.in_unit(mm), self.settings.center_decimals)
+    }
+
+    pub(crate) fn angle(&self, radian: f64) -> String {
+        self.number(radian.to_degrees(), self.settings.angle_decimals)
+    }
+
+    /// Value of an axis by its index.
+    pub(crate) fn axis(&self, axis: usize, value: f64) -> String {
+        if (3..6).contains(&axis) { self.angle(value) } else { self.length(value) }
+    }
+
+    pub(crate) fn vector(&self, component: f64) -> String {
+        self.number(component, self.settings.vector_decimals)
+    }
+
+    /// A value above zero never becomes zero.
+    pub(crate) fn above_zero(&self, value: f64, decimals: usize) -> String {
+        self.finished(positive(value, decimals))
+    }
+
+    pub(crate) fn feed(&self, mm: f64) -> String {
+        self.above_zero(self.in_unit(mm), self.settings.feed_decimals)
+    }
+
+    /// The number that calls the length of a tool; 0 stays 0.
+    pub(crate) fn edge(&self, edge: u32, tool: Option<&ToolName>) -> u32 {
+        match (self.settings.edge_numbers, tool) {
+            _ if edge == 0 => 0,
+            (EdgeNumbers::Tool, Some(ToolName::Number(number))) => *number,
+            (EdgeNumbers::One, _) => 1,
+            _ => edge,
+        }
+    }
+}
+
+/// Whole number, or with up to three decimals: speeds.
+pub(crate) fn speed(value: f64) -> String {
+    super::decimal(value, 3)
+}
+
+/// Work offset in effect, and the frame of the commands above it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frames {
+    pub(crate) settable: Frame,
+    /// From work coordinates of the commands to the coordinates of the work offset.
+    pub(crate) above: Frame,
+}
+
+impl Frames {
+    pub(crate) fn new() -> Self {
+        Self { settable: Frame::IDENTITY, above: Frame::IDENTITY }
+    }
+
+    pub(crate) fn offset(&mut self, word: &str, settings: &PostSettings) {
+        let values = settings.work_offsets.get(word).copied().unwrap_or_default();
+        self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+    }
+
+    pub(crate) fn change(&mut self, change: &FrameChange) {
+        // A work offset only shifts, so what lies above it is the difference of the shifts.
+        self.above = Frame {
+            linear: change.rotation,
+            translation: frame::sub(change.translation, self.settable.translation),
+            rotary: frame::sub(change.rotary, self.settable.rotary),
+        };
+    }
+
+    /// The new z leaves the z of the work offset.
+    pub(crate) fn is_tilted(&self) -> bool {
+        let m = &self.above.linear;
+        let off = [m[0][2], m[1][2], m[2][0], m[2][1]];
+        off.iter().any(|v| v.abs() > 1e-9)
+    }
+
+    /// A pure rotation.
+    pub(crate) fn is_rotation(&self) -> bool {
+        self.above.determinant() > 0.0 && self.above.uniform_scale().is_some_and(|s| (s - 1.0).abs() < 1e-9)
+    }
+}
+
+/// An arc that falls onto one point when it is written: shorter than the last decimal.
+pub(crate) fn full_turns(arc: &ArcMotion) -> u32 {
+    // Rounding of the angle must not make a full circle one turn and nothing.
+    ((arc.sweep / TAU - 1e-9).ceil() - 1.0).clamp(0.0, 1e6) as u32
+}
+
+/// The radius with its sign (negative beyond a half turn), where an arc is well said by it: near a half turn and a full one
+/// the center would follow from it only roughly.
+pub(crate) fn radius_word(arc: &ArcMotion, settings: &PostSettings) -> Option<f64> {
+    const CLEAR_OF: f64 = 0.35;
+    let half = TAU / 2.0;
+    let well = (arc.sweep - half).abs() > CLEAR_OF && arc.sweep < TAU - CLEAR_OF;
+    (settings.arc_radius && well).then(|| if arc.sweep > half { -arc.radius } else { arc.radius })
+}
+
+/// Coordinate axis along a direction, and its sign.
+pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
+    let axis = direction.iter().position(|v| v.abs() > 1.0 - 1e-9)?;
+    Some((axis, direction[axis].signum()))
+}
+
+/// Text without line ends and without the characters that end a comment.
+pub(crate) fn one_line(text: &str, without: &[char]) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).filter(|c| !without.contains(c)).collect()
+}
