@@ -22,6 +22,10 @@ pub(crate) enum Command {
     Nc(NcArgs),
     /// Tool pose of joint positions, or joint positions of tool poses, CSV from standard input to standard output
     Kinematics(KinematicsArgs),
+    /// Write a program for the blade of a scene
+    Plan(PlanArgs),
+    /// Write a program of a scene with new tool axes: contact points, feeds and structure stay
+    Reschedule(RescheduleArgs),
     /// What changed between two run folders: findings gone, new, changed; numbers
     Diff(DiffArgs),
     /// Open the recording of a run folder in the Rerun viewer
@@ -148,6 +152,39 @@ pub(crate) struct KinematicsArgs {
     /// From the tip to the gauge line, mm
     #[arg(long, default_value_t = 0.0)]
     pub(crate) tool_length_mm: f64,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// Folder of the scene, or its scene.toml
+    pub(crate) scene: PathBuf,
+    /// How the path is laid
+    #[arg(long, value_enum)]
+    pub(crate) strategy: StrategyArg,
+    /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc LinuxCNC, .nc ISO)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum StrategyArg {
+    /// A ball end mill on a helix round the blade, as [plan.helix] of the scene says
+    Helix,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RescheduleArgs {
+    /// Folder of the scene, or its scene.toml
+    pub(crate) scene: PathBuf,
+    /// Program of the scene that is re-scheduled
+    #[arg(long, value_name = "NAME")]
+    pub(crate) program: String,
+    /// Published method
+    #[arg(long, value_name = "METHOD")]
+    pub(crate) method: String,
+    /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc LinuxCNC, .nc ISO)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -41,6 +41,8 @@ fn main() -> ExitCode {
         Command::Check(args) => commands::check::check(&args.paths).map(|clean| if clean { PASS } else { WRONG }),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
+        Command::Plan(args) => commands::plan::plan(&args).map(|()| PASS),
+        Command::Reschedule(args) => commands::plan::reschedule(&args).map(|()| PASS),
         Command::Diff(args) => commands::diff::diff(&args.run_a, &args.run_b).map(|()| PASS),
         Command::View(args) => commands::view::view(&args.run).map(|()| PASS),
     };

@@ -129,18 +129,13 @@ impl Prepared {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
-        let nc_settings = NcSettings {
-            dialect: dialect(&scene, entry)?,
-            work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
-            ..NcSettings::default()
-        };
+        let nc_settings = Self::reader_settings(&scene, entry)?;
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
             Some(reschedule) => {
                 let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools)?;
-                let text = programs::siemens_text(&made.commands, &nc_settings)?;
+                let text = programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?;
                 digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
                 Some(MadeProgram { text, runs: made.runs })
             }
@@ -179,6 +174,16 @@ impl Prepared {
             digests,
             scene,
             read_time: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// Settings of a reader for a scene's offsets, without a dialect.
+    pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, ConfigError> {
+        let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
+        Ok(NcSettings {
+            dialect: dialect(scene, entry)?,
+            work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
+            ..NcSettings::default()
         })
     }
 

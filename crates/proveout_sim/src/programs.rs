@@ -5,10 +5,10 @@ use std::path::Path;
 use proveout_controller::{Reprogrammed, Reprogramming};
 use proveout_geom::{ToolPose, Vector};
 use proveout_machine::Machine;
-use proveout_nc::post::{PostSettings, SiemensPost};
+use proveout_nc::post::{PostSettings, post_for};
 use proveout_nc::{
-    AxisValues, Command, Coolant, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode, Program,
-    Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
+    AxisValues, Command, Coolant, Dialect, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode,
+    Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
 };
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 
@@ -28,17 +28,48 @@ fn tip(tool: &Tool) -> Option<&Profile> {
     tool.cutting().next().map(|body| &body.profile)
 }
 
-/// Text of commands for an 840D.
+/// Text of commands in a language.
 ///
 /// # Errors
 /// A command that the language cannot say.
-pub fn siemens_text(commands: &[Command], settings: &Settings) -> Result<String, SimError> {
-    let mut post =
-        SiemensPost::new(Vec::new(), PostSettings { work_offsets: settings.work_offsets.clone(), ..format() });
-    for command in commands {
+pub fn text(commands: &[Command], dialect: Dialect, settings: &Settings) -> Result<String, SimError> {
+    let mut out = Vec::new();
+    let format = PostSettings { work_offsets: settings.work_offsets.clone(), ..format() };
+    let mut post = post_for(dialect, format, &mut out)?;
+    let commands = if dialect == Dialect::Apt { tip_feeds(commands) } else { commands.to_vec() };
+    for command in &commands {
         post.write(command)?;
     }
-    Ok(String::from_utf8_lossy(&post.into_inner()).into_owned())
+    post.finish()?;
+    drop(post);
+    Ok(String::from_utf8_lossy(&out).into_owned())
+}
+
+/// CL data know no inverse time: the same times as feeds of the tip.
+fn tip_feeds(commands: &[Command]) -> Vec<Command> {
+    let mut at: Option<[f64; 3]> = None;
+    let mut pending: Option<f64> = None;
+    let mut out = Vec::with_capacity(commands.len());
+    for command in commands {
+        match &command.op {
+            Op::Feed(Feed::InverseTime(seconds)) => pending = Some(*seconds),
+            Op::Rapid(motion) | Op::Linear(motion) => {
+                let end = motion.end_base.xyz();
+                if let (Op::Linear(_), Some(seconds), Some(a), Some(b)) = (&command.op, pending, at, end) {
+                    let length = (0..3).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>().sqrt();
+                    // A tip that stands still has no feed of its own; the one before stays.
+                    if length > 1e-9 {
+                        let op = Op::Feed(Feed::PerTime(length / seconds));
+                        out.push(Command { location: command.location.clone(), op });
+                    }
+                }
+                at = end.or(at);
+                out.push(command.clone());
+            }
+            _ => out.push(command.clone()),
+        }
+    }
+    out
 }
 
 /// The program of a helical pass over the blade of the scene, as canonical commands in the workpiece frame.

@@ -4,5 +4,6 @@ pub(crate) mod check;
 pub(crate) mod diff;
 pub(crate) mod kinematics;
 pub(crate) mod nc;
+pub(crate) mod plan;
 pub(crate) mod run;
 pub(crate) mod view;
