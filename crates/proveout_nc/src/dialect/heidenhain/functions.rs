@@ -20,7 +20,8 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     match code {
         94 | 138 => loop {
             x.blanks();
-            let index = AxisValues::index(char::from(x.peek())).filter(|_| !matches!(x.peek_at(1), b'0'..=b'9' | b'+' | b'-' | b'.'));
+            let index = AxisValues::index(char::from(x.peek()))
+                .filter(|_| !matches!(x.peek_at(1), b'0'..=b'9' | b'+' | b'-' | b'.'));
             let Some(index) = index else { break };
             x.s.bump();
             m.axes |= 1 << index;
@@ -219,7 +220,9 @@ impl Interpreter {
     /// command of its own.
     pub(crate) fn retract(&mut self, distance: Option<f64>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
         if distance.is_some_and(|d| !(d >= 0.0 && d.is_finite())) {
-            return Err(Fault::new(codes::BAD_VALUE, span, "the way of M140 must not be negative").help("write M140 MB 50"));
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, "the way of M140 must not be negative").help("write M140 MB 50")
+            );
         }
         let rapid = !matches!(feed, Some(FeedWord::Value(_) | FeedWord::Auto | FeedWord::PerRevolution(_)));
         let before = self.state.feed;
