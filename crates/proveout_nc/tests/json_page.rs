@@ -45,6 +45,8 @@ fn every_op() -> Vec<Op> {
         Op::Tool(ToolAction::Change(ToolName::Name("A".to_owned()))),
         Op::Plane('Z'),
         Op::Offset(Offset::ToolEdge { edge: 1 }),
+        Op::Offset(Offset::ToolDelta { length: 1.0, radius: 1.0, corner_radius: 1.0 }),
+        Op::Retract(Retract { distance: None, rapid: true }),
         Op::Offset(Offset::Work { word: "G54".to_owned() }),
         Op::Frame(FrameChange {
             word: "ROT".to_owned(),
@@ -70,7 +72,7 @@ fn every_op() -> Vec<Op> {
             }
             Op::Feed(_) | Op::Spindle(_) | Op::Tool(_) | Op::Plane(_) | Op::Offset(_) | Op::Frame(_) | Op::Tcp(_) => {}
             Op::PathMode(_) | Op::CutterComp(_) | Op::Override(_) | Op::Coolant(_) | Op::Message(_) | Op::Note(_) => {}
-            Op::Stop { .. } | Op::End => {}
+            Op::Stop { .. } | Op::Retract(_) | Op::End => {}
         }
     }
     ops

@@ -125,6 +125,13 @@ impl<W: Write> AptPost<W> {
                 Err(Unsaid::new("switching the tool length off", "take D0 or G49 out: CL data gives points of the tip"))
             }
             Op::Offset(Offset::ToolEdge { .. }) => Ok(()),
+            Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
+                if [length, radius, corner_radius].iter().all(|v| **v == 0.0) {
+                    return Ok(());
+                }
+                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+            }
+            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => {
                 self.frames.change(change);

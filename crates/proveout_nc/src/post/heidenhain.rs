@@ -137,6 +137,18 @@ impl<W: Write> HeidenhainPost<W> {
                 "take D0 or G49 out: a TNC keeps the length of the tool that was called",
             )),
             Op::Offset(Offset::ToolEdge { .. }) => Ok(()),
+            Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
+                let text = [*length, *radius, *corner_radius].map(|v| Self::signed(self.out.length(v)));
+                self.block(&format!("TOOL CALL DL{} DR{} DR2:{}", text[0], text[1], text[2]))
+            }
+            Op::Retract(retract) => {
+                self.forget();
+                let way = match retract.distance {
+                    Some(distance) => self.out.length(distance),
+                    None => "MAX".to_owned(),
+                };
+                self.block(&format!("L M140 MB {way}{}", if retract.rapid { " FMAX" } else { "" }))
+            }
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => self.frame(change),
             Op::Tcp(tcp) => self.tool_center(*tcp),
@@ -183,7 +195,15 @@ impl<W: Write> HeidenhainPost<W> {
         Some(base - if axis < 3 { self.frames.settable.translation[axis] } else { 0.0 })
     }
 
-    fn coordinates(&mut self, motion: &Motion, forced: u16) -> String {
+    fn coordinates(&mut self, motion: &Motion, forced: u16) -> Result<String, Unsaid> {
+        for axis in 0..9 {
+            if motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none() {
+                return Err(Unsaid::new(
+                    "a point in a turned frame of which not all coordinates are known",
+                    "program X, Y and Z in the first block behind the frame",
+                ));
+            }
+        }
         let turned = if self.flat && motion.programmed & 0b111 != 0 { 0b111 } else { 0 };
         let wanted = motion.programmed | turned | forced;
         let mut words = String::new();
@@ -208,7 +228,7 @@ impl<W: Write> HeidenhainPost<W> {
             }
             self.written[axis] = rounded.map(|_| text);
         }
-        if words.is_empty() { kept } else { words }
+        Ok(if words.is_empty() { kept } else { words })
     }
 
     /// R0, RL, RR where it changes, and the feed.
@@ -250,7 +270,7 @@ impl<W: Write> HeidenhainPost<W> {
             return Err(Unsaid::new("a tool vector without tool center point control", "switch it on before"));
         }
         let forced = if axis.is_some() { 0b111 } else { 0 };
-        let mut words = self.coordinates(motion, forced);
+        let mut words = self.coordinates(motion, forced)?;
         let mut word = "L";
         if let Some(axis) = axis {
             word = "LN";
@@ -314,17 +334,17 @@ impl<W: Write> HeidenhainPost<W> {
             let angle = Self::signed(self.out.number(sense * arc.sweep.to_degrees(), decimals));
             let climb = Self::signed(self.out.length(to - from));
             let tail = self.tail(false)?;
-            self.coordinates(&arc.motion, 0b111);
+            self.coordinates(&arc.motion, 0b111)?;
             return self.block(&format!("CP IPA{angle} IZ{climb} {direction}{tail}"));
         }
         if let Some(radius) = radius_word(arc, &self.out.settings).filter(|_| !falls_together) {
-            let words = self.coordinates(&arc.motion, 0b11);
+            let words = self.coordinates(&arc.motion, 0b11)?;
             let tail = self.tail(false)?;
             let radius = Self::signed(self.out.center(radius));
             return self.block(&format!("CR{words} R{radius} {direction}{tail}"));
         }
         self.block(&format!("CC X{x} Y{y}"))?;
-        let words = self.coordinates(&Motion { programmed: 0b11, ..arc.motion.clone() }, 0b11);
+        let words = self.coordinates(&Motion { programmed: 0b11, ..arc.motion.clone() }, 0b11)?;
         let tail = self.tail(false)?;
         self.block(&format!("C{words} {direction}{tail}"))
     }

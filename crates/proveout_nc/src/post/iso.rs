@@ -138,6 +138,13 @@ impl<W: Write> IsoPost<W> {
                 self.out.block(&format!("G{}", 19 - self.plane))
             }
             Op::Offset(Offset::ToolEdge { edge }) => self.length(*edge),
+            Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
+                if [length, radius, corner_radius].iter().all(|v| **v == 0.0) {
+                    return Ok(());
+                }
+                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+            }
+            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => self.frame(change),
             Op::Tcp(tcp) => self.tool_center(tcp.on),

@@ -41,7 +41,15 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// Coordinates of a motion, `forced` axes also where they have not changed.
-    fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) {
+    fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) -> Result<(), Unsaid> {
+        for axis in 0..9 {
+            if motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none() {
+                return Err(Unsaid::new(
+                    "a point in a turned frame of which not all coordinates are known",
+                    "program X, Y and Z in the first block behind the frame",
+                ));
+            }
+        }
         let wanted = self.wanted(motion) | forced;
         let first = words.len();
         let mut kept = None;
@@ -78,6 +86,7 @@ impl<W: Write> IsoPost<W> {
         {
             words.push(word);
         }
+        Ok(())
     }
 
     fn inverse_time(&self, words: &mut Vec<String>) {
@@ -113,7 +122,7 @@ impl<W: Write> IsoPost<W> {
             words.push(word.to_owned());
         }
         let vector_words = turned.is_some() || vector.is_some() && !self.out.settings.modal;
-        self.coordinates(motion, 0, &mut words);
+        self.coordinates(motion, 0, &mut words)?;
         if let Some(v) = vector.filter(|_| vector_words) {
             for (letter, component) in ['I', 'J', 'K'].into_iter().zip(v) {
                 words.push(format!("{letter}{}", self.out.vector(component)));
@@ -232,7 +241,7 @@ impl<W: Write> IsoPost<W> {
             self.word = Some(word);
             words.push(word.to_owned());
         }
-        self.coordinates(motion, plane_axes, &mut words);
+        self.coordinates(motion, plane_axes, &mut words)?;
         for (i, letter) in ['I', 'J', 'K'].into_iter().enumerate().filter(|(i, _)| *i != axis) {
             words.push(format!("{letter}{}", self.out.center(center[i] - start[i])));
         }
@@ -254,7 +263,7 @@ impl<W: Write> IsoPost<W> {
             self.word = Some(word);
             words.push(word.to_owned());
         }
-        self.coordinates(motion, plane_axes, &mut words);
+        self.coordinates(motion, plane_axes, &mut words)?;
         words.push(format!("R{}", self.out.center(radius)));
         self.inverse_time(&mut words);
         self.out.block(&words.join(" "))
@@ -276,7 +285,7 @@ impl<W: Write> IsoPost<W> {
         let (i, j) = (self.out.center(a[0] - x), self.out.center(a[1] - y));
         self.word = Some("G5");
         let mut words = vec!["G5".to_owned()];
-        self.coordinates(&spline.motion, 0b11, &mut words);
+        self.coordinates(&spline.motion, 0b11, &mut words)?;
         let (p, q) = (self.out.center(b[0] - end[0]), self.out.center(b[1] - end[1]));
         words.push(format!("I{i} J{j} P{p} Q{q}"));
         self.inverse_time(&mut words);
@@ -294,7 +303,7 @@ impl<W: Write> IsoPost<W> {
         };
         self.word = None;
         let mut words = vec![word.to_owned()];
-        self.coordinates(&probe.motion, probe.motion.programmed, &mut words);
+        self.coordinates(&probe.motion, probe.motion.programmed, &mut words)?;
         let result = self.out.block(&words.join(" "));
         // The probe stops where it meets the part.
         self.forget();
@@ -311,7 +320,7 @@ impl<W: Write> IsoPost<W> {
         }
         self.word = None;
         let mut words = vec!["G33".to_owned()];
-        self.coordinates(&thread.motion, thread.motion.programmed, &mut words);
+        self.coordinates(&thread.motion, thread.motion.programmed, &mut words)?;
         let letter = if self.dialect == Dialect::LinuxCnc { 'K' } else { 'F' };
         words.push(format!("{letter}{}", self.out.center(thread.pitch)));
         self.out.block(&words.join(" "))

@@ -142,7 +142,10 @@ impl<W: Write> SiemensPost<W> {
                 let edge = self.out.edge(*edge, self.tool.as_ref());
                 self.line(&format!("D{edge}"))
             }
-            Op::Offset(Offset::ToolDelta { .. }) => {
+            Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
+                if [length, radius, corner_radius].iter().all(|v| **v == 0.0) {
+                    return Ok(());
+                }
                 Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
             }
             Op::Offset(Offset::Work { word }) => {
