@@ -103,10 +103,13 @@ fn the_golden_rows_are_reproduced() {
         rows += 1;
     }
     assert_eq!(rows, 12);
-    println!("tip, axis, slides, angles, round trip, legs, from legs: {worst:.2e?}");
-    // Slides and legs to 1e-9 mm as the file's nine decimals allow (half a unit of a slide, the lever above); the round
-    // trip does not pass through printed numbers.
-    assert!(worst[2] < 1.3e-9 && worst[4] < 1e-9 && worst[5] < 1.3e-9 && worst[6] < 1e-9, "{worst:?}");
+    println!(
+        "tip, axis, slides, angles, round trip, legs, from legs: {}",
+        worst.map(|v| format!("{v:.2e}")).join(", ")
+    );
+    // Slides: half a unit of nine decimals, and of an angle on the lever. Legs: half a unit of heave and leg, and of the
+    // tilt on a radius of 150 mm (1.3e-9). The round trips do not pass through printed numbers.
+    assert!(worst[2] < 1e-9 && worst[4] < 1e-9 && worst[5] < 2.3e-9 && worst[6] < 1e-9, "{worst:?}");
 }
 
 /// The platform in space: three hinges and three ball joints, nothing of the crate's formulas.
