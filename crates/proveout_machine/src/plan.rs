@@ -101,9 +101,17 @@ struct Node {
 /// Plans branches and turns for a path of tool poses in the table frame K.
 ///
 /// # Errors
-/// [`PlanError`] with the first pose that the machine does not reach, limits apart. Over-travel is no error: it is an
+/// [`PlanError`] with the first pose that the machine does not reach, limits apart, or that is no number (a start that is
+/// none counts as the first pose). Over-travel is no error: it is an
 /// event of the plan, since a user wants to see all of it.
 pub fn plan_branches(machine: &Machine, poses: &[ToolPose], options: &PlanOptions) -> Result<BranchPlan, PlanError> {
+    if let Some(start) = &options.start
+        && !start.is_finite()
+        && !poses.is_empty()
+    {
+        let source = KinematicsError::NotFinite { tip: [f64::NAN; 3], axis: [f64::NAN; 3] };
+        return Err(PlanError { pose: 0, source });
+    }
     let mut plan =
         if machine.has_closed_form() { search(machine, poses, options)? } else { follow(machine, poses, options)? };
     plan.events = events(machine, poses, &plan, options);
