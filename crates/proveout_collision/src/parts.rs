@@ -211,8 +211,11 @@ pub(crate) fn motion_weights(machine: &Machine, a: &Part, b: &Part, range: &Enve
                     let (p, d) = (local_from_zero.point(&joint.point), local_from_zero.vector(&joint.direction));
                     reach = reach.min(part.shape.farthest_from_line(&p, &d));
                 }
-                weights[k] = reach;
-                (center, radius) = (foot, radius + off);
+                // A platform shifts sideways with its tilt, by (1 - cos q) times a vector: at most that vector's length for
+                // each radian, and twice its length in all.
+                let shift = joint.turn_shift.map_or(0.0, |s| s.0.norm());
+                weights[k] = reach + shift;
+                (center, radius) = (foot, radius + off + 2.0 * shift);
             } else {
                 weights[k] = 1.0;
                 let (low, high) = (range.low[k], range.high[k]);

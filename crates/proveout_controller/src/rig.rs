@@ -28,6 +28,8 @@ struct Link {
     /// Unit direction times sense.
     direction: Vector,
     point: Vector,
+    /// Vector of the shift that comes with the turn, `(cos q - 1)` times it, where the joint has one.
+    shift: Option<Vector>,
 }
 
 /// The two chains of a machine, prepared for task coordinates.
@@ -57,7 +59,7 @@ impl Rig {
         let link = |&joint: &usize| {
             let j = &machine.joints[joint];
             let direction = j.direction * j.sense;
-            Link { joint, rotary: j.is_rotary(), direction, point: j.point.coords }
+            Link { joint, rotary: j.is_rotary(), direction, point: j.point.coords, shift: j.turn_shift.map(|s| s.0) }
         };
         let rig = Self {
             tool: machine.tool_chain.iter().map(link).collect(),
@@ -120,6 +122,11 @@ impl Rig {
                 p.0[0] -= link.point;
                 p = p.turned(&link.direction, &s, &c);
                 p.0[0] += link.point;
+                if let Some(shift) = link.shift {
+                    let mut drop = c;
+                    drop.0[0] -= 1.0;
+                    p = p.plus(&VectorJet::constant(shift).times(&drop));
+                }
                 for k in 0..3 {
                     if met[k] {
                         d[k] = d[k].turned(&link.direction, &s, &c);
@@ -148,6 +155,27 @@ impl Rig {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn a_platform_shifts_sideways_with_its_tilt() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/lu-hybrid-ii");
+        let machine = Machine::read(&folder).expect("library machine");
+        assert!(machine.joints.iter().any(|j| j.turn_shift.is_some()));
+        let rig = Rig::new(&machine).expect("three slides");
+        for step in 0..20 {
+            let mut q = machine.home();
+            for j in 0..machine.joints.len() {
+                q[j] +=
+                    if machine.joints[j].is_rotary() { 0.03 } else { 7.0 } * f64::from(step) * (0.3 + j as f64 * 0.1);
+            }
+            let task = JointJet::constant(rig.task(&machine, &q, 80.0));
+            let value = rig.joints(&task, 80.0).expect("independent slides").0[0];
+            for j in 0..machine.joints.len() {
+                // Slides of a few hundred mm: rounding of some 1e-13 mm.
+                assert!((value[j] - q[j]).abs() < 1e-10, "step {step} joint {j}: {} {}", value[j], q[j]);
+            }
+        }
+    }
+
     use std::path::Path;
 
     use super::*;

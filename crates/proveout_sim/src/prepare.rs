@@ -9,7 +9,7 @@ use std::{
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
-use proveout_nc::{Dialect, Settings as NcSettings, WorkOffset};
+use proveout_nc::{Dialect, Program, Settings as NcSettings, WorkOffset};
 use proveout_stock::TriDexel;
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
@@ -184,6 +184,19 @@ impl Prepared {
             dialect: dialect(scene, entry)?,
             work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
             ..NcSettings::default()
+        })
+    }
+
+    /// The text that runs, as commands.
+    ///
+    /// # Errors
+    /// What is wrong with the text as a whole.
+    pub fn program(&self) -> Result<Program, SimError> {
+        Ok(match &self.made {
+            Some(made) => {
+                Program::from_text(&format!("{}.mpf", self.program_name), made.text.as_str(), &self.nc_settings)?
+            }
+            None => Program::open(&self.program_path, &self.nc_settings)?,
         })
     }
 

@@ -7,7 +7,7 @@
 use std::{path::Path, time::Instant};
 
 use proveout_controller::{Chunk, Controller, RunError};
-use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Program, Settings};
+use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Settings};
 
 use crate::{
     engine::Engine,
@@ -81,12 +81,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
 
     let settings = prepared.control_settings();
     let scene_path = prepared.scene.path.display().to_string();
-    let program = match &prepared.made {
-        Some(made) => {
-            Program::from_text(&format!("{}.mpf", prepared.program_name), made.text.as_str(), &prepared.nc_settings)?
-        }
-        None => Program::open(&prepared.program_path, &prepared.nc_settings)?,
-    };
+    let program = prepared.program()?;
     let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
     let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {

@@ -68,7 +68,7 @@ fn check_scene(path: &Path) -> Result<Vec<String>, SimError> {
     let scene = Scene::read(path)?;
     let mut notes = Vec::new();
     for program in &scene.file.program {
-        if program.file.is_none() {
+        if program.file.is_none() && program.reschedule.is_none() {
             notes.push(format!("program {}: its text is not part of the scene, give it with --nc", program.name));
             Machine::read(&scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine)))?;
             ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
@@ -76,7 +76,7 @@ fn check_scene(path: &Path) -> Result<Vec<String>, SimError> {
         }
         let choice = Choice { program: Some(program.name.clone()), ..Choice::default() };
         let prepared = Prepared::read(path, &choice)?;
-        let commands = execute(Program::open(&prepared.program_path, &prepared.nc_settings)?)?;
+        let commands = execute(prepared.program()?)?;
         notes.push(format!("program {}: {commands} commands", program.name));
     }
     Ok(notes)
@@ -85,7 +85,7 @@ fn check_scene(path: &Path) -> Result<Vec<String>, SimError> {
 fn check_machine(path: &Path) -> Result<Vec<String>, SimError> {
     let machine = Machine::read(path)?;
     let all = machine.diagnose();
-    Ok(all.iter().map(|d| format!("{}: {}; {} [{}]", d.key, d.message, d.remedy, d.code)).collect())
+    Ok(all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect())
 }
 
 fn check_program(path: &Path) -> Result<Vec<String>, SimError> {
