@@ -8,7 +8,7 @@ mod support;
 
 use std::path::{Path, PathBuf};
 
-use proveout_controller::Sample;
+use proveout_controller::{MoveKind, Sample};
 use proveout_geom::{Aabb, Point, Pose, Vector, rad};
 use proveout_machine::{JointValues, Machine};
 use proveout_record::{RerunMode, observers};
@@ -119,6 +119,7 @@ fn record(root: &Path, name: &str, pose: &[(&str, f64)], folder: &Path) -> Resul
             pose: machine.forward(&q, 0.0),
             feed_programmed: 0.0,
             feed: 0.0,
+            kind: MoveKind::Rapid,
         }
     };
     let samples = [sample(0), sample(1)];
