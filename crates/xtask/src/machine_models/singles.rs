@@ -44,7 +44,7 @@ pub(crate) fn y_slide(numbers: &Numbers, deck: f64, half: [f64; 2]) -> Result<Ve
     ])
 }
 
-/// Blade center: headstock and tailstock on a bed along x, a travelling column behind them.
+/// Blade center: headstock and tailstock on a bed along x, a traveling column behind them.
 pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let accent = [150, 40, 44];
     let [x, y, z] = ["X", "Y", "Z"].map(|n| numbers.travel(n));

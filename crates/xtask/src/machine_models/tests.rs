@@ -237,7 +237,7 @@ fn the_hybrid_machine_reproduces_its_reference_values() {
     }
 }
 
-/// Closed forms of the documentation of LinuxCNC: the tip of the bridge mill, the tool axis of the tilting table.
+/// Closed forms of the documentation of `LinuxCNC`: the tip of the bridge mill, the tool axis of the tilting table.
 #[test]
 fn machines_of_linuxcnc_move_as_documented() {
     let (bridge, trunnion) = (machine("linuxcnc-bridge-mill"), machine("linuxcnc-xyzac-trt"));
