@@ -113,12 +113,13 @@ impl Link {
         Pose { translation: turn.translation + turn.rotation * before + after, ..turn }
     }
 
-    /// Velocity that the shift adds to everything beyond the link, in the frame before it, for one radian per second.
+    /// What the shift adds to the velocity of everything beyond the link for one radian per second, in the frame before
+    /// it, when the turn is counted about the line at rest: after the turn the line itself has shifted.
     pub(crate) fn shift_rate(&self, value: f64) -> Vector {
         match &self.shift {
             None => Vector::zeros(),
             Some(s) if s.undone => turned(&-s.motion.rate(value), &self.direction, sin_cos(value)),
-            Some(s) => s.motion.rate(value),
+            Some(s) => s.motion.rate(value) - self.direction.cross(&s.motion.at(value)),
         }
     }
 }

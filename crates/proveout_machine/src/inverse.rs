@@ -142,7 +142,9 @@ impl Machine {
         let free_joint = self.solver.rotary().first().copied().filter(|_| found.free_first);
         for (index, branch) in result.items.iter_mut().enumerate().take(found.count) {
             let mut q = JointValues::ZERO;
-            for &j in self.solver.held() {
+            // More slides than three move as little as they can from where they stand.
+            let redundant = self.solver.linear().iter().filter(|_| self.solver.linear().len() > 3);
+            for &j in self.solver.held().iter().chain(redundant) {
                 q[j] = given[j];
             }
             for (&j, angle) in self.solver.rotary().iter().zip(found.angles[index]) {

@@ -99,6 +99,7 @@ fn the_golden_poses_are_reproduced() {
         }
         rows += 1;
     }
+    println!("tip, axis, slides, turn: {}", worst.map(|v| format!("{v:.2e}")).join(", "));
     assert!(rows == 70, "only {rows} rows");
     assert!(worst[0] < POSITION_MM, "tip {}", worst[0]);
     assert!(worst[1] < AXIS_RAD, "axis {}", worst[1]);

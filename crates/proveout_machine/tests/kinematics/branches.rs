@@ -7,7 +7,7 @@ use proveout_geom::{Point, ToolPose, Vector, rad};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 
 /// Three slides in the tool and the rotary joints given as (name, carries, parent, direction, extra keys).
-fn machine(rotary: &[(&str, &str, &str, [f64; 3], &str)], spindle: &str, table: &str) -> Machine {
+pub(crate) fn machine(rotary: &[(&str, &str, &str, [f64; 3], &str)], spindle: &str, table: &str) -> Machine {
     let mut text = "name = \"test\"\n".to_owned();
     for (name, parent, d) in [("X", "base", [1, 0, 0]), ("Y", "X", [0, 1, 0]), ("Z", "Y", [0, 0, 1])] {
         text += &format!(
@@ -25,15 +25,15 @@ fn machine(rotary: &[(&str, &str, &str, [f64; 3], &str)], spindle: &str, table: 
     Machine::from_text(Path::new("test.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-const Y: [f64; 3] = [0.0, 1.0, 0.0];
-const Z: [f64; 3] = [0.0, 0.0, 1.0];
+pub(crate) const Y: [f64; 3] = [0.0, 1.0, 0.0];
+pub(crate) const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-fn bc(b_keys: &str, c_keys: &str) -> Machine {
+pub(crate) fn bc(b_keys: &str, c_keys: &str) -> Machine {
     machine(&[("B", "workpiece", "base", Y, b_keys), ("C", "workpiece", "B", Z, c_keys)], "Z", "C")
 }
 
 /// Types of machines with the singular cone on the upright tool, or on the pole of the head.
-fn types() -> Vec<(&'static str, Machine)> {
+pub(crate) fn types() -> Vec<(&'static str, Machine)> {
     let h = std::f64::consts::FRAC_1_SQRT_2;
     let x = [1.0, 0.0, 0.0];
     vec![

@@ -1,5 +1,11 @@
-//! Forward and inverse kinematics: laws on random machines, branch choice and singular poses on known ones.
+//! Forward and inverse kinematics: laws on random machines, branch choice and singular poses on known ones, platforms,
+//! actual machines, plans over whole paths.
 
+mod actual;
 mod branches;
 mod common;
+mod hybrid;
 mod laws;
+mod limits;
+mod plan;
+mod redundant;
