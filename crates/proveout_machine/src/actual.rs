@@ -75,6 +75,11 @@ impl ActualChain {
 /// Newton steps after which the compensation gives up: errors of a thousandth shrink the rest a thousandfold each.
 const COMPENSATION_STEPS: usize = 12;
 
+/// What is left of tip (mm) and axis (radian) when the compensation is at its end: a tenth of what poses are promised to, and
+/// a hundred times the rounding of levers of a meter.
+const COMPENSATED_MM: f64 = 1e-10;
+const COMPENSATED_RAD: f64 = 1e-13;
+
 impl Machine {
     /// True when the actual machine differs from the described one.
     pub fn has_errors(&self) -> bool {
@@ -141,6 +146,9 @@ impl Machine {
         let mut aim = *pose_in_table;
         let (mut tip, mut axis) = rest(&solution.q);
         for _ in 0..COMPENSATION_STEPS {
+            if tip.norm() <= COMPENSATED_MM && axis.norm() <= COMPENSATED_RAD {
+                break;
+            }
             aim = ToolPose { tip: aim.tip + tip, axis: (aim.axis + axis).normalize() };
             let next = self.inverse_nearest(&aim, tool_length, &solution.q)?;
             let (next_tip, next_axis) = rest(&next.q);

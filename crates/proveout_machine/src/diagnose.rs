@@ -35,6 +35,13 @@ pub struct Diagnosis {
     pub remedy: String,
 }
 
+impl std::fmt::Display for Diagnosis {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { code, line, key, message, remedy, .. } = self;
+        write!(f, "line {line}: {key}: {message}; {remedy} [{code}]")
+    }
+}
+
 impl Machine {
     /// Limits that nobody has stated, in the order of the joints, the spindle last.
     pub fn missing_limits(&self) -> Vec<MissingLimit> {
@@ -160,11 +167,13 @@ impl Machine {
         }
         for joint in self.joints.iter().filter(|j| !j.held) {
             let Some([low, high]) = joint.travel else { continue };
-            if joint.is_rotary() && high - low > 100.0 * std::f64::consts::TAU {
+            let turns = (high - low) / std::f64::consts::TAU;
+            if joint.is_rotary() && turns > 100.0 {
+                // Some controls know no endless axis and are given a travel that nobody reaches.
                 let key = format!("joint.{}.travel_deg", joint.name);
-                let message = format!("{} turns of travel", ((high - low) / std::f64::consts::TAU).round());
+                let message = format!("{turns:.0} turns of travel");
                 let remedy = "write endless = true if the joint has no end stops";
-                all.push(self.remark(Severity::Warning, "machine-implausible-value", key, message, remedy));
+                all.push(self.remark(Severity::Note, "machine-implausible-value", key, message, remedy));
             }
         }
         for (j, joint) in self.joints.iter().enumerate().filter(|(_, j)| !j.held) {

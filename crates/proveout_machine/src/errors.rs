@@ -88,7 +88,7 @@ impl ErrorTable {
     pub fn at(&self, value: f64, endless: bool) -> [f64; 6] {
         let (Some(&first), Some(&last)) = (self.at.first(), self.at.last()) else { return [0.0; 6] };
         let value = if endless { first + (value - first).rem_euclid(std::f64::consts::TAU) } else { value };
-        let value = value.clamp(first, last);
+        let value = value.max(first).min(last);
         let next = self.at.partition_point(|p| *p <= value).clamp(1, self.at.len().max(2) - 1);
         let (Some(&low), Some(&high)) = (self.at.get(next - 1), self.at.get(next)) else { return [0.0; 6] };
         let (Some(a), Some(b)) = (self.components.get(next - 1), self.components.get(next)) else { return [0.0; 6] };

@@ -13,17 +13,26 @@
 //! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse ([`Machine::inverse`],
 //!   [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates ([`Machine::jacobian`]).
 //! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that nobody has stated.
+//! * [`Platform`] – a heave and a tilt joint on three legs (3-RPS), with leg lengths and rates.
+//! * [`GeometricErrors`] – what the actual machine does differently: [`Machine::actual_forward`],
+//!   [`Machine::actual_inverse_nearest`].
+//! * [`plan_branches`] – branches and turns for a whole path, with singular cones, jumps and over-travel named.
+//! * [`Machine::limit_violations`] – travel and rate limits of a state of motion, legs included, as data;
+//!   [`Machine::amplification_violation`].
+//! * [`Machine::diagnose`] – what is missing or looks wrong in a description, with line and remedy.
 //! * [`MachineBody`] – a part for collision checks and pictures.
 //! * [`kinematics_csv`] – whole tables, both ways.
 //!
 //! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett 1984).
 //! Inverse: the tool axis gives the rotary joints as the intersection of two cones (Paden 1986), the tip then gives the
-//! linear joints, in which it is linear wherever they stand in the chain. Closed form for any two rotary joints; the
-//! derivation stands at the top of `axis_pair.rs`.
+//! linear joints, in which it is linear wherever they stand in the chain. Closed form for any two rotary joints, platforms
+//! included; the derivations stand at the top of `axis_pair.rs` and `platform.rs`. With more rotary joints a damped
+//! Newton way takes the smallest motion. Branches of a path: dynamic programming, `plan.rs`.
 //!
-//! **Limits.** At most two rotary and three linear joints move; others are held. Parallel sub-chains and geometric
-//! errors of the joints are not described yet. The rounding of angles near a singular pose is that of the pose: with the
-//! tool axis known to 1e-16, the free joint is known to 1e-16 / sin(angle to the singular axis).
+//! **Limits.** Eight joints. Platforms have heave and one tilt. Error tables hold error against the position of one joint;
+//! errors that depend on two joints, on load or on temperature are not described. The rounding of angles near a singular
+//! pose is that of the pose: with the tool axis known to 1e-16, the free joint is known to 1e-16 / sin(angle to the
+//! singular axis).
 
 mod actual;
 mod arc;

@@ -16,7 +16,7 @@
 //!
 //! With legs 2 and 3 of equal length the plate has two freedoms, the heave H of its middle over the fixed plate and the
 //! tilt a about the axis `t` across `e1` and the heave direction (positive where it raises leg 1). The ball joints 2 and
-//! 3 lie at -r_b/2 along `e1` before the tilt and must stay in planes through the upright middle line that meet `e1`
+//! 3 lie at `-r_b/2` along `e1` before the tilt and must stay in planes through the upright middle line that meet `e1`
 //! at 60 degrees; their distance from the plane of `e1` and heave does not change with a, hence neither may their place
 //! along `e1`: the middle shifts by
 //!
@@ -26,7 +26,7 @@
 //!   L2^2 = L3^2 = (r_b - r_p)^2 + (H - 0.5 r_b sin a)^2
 //! ```
 //!
-//! From the legs: h2 = H - 0.5 r_b sin a = sqrt(L2^2 - (r_b - r_p)^2), the moving plate staying above its hinges; put
+//! From the legs: `h2 = H - 0.5 r_b sin a = sqrt(L2^2 - (r_b - r_p)^2)`, the moving plate staying above its hinges; put
 //! into L1 this is linear in sine and cosine,
 //! `L1^2 - (1.5 r_b)^2 - k^2 - h2^2 = 3 r_b (h2 sin a - k cos a)` with `k = 0.5 r_b + r_p`, so that the assembly has two tilts, and
 //! the one nearer to the last is taken. They meet where leg 1 lies in the plane of the moving plate.
@@ -173,7 +173,7 @@ impl Platform {
 
     /// How well the legs hold the plate, from 1 down to 0 at a singular pose: the sine of the angle of legs 2 and 3 over the
     /// fixed plate times that of leg 1 over the moving plate (the determinant of leg rates by heave and tilt, divided
-    /// by 1.5 r_b).
+    /// by `1.5 r_b`).
     pub fn transmission(&self, q: &JointValues) -> f64 {
         let s = self.state(q);
         let first = (s.up_1 * s.cos - s.out_1 * s.sin) / s.out_1.hypot(s.up_1);

@@ -3,6 +3,7 @@
 //! The linear columns of the file give the tip with the head at zero, so the spindle's gauge line at zero is put one
 //! pivot length (and the head's axes as well) above the machine zero and the tool length equals it: then a slide
 //! position is the file's coordinate.
+#![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 use std::path::Path;
 

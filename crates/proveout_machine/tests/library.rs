@@ -1,10 +1,10 @@
-//! The machines of the folder `machines/`: each reads without remarks, its bodies are solids that clear each other at
+//! The machines of the folder `machines/`: each reads without warnings, its bodies are solids that clear each other at
 //! home, and the poses that its scenes need lie within travel.
 
 use std::path::{Path, PathBuf};
 
 use proveout_geom::{Point, Pose, ToolPose, Vector, deg, rad};
-use proveout_machine::{Attachment, JointValues, Machine};
+use proveout_machine::{Attachment, JointValues, Machine, Severity};
 
 fn library() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines");
@@ -24,7 +24,9 @@ fn every_machine_is_complete() {
     assert!(all.len() >= 2, "{all:?}");
     for folder in all {
         let machine = Machine::read(&folder).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(machine.diagnose(), [], "{}", folder.display());
+        let warnings: Vec<String> =
+            machine.diagnose().iter().filter(|d| d.severity == Severity::Warning).map(ToString::to_string).collect();
+        assert!(warnings.is_empty(), "{}: {warnings:#?}", folder.display());
         assert!(folder.join("README.md").is_file(), "{} has no README.md", folder.display());
         for body in &machine.bodies {
             body.mesh.check_solid().unwrap_or_else(|e| panic!("{}: {}: {e}", folder.display(), body.name));

@@ -106,3 +106,9 @@ pub(crate) fn random_joints(machine: &Machine, random: &mut Random) -> JointValu
     }
     q
 }
+
+/// A count, or the one of the environment variable `PROVEOUT_MACHINE_LAWS` times it: 10 for a long run.
+pub(crate) fn count(usual: usize) -> usize {
+    let factor = std::env::var("PROVEOUT_MACHINE_LAWS").ok().and_then(|t| t.parse::<usize>().ok());
+    usual * factor.unwrap_or(1)
+}

@@ -289,8 +289,8 @@ fn tables_of_the_hybrid_machine_go_both_ways() {
     assert!(field(1, 15) < 1e-9 && field(2, 15) < 1e-9, "residuals");
     // Forward from the legs instead of heave and tilt.
     let mut legs = "B_deg,X_mm,Y_mm,L1_mm,L2_mm,L3_mm\n".to_owned();
-    for row in 1..=2 {
-        let f = |k: usize| rows[row][k];
+    for row in &rows[1..=2] {
+        let f = |k: usize| row[k];
         legs += &format!("{},{},{},{},{},{}\n", f(10), f(6), f(7), f(11), f(12), f(13));
     }
     let forward = run(&legs, Direction::Forward).expect("forward");

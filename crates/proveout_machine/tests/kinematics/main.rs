@@ -1,5 +1,6 @@
 //! Forward and inverse kinematics: laws on random machines, branch choice and singular poses on known ones, platforms,
 //! actual machines, plans over whole paths.
+#![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 mod actual;
 mod branches;
