@@ -1,14 +1,20 @@
 //! Writes one recording for each machine of `machines/`, at home at 0 s and in a working pose at 1 s, with a block of stock on
 //! its table: `machine_recordings FOLDER [MACHINE...]`. The pictures of `docs/pictures/machines.png` are made from them.
+//!
+//! Working poses come from `machines/poses.csv`; slides that it does not name stand in the middle of their travel, rotary
+//! joints at zero.
 #![allow(clippy::print_stdout, reason = "a command line prints")]
 
 #[allow(dead_code, reason = "only the verdict of the synthetic run is used")]
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
-use proveout_controller::Sample;
+use proveout_controller::{MoveKind, Sample};
 use proveout_geom::{Aabb, Point, Pose, Vector, rad};
 use proveout_machine::{JointValues, Machine};
 use proveout_record::{RerunMode, observers};
@@ -22,44 +28,36 @@ use proveout_tool::ToolLibrary;
 
 type Fault = Box<dyn std::error::Error>;
 
-/// Working poses: joint and position, mm or degrees; joints that are not named stand in the middle of their travel, or
-/// at zero.
-const POSES: &[(&str, &[(&str, f64)])] = &[
-    ("ac-trunnion-620", &[("A", -60.0), ("C", 30.0), ("Z", 420.0)]),
-    ("bc-head-table-grinder", &[("B", -50.0), ("C", 30.0), ("Z", 330.0), ("X", 60.0)]),
-    ("bc-trunnion", &[("B", 55.0), ("C", 20.0), ("Z", 480.0)]),
-    ("fork-head-gantry", &[("A", 50.0), ("C", 60.0), ("Y", -400.0), ("Z", 500.0)]),
-    ("jdgr200t", &[("B", -55.0), ("C", 30.0), ("Y", 60.0), ("Z", 220.0)]),
-    ("linuxcnc-bridge-mill", &[("B", 50.0), ("C", -40.0), ("Y", -100.0), ("Z", -200.0)]),
-    ("linuxcnc-xyzac-trt", &[("A", 45.0), ("C", 30.0), ("X", 80.0), ("Z", 110.0)]),
-    ("lu-hybrid-ii", &[("A", 9.0), ("B", 30.0), ("Z", -20.0), ("X", 40.0), ("Y", 30.0)]),
-    ("lu-serial-i", &[("B", 50.0), ("C", 30.0), ("X", 60.0), ("Y", -60.0), ("Z", -300.0)]),
-    ("ma-ac-trunnion", &[("A", -60.0), ("C", 30.0), ("X", 100.0), ("Z", 330.0)]),
-    ("nutating-head-45", &[("B", 180.0), ("C", 30.0), ("Y", 330.0), ("Z", 250.0)]),
-    ("pocket-nc-v2", &[("A", 70.0), ("B", 30.0), ("Z", -20.0)]),
-    ("spinner-u5-620", &[("B", 60.0), ("C", 30.0), ("Z", 420.0)]),
-    ("starrag-lx-451", &[("A", 40.0), ("B", 35.0), ("X", 1100.0), ("Y", 0.0), ("Z", 250.0)]),
-    ("three-axis-mill", &[("X", 220.0), ("Y", -80.0), ("Z", 260.0)]),
-];
-
 fn main() -> Result<(), Fault> {
     let mut args = std::env::args().skip(1);
     let out = PathBuf::from(args.next().ok_or("give a folder for the recordings")?);
     let wanted: Vec<String> = args.collect();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    for (name, pose) in POSES {
-        if wanted.is_empty() || wanted.iter().any(|w| w == name) {
-            let folder = out.join(name);
+    for (name, pose) in poses(&root)? {
+        if wanted.is_empty() || wanted.contains(&name) {
+            let folder = out.join(&name);
             std::fs::create_dir_all(&folder)?;
-            record(&root, name, pose, &folder)?;
+            record(&root, &name, &pose, &folder)?;
             println!("{}", folder.join("recording.rrd").display());
         }
     }
     Ok(())
 }
 
+/// Joints and positions (mm or degrees) of each machine.
+fn poses(root: &Path) -> Result<BTreeMap<String, Vec<(String, f64)>>, Fault> {
+    let mut all: BTreeMap<String, Vec<(String, f64)>> = BTreeMap::new();
+    for line in std::fs::read_to_string(root.join("machines/poses.csv"))?.lines().skip(1) {
+        let [machine, joint, position, _unit] = line.split(',').collect::<Vec<_>>()[..] else {
+            return Err(format!("machines/poses.csv: four columns are expected: {line}").into());
+        };
+        all.entry(machine.to_owned()).or_default().push((joint.to_owned(), position.parse()?));
+    }
+    Ok(all)
+}
+
 /// The middle of all travels, with the positions given.
-fn position(machine: &Machine, pose: &[(&str, f64)]) -> Result<JointValues, Fault> {
+fn position(machine: &Machine, pose: &[(String, f64)]) -> Result<JointValues, Fault> {
     let mut q = machine.home();
     for (j, joint) in machine.joints.iter().enumerate().filter(|(_, j)| !j.held) {
         q[j] = match joint.travel {
@@ -77,7 +75,7 @@ fn position(machine: &Machine, pose: &[(&str, f64)]) -> Result<JointValues, Faul
     Ok(q)
 }
 
-fn record(root: &Path, name: &str, pose: &[(&str, f64)], folder: &Path) -> Result<(), Fault> {
+fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Result<(), Fault> {
     let machine = Machine::read(&root.join("machines").join(name))?;
     let scene = Scene::read(&root.join("scenes/cone-frustum"))?;
     let tools = ToolLibrary::read(&root.join("tools/cone-frustum.toml"))?;
@@ -119,6 +117,7 @@ fn record(root: &Path, name: &str, pose: &[(&str, f64)], folder: &Path) -> Resul
             pose: machine.forward(&q, 0.0),
             feed_programmed: 0.0,
             feed: 0.0,
+            kind: MoveKind::Rapid,
         }
     };
     let samples = [sample(0), sample(1)];

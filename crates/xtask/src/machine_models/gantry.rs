@@ -92,7 +92,6 @@ impl Gantry<'_> {
             Part::new("bed", "bed", "base", Paint::Frame, bed),
             Part::new("left_wall", "column", "base", Paint::Casting, walls[0].clone()),
             Part::new("right_wall", "column", "base", Paint::Casting, walls[1].clone()),
-            Part::new("rear_wall", "column", "base", Paint::Casting, rear_wall),
             Part::drawn(
                 "ribs",
                 "column",
@@ -130,6 +129,10 @@ impl Gantry<'_> {
         ));
         parts.push(Part::drawn("x_rails", "guide", on_beam, Paint::Rail, x_rails));
         parts.push(Part::drawn("x_bellows", "cover", on_beam, Paint::Bellows, cover));
+        if on_beam != "base" {
+            // Below a fixed portal the table passes through.
+            parts.push(Part::new("rear_wall", "column", "base", Paint::Casting, rear_wall));
+        }
         if on_beam == "base" {
             let pads =
                 tops.map(|[a, b]| block([a - 15.0, beam_front, wall_top - 4.0], [b + 15.0, beam_back, low + 4.0], 3.0));

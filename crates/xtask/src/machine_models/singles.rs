@@ -44,7 +44,7 @@ pub(crate) fn y_slide(numbers: &Numbers, deck: f64, half: [f64; 2]) -> Result<Ve
     ])
 }
 
-/// Blade center: headstock and tailstock on a bed along x, a travelling column behind them.
+/// Blade center: headstock and tailstock on a bed along x, a traveling column behind them.
 pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let accent = [150, 40, 44];
     let [x, y, z] = ["X", "Y", "Z"].map(|n| numbers.travel(n));
@@ -116,11 +116,16 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let front = rear + 30.0;
     let top = z[1] + pivot[2] + 420.0;
     let foot = floor + 130.0;
-    let tower = prism(
-        Axis::X,
-        [-430.0, 430.0],
-        &[[front, foot], [front + 540.0, foot], [front + 540.0, foot + 160.0], [front + 380.0, top], [front, top]],
-    );
+    let side =
+        [[front, foot], [front + 540.0, foot], [front + 540.0, foot + 160.0], [front + 380.0, top], [front, top]];
+    // The ram goes through a window between the legs.
+    let window = [z[0] + pivot[2] - 170.0, z[1] + pivot[2] + 170.0];
+    let tower = Solid::all([
+        prism(Axis::X, [-430.0, -170.0], &side),
+        prism(Axis::X, [170.0, 430.0], &side),
+        block([-174.0, front + 4.0, foot + 4.0], [174.0, front + 420.0, window[0]], 10.0),
+        block([-174.0, front + 4.0, window[1]], [174.0, front + 370.0, top - 4.0], 10.0),
+    ]);
     let tower_ribs = [[-446.0, -426.0], [426.0, 446.0]].into_iter().flat_map(|[a, b]| {
         (0..4).map(move |k| {
             let h = foot + 120.0 + (top - foot - 260.0) * f64::from(k) / 3.0;
@@ -164,7 +169,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
 
     // Ram along y with the B axis in its middle; its front stands off the spindle plane.
     let gap = 150.0;
-    let ram_back = front - 40.0 - y[0] + y[0].min(0.0);
+    let ram_back = front + 200.0;
     let ram_body = block([-ram, gap, h - ram], [ram, ram_back, h + ram], 14.0);
     let y_rails =
         rail_pair([-ram - 6.0, gap + 40.0, h - 14.0], [-ram + 2.0, ram_back - 10.0, h + 14.0], [0.0, 0.0, 70.0]).and(

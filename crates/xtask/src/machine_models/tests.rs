@@ -129,8 +129,7 @@ fn journals_and_pivots_are_round_about_their_axis() {
     assert!(seen >= 8, "{seen}");
 }
 
-/// Every slide through its travel and every rotary joint through its own, one at a time from home, and all slides
-/// together between their ends above home: no body meets another.
+/// Every joint through its travel (rotary ones at most a turn), one at a time from home: no body meets another.
 #[test]
 fn no_body_meets_another_from_home_over_each_joint_alone() {
     for (name, machine) in all() {
@@ -147,8 +146,6 @@ fn no_body_meets_another_from_home_over_each_joint_alone() {
             let full = std::f64::consts::TAU;
             let [low, high] = joint.travel.unwrap_or([0.0, full]);
             let ends = if joint.is_rotary() { [low.max(-full), high.min(full)] } else { [low, high] };
-            // A tool slide that comes down on the table from home may meet it: that is the programmer's matter, as long
-            // as the gauge line can come as low as the travel says over the middle of the table's edge.
             for end in ends {
                 let mut to = home;
                 to[j] = end;
@@ -158,6 +155,32 @@ fn no_body_meets_another_from_home_over_each_joint_alone() {
         }
         let breaches: Vec<String> = check.breaches().iter().map(|b| format!("{b:?}")).collect();
         assert!(breaches.is_empty(), "{name}: {} breaches, first {}", breaches.len(), breaches[0]);
+    }
+}
+
+/// The working poses that the pictures show.
+#[test]
+fn no_body_meets_another_in_the_working_poses() {
+    let text = std::fs::read_to_string(folder("poses.csv")).expect("machines/poses.csv");
+    for (name, machine) in all() {
+        let mut q = machine.home();
+        for (j, joint) in machine.joints.iter().enumerate() {
+            q[j] = joint.travel.filter(|_| !joint.is_rotary()).map_or(0.0, |[low, high]| 0.5 * (low + high));
+        }
+        let mut named = 0;
+        for line in text.lines().filter(|l| l.split(',').next() == Some(name)) {
+            let [_, joint, position, unit] = line.split(',').collect::<Vec<_>>()[..] else { panic!("{line}") };
+            let position: f64 = position.parse().expect("number");
+            let j = machine.joint(joint).expect("joint");
+            assert_eq!(unit == "deg", machine.joints[j].is_rotary(), "{line}");
+            q[j] = if unit == "deg" { position.to_radians() } else { position };
+            named += 1;
+        }
+        assert!(named >= 3, "{name} has no working pose");
+        assert!(machine.first_over_travel(&q).is_none(), "{name}");
+        let mut check = Interference::new(&machine, &[], 0.0).unwrap_or_else(|e| panic!("{name}: {e}"));
+        check.check_piece(&q, &q, [0.0, 1.0], 0.0);
+        assert!(check.breaches().is_empty(), "{name}: {:?}", check.breaches().first());
     }
 }
 
@@ -237,7 +260,7 @@ fn the_hybrid_machine_reproduces_its_reference_values() {
     }
 }
 
-/// Closed forms of the documentation of LinuxCNC: the tip of the bridge mill, the tool axis of the tilting table.
+/// Closed forms of the documentation of `LinuxCNC`: the tip of the bridge mill, the tool axis of the tilting table.
 #[test]
 fn machines_of_linuxcnc_move_as_documented() {
     let (bridge, trunnion) = (machine("linuxcnc-bridge-mill"), machine("linuxcnc-xyzac-trt"));
