@@ -20,7 +20,7 @@ use crate::{
 
 /// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away.
 fn format() -> PostSettings {
-    PostSettings { length_decimals: 4, vector_decimals: 8, ..PostSettings::default() }
+    PostSettings { length_decimals: 4, vector_decimals: 8, feed_decimals: 4, ..PostSettings::default() }
 }
 
 /// The cutting end of a tool.
