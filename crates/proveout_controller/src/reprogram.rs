@@ -3,7 +3,8 @@
 //! A *run* is a sequence of straight motions in feed under tool center point control without a rapid, a tool change or a stop
 //! between them. Its poses go through a [`Method`]; each motion gets the new tip and axis in the words it was written with
 //! (vector or rotary axes). Rapids under tool center point control before a run take the first new axis, those behind it the
-//! last one, with the ball center kept. Nothing else changes: count and order of the commands, feeds, tools, messages.
+//! last one, with the ball center kept; a rapid that turns the rotary axes before tool center point control goes to the first
+//! new axis too. Nothing else changes: count and order of the commands, feeds, tools, messages.
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
@@ -80,6 +81,8 @@ impl Frame {
 #[derive(Default)]
 struct Found {
     tool: Option<ToolName>,
+    /// The last rapid before tool center point control that turns rotary axes.
+    turning: Option<(usize, Frame)>,
     before: Vec<Placed>,
     blocks: Vec<Placed>,
     after: Vec<Placed>,
@@ -132,7 +135,8 @@ impl Reprogramming<'_> {
             match &command.op {
                 Op::Tcp(tcp) => {
                     state.tcp = tcp.on;
-                    runs.push(Found { tool: state.tool.clone(), ..Found::default() });
+                    let turning = state.turning.take().filter(|_| tcp.on);
+                    runs.push(Found { tool: state.tool.clone(), turning, ..Found::default() });
                 }
                 Op::Tool(ToolAction::Change(name)) => {
                     state.tool = Some(name.clone());
@@ -144,6 +148,10 @@ impl Reprogramming<'_> {
                     state.frame = frame;
                 }
                 Op::Rapid(motion) | Op::Linear(motion) => {
+                    let turns = motion.programmed >> 3 & 0b111 != 0 && !motion.machine_coordinates;
+                    if !state.tcp && turns && matches!(command.op, Op::Rapid(_)) {
+                        state.turning = Some((index, state.frame));
+                    }
                     let placed = self.place(&mut state, motion, index);
                     let Some(placed) = placed.filter(|_| state.tcp && !motion.machine_coordinates) else { continue };
                     if !state.frame.is_rigid() {
@@ -229,8 +237,11 @@ impl Reprogramming<'_> {
         let after = found.after.iter().map(|p| (p, kept(p, &end.axis)));
         let new: Vec<(&Placed, ToolPose)> =
             before.chain(found.blocks.iter().zip(result.poses.iter().copied())).chain(after).collect();
-        for (placed, pose) in new {
+        for (k, (placed, pose)) in new.into_iter().enumerate() {
             self.rewrite(out, placed, &pose, &mut q)?;
+            if let Some((command, frame)) = found.turning.filter(|_| k == 0) {
+                self.turn_first(out, command, &frame, &q);
+            }
         }
         out.runs.push(ReprogrammedRun {
             commands: found.blocks.iter().map(|b| b.command).collect(),
@@ -287,6 +298,20 @@ impl Reprogramming<'_> {
     }
 }
 
+impl Reprogramming<'_> {
+    /// Sends a rapid of the rotary axes to where the first new axis wants them.
+    fn turn_first(&self, out: &mut Reprogrammed, command: usize, frame: &Frame, q: &JointValues) {
+        let Some(Op::Rapid(motion)) = out.commands.get_mut(command).map(|c| &mut c.op) else { return };
+        for &joint in self.machine.rotary_joints() {
+            let letter = (3..6).find(|&l| self.machine.joint_for_letter(AXIS_LETTERS[l]) == Some(joint));
+            if let Some(letter) = letter.filter(|&l| motion.programmed >> l & 1 == 1) {
+                motion.end.put(letter, q[joint] - frame.rotary[letter - 3]);
+                motion.end_base.put(letter, q[joint]);
+            }
+        }
+    }
+}
+
 /// Writes a tip into work and base coordinates and notes the axes that have changed.
 fn put(end: &mut AxisValues, base: &mut AxisValues, changed: &mut u16, work: [f64; 3], tip: &Point) {
     for axis in 0..3 {
@@ -300,6 +325,7 @@ fn put(end: &mut AxisValues, base: &mut AxisValues, changed: &mut u16, work: [f6
 
 #[derive(Default)]
 struct State {
+    turning: Option<(usize, Frame)>,
     tcp: bool,
     tool: Option<ToolName>,
     frame: Frame,

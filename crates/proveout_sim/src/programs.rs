@@ -4,11 +4,11 @@ use std::path::Path;
 
 use proveout_controller::{Reprogrammed, Reprogramming};
 use proveout_geom::{ToolPose, Vector};
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 use proveout_nc::post::{PostSettings, post_for};
 use proveout_nc::{
-    AxisValues, Command, Coolant, Dialect, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode,
-    Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
+    AXIS_LETTERS, AxisValues, Command, Coolant, Dialect, Feed, Location, Motion, Offset, Op, OrientationInterpolation,
+    PathMode, Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
 };
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 
@@ -64,7 +64,10 @@ fn tip_feeds(commands: &[Command]) -> Vec<Command> {
                     }
                 }
                 at = end.or(at);
-                out.push(command.clone());
+                // Positions of rotary axes alone belong to a machine, which CL data do not know.
+                if end.is_some() {
+                    out.push(command.clone());
+                }
             }
             _ => out.push(command.clone()),
         }
@@ -76,7 +79,7 @@ fn tip_feeds(commands: &[Command]) -> Vec<Command> {
 ///
 /// # Errors
 /// The scene has no blade or no plan, the tool is no ball end mill, or the pass does not fit the blade.
-pub fn helix(scene: &Scene, tools: &ToolLibrary) -> Result<Vec<Command>, SimError> {
+pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Vec<Command>, SimError> {
     let file = |message: String, help: &str| ConfigError::file(&scene.path, message, help);
     let blade = scene.file.part.as_ref().and_then(|p| p.blade);
     let (Some(blade), Some(plan)) = (blade, &scene.file.plan) else {
@@ -93,8 +96,14 @@ pub fn helix(scene: &Scene, tools: &ToolLibrary) -> Result<Vec<Command>, SimErro
     let blade = blade.blade(0.0).map_err(|e| wrong(e.to_string()))?;
     let points = plan.pass(radius).points(&blade).map_err(|e| wrong(e.to_string()))?;
     let mut writer = Writer { commands: Vec::new(), line: 0 };
-    writer.head(plan);
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(writer.commands) };
+    let table_from_work = scene.file.mount.table_from_work();
+    let start = machine.inverse_nearest(&first.pose.transformed(&table_from_work), tool.gauge_length, &machine.home());
+    let start =
+        start.map_err(|e| file(format!("the machine cannot reach the start of the pass: {e}"), "move the mount"))?;
+    writer.head(plan);
+    writer.rotary(machine, &start.q);
+    writer.push(Op::Tcp(Tcp { on: true, interpolation: OrientationInterpolation::GreatCircle }));
     let off = |p: &proveout_toolpath::PassPoint| ToolPose {
         tip: p.pose.tip + p.normal * plan.clearance_mm,
         axis: p.pose.axis,
@@ -146,7 +155,29 @@ impl Writer {
             tolerance: Some(plan.tolerance_mm),
             orientation_tolerance: None,
         }));
-        self.push(Op::Tcp(Tcp { on: true, interpolation: OrientationInterpolation::GreatCircle }));
+    }
+
+    /// The rotary axes turn while the tool is clear of the part, before tool center point control: with it the slides would
+    /// carry the tool round the table.
+    fn rotary(&mut self, machine: &Machine, q: &JointValues) {
+        let mut end = AxisValues::NONE;
+        let mut programmed = 0;
+        for &joint in machine.rotary_joints() {
+            let letter = (3..6).find(|&l| machine.joint_for_letter(AXIS_LETTERS[l]) == Some(joint));
+            if let Some(letter) = letter {
+                end.put(letter, q[joint]);
+                programmed |= 1 << letter;
+            }
+        }
+        self.push(Op::Rapid(Motion {
+            end,
+            end_base: end,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed,
+            machine_coordinates: false,
+            exact_stop: false,
+        }));
     }
 
     fn tail(&mut self) {

@@ -19,7 +19,10 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
         let scene = Scene::read(&args.scene)?;
         let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
         let commands = match args.strategy {
-            StrategyArg::Helix => programs::helix(&scene, &tools)?,
+            StrategyArg::Helix => {
+                let machine = Machine::read(&scene.resolve(&scene.file.machine))?;
+                programs::helix(&scene, &machine, &tools)?
+            }
         };
         let settings = Prepared::reader_settings(&scene, None)?;
         programs::text(&commands, language(&args.output), &settings)
