@@ -47,7 +47,13 @@ fn cubic(h: f64, x: [f64; 2], v: [f64; 2]) -> Reference {
 }
 
 /// Runs a motion given by position and velocity over time; calls `see` with time, set point and state after each cycle.
-fn run(m: &DriveModel, cycle: f64, until: f64, r: impl Fn(f64) -> [f64; 2], mut see: impl FnMut(f64, f64, &DriveState)) {
+fn run(
+    m: &DriveModel,
+    cycle: f64,
+    until: f64,
+    r: impl Fn(f64) -> [f64; 2],
+    mut see: impl FnMut(f64, f64, &DriveState),
+) {
     let mut s = m.rest(0.0);
     let cycles = (until / cycle).round() as usize;
     for k in 0..cycles {
@@ -89,8 +95,16 @@ fn a_step_is_answered_as_a_second_order_system() {
 
 #[test]
 fn a_ramp_lags_by_velocity_over_gain_and_not_at_all_with_feed_forward() {
-    for (forward, encoder) in [(0.0, Encoder::Motor), (0.6, Encoder::Motor), (1.0, Encoder::Motor), (0.0, Encoder::Load)] {
-        let d = Drive { velocity_feed_forward: forward, viscous_friction: 3.0, coulomb_friction: 200.0, encoder, ..drive() };
+    for (forward, encoder) in
+        [(0.0, Encoder::Motor), (0.6, Encoder::Motor), (1.0, Encoder::Motor), (0.0, Encoder::Load)]
+    {
+        let d = Drive {
+            velocity_feed_forward: forward,
+            viscous_friction: 3.0,
+            coulomb_friction: 200.0,
+            encoder,
+            ..drive()
+        };
         let m = model(&d, 2e-3);
         let (v, mut last) = (120.0, f64::NAN);
         run(&m, 2e-3, 2.0, |t| [v * t, v], |_, _, s| last = s.error());
@@ -164,21 +178,30 @@ fn sines_come_out_with_the_amplitude_and_phase_of_the_transfer_function() {
             let m = model(d, cycle);
             let (mut cosine, mut sine, mut count) = (0.0, 0.0, 0);
             // 3 s for the transient to die, then whole periods: sums with sine and cosine give both parts.
-            run(&m, cycle, 4.0, |t| [(w * t).sin(), w * (w * t).cos()], |t, set, s| {
-                if t > 3.0 {
-                    let x = set - s.error();
-                    cosine += x * (w * t).cos();
-                    sine += x * (w * t).sin();
-                    count += 1;
-                }
-            });
+            run(
+                &m,
+                cycle,
+                4.0,
+                |t| [(w * t).sin(), w * (w * t).cos()],
+                |t, set, s| {
+                    if t > 3.0 {
+                        let x = set - s.error();
+                        cosine += x * (w * t).cos();
+                        sine += x * (w * t).sin();
+                        count += 1;
+                    }
+                },
+            );
             assert_eq!(count, 1000);
             let (real, imaginary) = (2.0 * sine / 1000.0, 2.0 * cosine / 1000.0);
             let C(re, im) = response(d, w);
             // The cubic between samples misses a sine by (w T)^4/384, and its acceleration, which is fed forward, by
             // (w T)^2/12 at most; 25 Hz: 1.6e-6 and 2e-3, the latter attenuated above the bandwidth.
             let bound = 1e-6 + if d.acceleration_feed_forward > 0.0 { 1e-5 } else { 0.0 } * hertz;
-            assert!((real - re).abs() < bound && (imaginary - im).abs() < bound, "{name} {hertz}: {real} {imaginary} {re} {im}");
+            assert!(
+                (real - re).abs() < bound && (imaginary - im).abs() < bound,
+                "{name} {hertz}: {real} {imaginary} {re} {im}"
+            );
         }
     }
 }
@@ -218,7 +241,8 @@ impl Oracle {
         }
         let direction = self.v.signum();
         let slope = |t: f64, [x, v, i]: [f64; 3]| {
-            let level = fc + (fs - fc) * if d.stribeck_velocity > 0.0 { (-(v / d.stribeck_velocity).powi(2)).exp() } else { 0.0 };
+            let level = fc
+                + (fs - fc) * if d.stribeck_velocity > 0.0 { (-(v / d.stribeck_velocity).powi(2)).exp() } else { 0.0 };
             [v, demand(t, x, v, i) - b * v - direction * level, wind(t, x, v)]
         };
         let z = [self.x, self.v, self.i];
@@ -255,7 +279,8 @@ fn quadrant(d: &Drive, radius: f64, feed: f64, cycle: f64) -> [f64; 3] {
     let r = move |t: f64| [radius * (w * t).sin(), radius * w * (w * t).cos()];
     let until = 1.0 * TAU / w;
     let m = model(d, cycle);
-    let free = model(&Drive { coulomb_friction: 0.0, static_friction: 0.0, stribeck_velocity: 0.0, ..d.clone() }, cycle);
+    let free =
+        model(&Drive { coulomb_friction: 0.0, static_friction: 0.0, stribeck_velocity: 0.0, ..d.clone() }, cycle);
     let mut without = Vec::new();
     run(&free, cycle, until, r, |_, _, s| without.push(s.error()));
     let (mut spikes, mut errors) = (Vec::new(), Vec::new());
@@ -396,7 +421,8 @@ fn a_saturated_drive_gives_its_force_and_no_more_and_comes_back() {
 #[test]
 fn what_sticks_stands_still_and_holds_weight() {
     for integral_time in [None, Some(0.01)] {
-        let d = Drive { integral_time, coulomb_friction: 500.0, static_friction: 700.0, stribeck_velocity: 2.0, ..drive() };
+        let d =
+            Drive { integral_time, coulomb_friction: 500.0, static_friction: 700.0, stribeck_velocity: 2.0, ..drive() };
         let m = model(&d, 2e-3);
         let mut s = m.rest(0.0);
         for _ in 0..500 {
@@ -422,15 +448,27 @@ fn what_sticks_stands_still_and_holds_weight() {
 
 #[test]
 fn work_is_friction_times_way() {
-    let d = Drive { velocity_feed_forward: 1.0, coulomb_friction: 150.0, static_friction: 150.0, viscous_friction: 1.0, ..drive() };
+    let d = Drive {
+        velocity_feed_forward: 1.0,
+        coulomb_friction: 150.0,
+        static_friction: 150.0,
+        viscous_friction: 1.0,
+        ..drive()
+    };
     let m = model(&d, 2e-3);
     let mut at = [0.0; 2];
-    run(&m, 2e-3, 4.0, |t| [50.0 * t, 50.0], |t, _, s| {
-        if (t - 3.0).abs() < 1e-9 {
-            at[0] = s.energy();
-        }
-        at[1] = s.energy();
-    });
+    run(
+        &m,
+        2e-3,
+        4.0,
+        |t| [50.0 * t, 50.0],
+        |t, _, s| {
+            if (t - 3.0).abs() < 1e-9 {
+                at[0] = s.energy();
+            }
+            at[1] = s.energy();
+        },
+    );
     // 1 s at 50 mm/s: (150 + 1 x 50) N over 0.05 m.
     assert!((at[1] - at[0] - 200.0 * 0.05).abs() < 1e-9, "{at:?}");
 }

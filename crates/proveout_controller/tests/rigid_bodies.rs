@@ -92,7 +92,9 @@ impl Lagrange<'_> {
                 let (a, b) = (pose(&up), pose(&down));
                 let v = (a.point(&mass.center) - b.point(&mass.center)) / (2.0 * h);
                 let turn: Matrix3<f64> = (a.rotation - b.rotation) / (2.0 * h) * here.rotation.transpose();
-                let w = Vector::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]) * 0.5;
+                let w =
+                    Vector::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)])
+                        * 0.5;
                 rates.push((v, w));
             }
             let inertia = here.rotation * mass.inertia * here.rotation.transpose();
@@ -110,7 +112,11 @@ impl Lagrange<'_> {
         let up = self.machine.up.expect("up");
         bodies
             .filter_map(|b| b.mass.map(|m| (b, m)))
-            .map(|(b, m)| m.mass * STANDARD_GRAVITY * up.dot(&self.machine.attachment_pose(b.attached_to, q).point(&m.center).coords))
+            .map(|(b, m)| {
+                m.mass
+                    * STANDARD_GRAVITY
+                    * up.dot(&self.machine.attachment_pose(b.attached_to, q).point(&m.center).coords)
+            })
             .sum()
     }
 
@@ -200,8 +206,13 @@ fn a_slide_lifts_its_weight_and_a_pendulum_has_its_closed_form() {
     let u5 = library().into_iter().find(|m| m.name.starts_with("Spinner")).expect("the machine");
     let tree = RigidTree::new(&u5);
     let b = u5.joint("B").expect("B");
-    let carried: f64 = u5.bodies.iter().filter(|m| matches!(m.attached_to, Attachment::Joint(j) if j == b || u5.joints[j].name == "C"))
-        .filter_map(|m| m.mass).map(|m| m.mass * (m.center.z - 120.0)).sum();
+    let carried: f64 = u5
+        .bodies
+        .iter()
+        .filter(|m| matches!(m.attached_to, Attachment::Joint(j) if j == b || u5.joints[j].name == "C"))
+        .filter_map(|m| m.mass)
+        .map(|m| m.mass * (m.center.z - 120.0))
+        .sum();
     for degrees in [0.0_f64, 30.0, 90.0] {
         let mut q = u5.home();
         q[b] = degrees.to_radians();

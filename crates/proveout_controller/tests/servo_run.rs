@@ -11,7 +11,8 @@ use proveout_machine::{Encoder, Machine};
 use proveout_nc::{Dwell, Op};
 
 fn library(name: &str) -> Machine {
-    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines").join(name)).expect("the library machine")
+    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines").join(name))
+        .expect("the library machine")
 }
 
 fn servo() -> Settings {
@@ -65,8 +66,12 @@ fn the_plan_stays_as_it_is_and_the_joints_follow() {
                 {
                     for values in [&mut m.end, &mut m.end_base] {
                         *values = common::axes(
-                            &"XYZABC".chars().zip(0..).filter_map(|(c, k)| values.get(k).filter(|_| c != 'B').map(|v| (c, v)))
-                                .chain([('A', -b)]).collect::<Vec<_>>(),
+                            &"XYZABC"
+                                .chars()
+                                .zip(0..)
+                                .filter_map(|(c, k)| values.get(k).filter(|_| c != 'B').map(|v| (c, v)))
+                                .chain([('A', -b)])
+                                .collect::<Vec<_>>(),
                         );
                     }
                 }
@@ -94,7 +99,10 @@ fn the_plan_stays_as_it_is_and_the_joints_follow() {
         let loads = s.loads.as_ref().expect("drives");
         assert!(loads.unknown.is_empty() && loads.no_force_limit.is_empty() && !loads.estimated.is_empty());
         assert!(!run.all.events.iter().any(|e| matches!(e, Event::Limit { kind: LimitKind::DriveForce, .. })));
-        println!("{name}: following {:?}", s.joints.iter().map(|j| j.drive.expect("drives").max_following_error).collect::<Vec<_>>());
+        println!(
+            "{name}: following {:?}",
+            s.joints.iter().map(|j| j.drive.expect("drives").max_following_error).collect::<Vec<_>>()
+        );
     }
 }
 
@@ -118,7 +126,12 @@ fn pieces_run_along_the_actual_joints() {
         let way = p.pose[1].tip - p.pose[0].tip;
         let t = if way.norm() > 0.0 { (sample.pose.tip - p.pose[0].tip).dot(&way) / way.norm_squared() } else { 0.0 };
         let on = p.pose[0].tip + way * t.clamp(0.0, 1.0);
-        assert!((sample.pose.tip - on).norm() <= p.deviation + 1e-9, "{}: {}", sample.time, (sample.pose.tip - on).norm());
+        assert!(
+            (sample.pose.tip - on).norm() <= p.deviation + 1e-9,
+            "{}: {}",
+            sample.time,
+            (sample.pose.tip - on).norm()
+        );
         // The bound between samples adds little to what the pieces may leave.
         assert!(p.deviation <= settings.piece_tolerance * 2.0, "{}", p.deviation);
         checked += 1;
@@ -185,7 +198,9 @@ fn a_weak_drive_saturates_and_says_so_with_its_block() {
         .events
         .iter()
         .filter_map(|e| match e {
-            Event::Limit { joint, value, limit, block, kind: LimitKind::DriveForce, .. } => Some((*joint, *value, *limit, *block)),
+            Event::Limit { joint, value, limit, block, kind: LimitKind::DriveForce, .. } => {
+                Some((*joint, *value, *limit, *block))
+            }
             _ => None,
         })
         .collect();
@@ -242,11 +257,14 @@ fn the_tool_in_the_spindle_counts_for_tip_and_pieces() {
 
 #[test]
 fn a_machine_without_drives_is_refused_with_key_and_remedy() {
-    let refused = |machine: &Machine, settings: &Settings| {
-        match Controller::new(Program::default().source(), machine, &[], settings.clone()) {
-            Ok(_) => panic!("not refused"),
-            Err(e) => *e,
-        }
+    let refused = |machine: &Machine, settings: &Settings| match Controller::new(
+        Program::default().source(),
+        machine,
+        &[],
+        settings.clone(),
+    ) {
+        Ok(_) => panic!("not refused"),
+        Err(e) => *e,
     };
     let e = refused(&common::bc_machine(), &servo());
     assert_eq!(e.code, "control-servo");

@@ -193,9 +193,8 @@ pub(crate) fn read_drive(
             v => Ok(v),
         }
     };
-    let not_negative = |key: &'static str, value: Option<f64>| -> Checked<f64> {
-        bounded(key, value.unwrap_or(0.0), 0.0, f64::MAX)
-    };
+    let not_negative =
+        |key: &'static str, value: Option<f64>| -> Checked<f64> { bounded(key, value.unwrap_or(0.0), 0.0, f64::MAX) };
     // Per kind: keys, and the factors to N or N mm, mm or radian. N s/m and Nm s/rad turn into N s/mm and N mm s/rad.
     let pick = |linear: (&'static str, Option<f64>), turning: (&'static str, Option<f64>)| {
         if rotary { turning } else { linear }
@@ -224,7 +223,12 @@ pub(crate) fn read_drive(
     let static_friction = above_zero(key, value)?.map_or(coulomb_friction, |s| s * force);
     if static_friction < coulomb_friction {
         let message = format!("the static friction {static_friction} is below the dry friction {coulomb_friction}");
-        return Err(source.error("machine-drive", &at(key), message, "give at least the dry friction, or leave it out"));
+        return Err(source.error(
+            "machine-drive",
+            &at(key),
+            message,
+            "give at least the dry friction, or leave it out",
+        ));
     }
     let (key, value) = pick(
         ("stribeck_velocity_mm_min", f.stribeck_velocity_mm_min),

@@ -13,7 +13,8 @@
 //! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse ([`Machine::inverse`],
 //!   [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates ([`Machine::jacobian`]).
 //! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that nobody has stated.
-//! * [`MachineBody`] – a part for collision checks and pictures.
+//! * [`MachineBody`] – a part for collision checks and pictures, with its mass where it is known.
+//! * [`Drive`] – loop gains, friction, backlash, elasticity and force limit of a joint, where they are known.
 //! * [`kinematics_csv`] – whole tables, both ways.
 //!
 //! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett 1984).

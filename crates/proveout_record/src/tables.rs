@@ -41,7 +41,10 @@ pub(crate) fn signal_columns(joints: &[JointUnit]) -> Vec<Column> {
             Column::real(format!("acceleration_{name}_{unit}_s2"), derived[1]),
             Column::real(format!("jerk_{name}_{unit}_s3"), derived[2]),
             Column::real(format!("following_error_{name}_{unit}"), unit),
-            Column::real(format!("{}_{name}_{}", if unit == "deg" { "torque" } else { "force" }, j.force_unit), j.force_unit),
+            Column::real(
+                format!("{}_{name}_{}", if unit == "deg" { "torque" } else { "force" }, j.force_unit),
+                j.force_unit,
+            ),
             Column::real(format!("power_{name}_W"), "W"),
             Column::real(format!("energy_{name}_J"), "J"),
         ]);

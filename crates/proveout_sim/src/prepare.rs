@@ -17,7 +17,9 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
-    scene::{BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene},
+    scene::{
+        BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene,
+    },
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body

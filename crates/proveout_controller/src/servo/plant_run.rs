@@ -82,7 +82,8 @@ impl Bank {
                 None => {
                     let key = if joint.is_rotary() { "moving_inertia_kg_m2" } else { "moving_mass_kg" };
                     let reason = tree.report().unknown.iter().find(|(k, _)| *k == j).map(|(_, r)| r.as_str());
-                    let message = format!("the drive moves an unknown mass ({})", reason.unwrap_or("bodies of no mass"));
+                    let message =
+                        format!("the drive moves an unknown mass ({})", reason.unwrap_or("bodies of no mass"));
                     let help = format!("add {key} to the joint, or mass to every body that it carries and `up`");
                     return Err(fault(machine, j, &message, &help));
                 }
@@ -91,7 +92,8 @@ impl Bank {
             let motor = if drive.elastic.is_some() { 0.0 } else { drive.motor_inertia.unwrap_or(0.0) };
             armature[j] = motor + inertia - own[j];
             if plant == Plant::Rapier && armature[j] < -1e-9 * inertia {
-                let message = format!("{inertia} is stated as moved, and its bodies alone have {} (kg or kg mm2)", own[j]);
+                let message =
+                    format!("{inertia} is stated as moved, and its bodies alone have {} (kg or kg mm2)", own[j]);
                 let help = "correct moving_mass_kg or the masses of the bodies, or take plant = \"newton-euler\"";
                 return Err(fault(machine, j, &message, help));
             }
@@ -203,8 +205,8 @@ impl DriveModel {
                 let d = s.load_error - s.motor_error;
                 let gap = d - d.clamp(-self.half_backlash, self.half_backlash);
                 let touching = self.half_backlash == 0.0 || gap != 0.0;
-                let pull = k.stiffness * gap
-                    + if touching { k.damping * (s.motor_velocity - s.load_velocity) } else { 0.0 };
+                let pull =
+                    k.stiffness * gap + if touching { k.damping * (s.motor_velocity - s.load_velocity) } else { 0.0 };
                 s.motor_velocity += h * (force - pull) / self.share[0];
                 (pull, self.share[1])
             }

@@ -312,15 +312,7 @@ impl DriveModel {
         }
     }
 
-    fn elastic(
-        &self,
-        pair: &Pair<5>,
-        s: &mut DriveState,
-        r: &Reference,
-        next: &Reference,
-        w: f64,
-        offset: f64,
-    ) -> f64 {
+    fn elastic(&self, pair: &Pair<5>, s: &mut DriveState, r: &Reference, next: &Reference, w: f64, offset: f64) -> f64 {
         let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, 0.0, 0.0, 0.0];
         (u[LOAD], u[OFFSET]) = (w, offset);
         let z = [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral];

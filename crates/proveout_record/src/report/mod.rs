@@ -182,7 +182,9 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
         match file.control.dynamics {
             DynamicsFile::Ideal => "the programmed path without corner rounding".into(),
             DynamicsFile::Planned => "the set points of the control, corners rounded within its tolerance".into(),
-            DynamicsFile::Servo => "the joints as the drives bring them: lag, friction, backlash, elasticity, loads".into(),
+            DynamicsFile::Servo => {
+                "the joints as the drives bring them: lag, friction, backlash, elasticity, loads".into()
+            }
         },
     );
     if let Some(chord) = v.path.max_chord_error_mm {

@@ -263,10 +263,7 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
         what = "position, velocity, acceleration, jerk, following error and drive force".to_owned();
     }
     let name = format!("Axis {}", joint.name);
-    Plot {
-        svg: svg(&strips, 560.0, end, &[], &format!("{name}: {what} over time")),
-        name,
-    }
+    Plot { svg: svg(&strips, 560.0, end, &[], &format!("{name}: {what} over time")), name }
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
