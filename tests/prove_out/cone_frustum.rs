@@ -43,6 +43,31 @@ fn rounded_corners_stay_within_the_path_tolerance() {
     assert!(run.verdict.time.lower_bound_s.expect("bounded") <= run.verdict.time.total_s);
 }
 
+/// The drives of the library machine follow with full feed-forward: what they leave is friction at the reversals,
+/// elasticity and the load of the swivel, some micrometers on the part.
+#[test]
+fn the_drives_leave_their_marks_and_the_time_as_it_is() {
+    let planned = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Planned), 2).expect("runs").verdict;
+    let servo = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Servo), 2).expect("runs").verdict;
+    assert_eq!(servo.time, planned.time);
+    assert!(planned.axes.values().all(|a| a.max_following_error.is_none() && a.drive_energy_j.is_none()));
+    for (name, axis) in &servo.axes {
+        let following = axis.max_following_error.expect("drives");
+        assert!(following > 1e-6 && following < 0.05, "{name}: {following}");
+        assert!(axis.drive_utilisation.is_some_and(|u| u > 0.0 && u < 1.0), "{name}: {axis:?}");
+        assert!(axis.drive_energy_j.is_some_and(|e| e > 0.0));
+    }
+    let contour = |v: &proveout_sim::verdict::Verdict| v.path.max_contour_error_mm.expect("a path");
+    assert!(contour(&servo) > contour(&planned));
+    let error = |v: &proveout_sim::verdict::Verdict| v.deviation.rms_mm.expect("measured");
+    assert!(error(&servo) > error(&planned), "{} {}", error(&servo), error(&planned));
+    // Never more than what the joints are off: the contour error bounds the part.
+    let worst = servo.deviation.gouge_max_mm.expect("measured").max(servo.deviation.excess_max_mm.expect("measured"));
+    assert!(worst < IDEAL_MM + contour(&servo) + 0.02, "{worst} {}", contour(&servo));
+    let limits = servo.gates.iter().find(|g| g.name == "limits").expect("the gate");
+    assert!(limits.state == State::Pass && limits.reason.contains("force of every drive"), "{}", limits.reason);
+}
+
 #[test]
 fn the_verdict_has_the_same_bytes_at_any_thread_count() {
     let bytes = |threads| {

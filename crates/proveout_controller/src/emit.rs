@@ -108,7 +108,11 @@ impl Emitter {
                 }
                 cell += 1;
             }
-            let t1 = self.pieces(scope, path, block, &stretch.law, [a, b], start, (&mut phase, &mut span));
+            let t1 = if scope.settings.dynamics == Dynamics::Servo {
+                self.span(scope, path, block, stretch, [a, b], start, (&mut phase, &mut span))
+            } else {
+                self.pieces(scope, path, block, &stretch.law, [a, b], start, (&mut phase, &mut span))
+            };
             self.meter.motion(block.kind, t1 - t0);
             if block.end() <= stretch.s_end {
                 self.end_block(scope, block, begin, t1);
@@ -209,6 +213,58 @@ impl Emitter {
         });
         *span = cursor.get();
         time
+    }
+
+    /// One piece that only tells when a block's motion is: the drives' stage cuts the pieces along the actual motion.
+    /// Travel is watched at the ends, at the control samples, and where a joint turns back between two of them (there
+    /// by the parabola through velocities, within jerk times cycle cubed over 12: 0.1 micrometer on fast machines).
+    #[expect(clippy::too_many_arguments, reason = "cursors into path and law go together with them")]
+    fn span(
+        &mut self,
+        scope: &Scope<'_>,
+        path: &Path,
+        block: &PathBlock,
+        stretch: &Stretch,
+        [a, b]: [f64; 2],
+        start: f64,
+        (phase, span): (&mut usize, &mut usize),
+    ) -> f64 {
+        let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
+        let ends = [a, b].map(|s| scope.kinematics.position(&path.rounded(s, span).0[0]));
+        for (q, time) in ends.iter().zip(times) {
+            self.meter.position(q);
+            watch_travel(scope, &mut self.over_travel, q, time);
+        }
+        let first = stretch.samples.partition_point(|m| m.state.s < a);
+        let last = stretch.samples.partition_point(|m| m.state.s <= b);
+        let within = &stretch.samples[first.min(last)..last];
+        for (k, m) in within.iter().enumerate() {
+            watch_travel(scope, &mut self.over_travel, &m.q, m.time);
+            let Some(next) = within.get(k + 1) else { break };
+            let mut turned = m.q;
+            let mut turns = false;
+            for j in 0..scope.machine.joints.len().min(MAX_JOINTS) {
+                let (v0, v1) = (m.velocity[j], next.velocity[j]);
+                if v0 * v1 < 0.0 {
+                    turned[j] += 0.5 * v0 * (next.time - m.time) * v0 / (v0 - v1);
+                    turns = true;
+                }
+            }
+            if turns {
+                self.meter.position(&turned);
+                watch_travel(scope, &mut self.over_travel, &turned, m.time);
+            }
+        }
+        let pose = ends.map(|q| scope.kinematics.pose(&q));
+        self.chunk.pieces.push(Piece {
+            time: times,
+            block: block.index,
+            kind: block.kind,
+            joints: ends,
+            pose,
+            deviation: 0.0,
+        });
+        times[1]
     }
 
     fn end_block(&mut self, scope: &Scope<'_>, block: &PathBlock, begin: f64, end: f64) {

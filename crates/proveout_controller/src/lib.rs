@@ -9,7 +9,7 @@
 //!
 //! In: [`proveout_nc::Command`]s, a [`proveout_machine::Machine`], tools, [`Settings`]. Out, in mm, radian and second:
 //! * [`Piece`] – tool motion in the table frame K for removal and interference checks, with a bound of its error;
-//! * [`Sample`] – set points of the joints with three derivatives at each control cycle;
+//! * [`Sample`] – set points of the joints with three derivatives at each control cycle, and what the drives do;
 //! * [`Event`] – tool changes, spindle, limits passed; [`BlockRecord`] – begin and end of every block;
 //! * [`Summary`] – times, lower bound of the time, extremes of the joints.
 //!
@@ -35,12 +35,20 @@
 //! (`pieces.rs`). Rounded and exact path share one parameter, so that [`Dynamics::Ideal`] and [`Dynamics::Planned`] have
 //! the same time law.
 //!
+//! # Axis dynamics
+//!
+//! With [`Dynamics::Servo`] the planned stream goes through the drives of the machine file (`servo`): cascade control,
+//! friction, backlash, one elastic mode and force limit a joint, in exact discrete form, loaded by the machine's bodies
+//! (`dynamics`: recursive Newton-Euler, or Rapier as plant). Times, blocks and set points stay those of the plan;
+//! `Sample::actual` and the pieces are those of the loads. The control does not wait for the drives at exact stops.
+//!
 //! # Limits
 //!
 //! Corners are rounded block by block: runs of short blocks are not fitted by one curve. The acceleration is zero where
 //! the speed begins or ends to follow a limit, which costs some time against the optimum. A machine without
 //! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
-//! has only its first and last sample. M0 and M1 take no time. Servo dynamics belong behind `Sample::actual`.
+//! has only its first and last sample. M0 and M1 take no time. Loads of
+//! the drives are those of the machine alone: no workpiece, fixture, tool or cutting force.
 
 #![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
 

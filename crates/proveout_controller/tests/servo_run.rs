@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::{Program, Run, run_with, tool};
-use proveout_controller::{Controller, Dynamics, Event, LimitKind, Plant, Settings};
+use proveout_controller::{Controller, Dynamics, Event, LimitKind, Settings, servo::Plant};
 use proveout_geom::Point;
 use proveout_machine::{Encoder, Machine};
 use proveout_nc::{Dwell, Op};

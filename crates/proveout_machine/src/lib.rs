@@ -20,7 +20,8 @@
 //! * [`Machine::limit_violations`] – travel and rate limits of a state of motion, legs included, as data;
 //!   [`Machine::amplification_violation`].
 //! * [`Machine::diagnose`] – what is missing or looks wrong in a description, with line and remedy.
-//! * [`MachineBody`] – a part for collision checks and pictures.
+//! * [`MachineBody`] – a part for collision checks and pictures, with its mass where it is known.
+//! * [`Drive`] – loop gains, friction, backlash, elasticity and force limit of a joint, where they are known.
 //! * [`kinematics_csv`] – whole tables, both ways.
 //!
 //! **Algorithm.** Forward: product of exponentials along one chain from the table to the spindle (Brockett 1984).

@@ -9,7 +9,7 @@
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
 //! Millimeter, radian, second inside; files carry units in their keys.
 //!
-//! Known limits: one setup a run; the axis dynamics end at the set points of the control; roughness is not evaluated.
+//! Known limits: one setup a run; roughness is not evaluated; drive loads leave workpiece, tool and cutting forces out.
 
 pub mod config;
 pub mod finding;

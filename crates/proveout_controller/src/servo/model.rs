@@ -27,7 +27,8 @@
 //! The maps are exponentials of the continuous loop: they are stable at every step exactly when the loop is, and a loop
 //! that is not is refused. The inner step matters for what is not linear alone; it is a whole part of the control cycle,
 //! at most 0.125 ms, and short enough for friction to act on a mass that has not yet come back:
-//! the velocity that a constant force gives within the step is at least half of that of the free mass.
+//! the velocity that a constant force gives within the step is at least half of that of the free mass. A drive that keeps
+//! its mode over a whole control cycle takes it in two exact steps instead (`step.rs`).
 //!
 //! # Limits
 //!
@@ -62,6 +63,8 @@ pub struct DriveFault {
 pub(crate) struct Pair<const N: usize> {
     pub(crate) closed: Map<N>,
     pub(crate) saturated: Map<N>,
+    /// Closed loop over half a control cycle, for a drive that keeps its mode all the way; none where modes must be watched.
+    pub(crate) half: Option<Map<N>>,
 }
 
 /// States: motor error, velocity, integral (stiff); motor error, motor velocity, load error, load velocity, integral.
@@ -178,16 +181,24 @@ impl DriveModel {
         let mut steps = (cycle / LONGEST_INNER_STEP - 1e-9).ceil().max(1.0);
         loop {
             let step = cycle / steps;
+            let half = (drive.backlash == 0.0 && steps >= 4.0).then_some(0.5 * cycle);
             let (mechanics, gain, own) = match spring {
                 None => {
-                    let pair = stiff(&law, viscous, step);
+                    let pair = stiff(&law, viscous, step, half);
                     let gain = pair.closed.b[1][FRICTION].min(pair.saturated.b[1][FRICTION]);
                     (Mechanics::Stiff(Box::new(pair)), gain, 1.0)
                 }
                 Some(s) => {
-                    let touching = elastic(&law, viscous, share, s, on_load, step);
+                    let touching = elastic(
+                        &law,
+                        viscous,
+                        share,
+                        s,
+                        on_load,
+                        [step, half.filter(|h| h * s.stiffness.sqrt() < 0.75).unwrap_or(0.0)],
+                    );
                     let none = Spring { stiffness: 0.0, damping: 0.0 };
-                    let apart = elastic(&law, viscous, share, none, on_load, step);
+                    let apart = elastic(&law, viscous, share, none, on_load, [step, 0.0]);
                     let all = [&touching.closed, &touching.saturated, &apart.closed, &apart.saturated];
                     let gain = all.iter().map(|m| m.b[3][FRICTION]).fold(f64::INFINITY, f64::min);
                     (Mechanics::Elastic { touching: Box::new(touching), apart: Box::new(apart) }, gain, share[1])
@@ -293,8 +304,8 @@ fn integrator<const N: usize>(law: &Law, closed: bool, z: &[f64; N], u: &[f64; I
     (row, inputs)
 }
 
-fn stiff(law: &Law, viscous: f64, step: f64) -> Pair<3> {
-    let map = |closed: bool| {
+fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> Pair<3> {
+    let map = |closed: bool, step: f64| {
         let (z, u) = control::<3>(law, 0, true);
         let (i_row, i_inputs) = integrator(law, closed, &z, &u);
         let mut f = [[0.0, -1.0, 0.0], [0.0, -viscous, 0.0], i_row];
@@ -315,13 +326,13 @@ fn stiff(law: &Law, viscous: f64, step: f64) -> Pair<3> {
         }
         Map::new(&f, &g, step)
     };
-    Pair { closed: map(true), saturated: map(false) }
+    Pair { closed: map(true, step), saturated: map(false, step), half: half.map(|h| map(true, h)) }
 }
 
-fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bool, step: f64) -> Pair<5> {
+fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bool, [step, half]: [f64; 2]) -> Pair<5> {
     let Spring { stiffness: k, damping: d } = spring;
     let [m1, m2] = share;
-    let map = |closed: bool| {
+    let map = |closed: bool, step: f64| {
         let (z, u) = control::<5>(law, if on_load { 2 } else { 0 }, false);
         let (i_row, i_inputs) = integrator(law, closed, &z, &u);
         // x1 - x2 = e2 - e1: the spring pulls the motor by -s and the load by +s.
@@ -352,5 +363,5 @@ fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bo
         }
         Map::new(&f, &g, step)
     };
-    Pair { closed: map(true), saturated: map(false) }
+    Pair { closed: map(true, step), saturated: map(false, step), half: (half > 0.0).then(|| map(true, half)) }
 }

@@ -15,13 +15,19 @@
 //! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end beyond it is
 //! taken again with the limit, so that the force never passes it.
 //!
+//! *Gliding.* Where a drive without lost motion begins a cycle in motion, well above the Stribeck velocity and below the
+//! force limit, friction is a constant and the loop linear: two maps over half a cycle each give the same state as all the
+//! inner steps. They are taken when velocity and force have kept their sides at begin, middle and end, with a distance
+//! larger than they change in between; otherwise the cycle is made in inner steps. A stiff drive that sticks while its set
+//! point stands only winds up its integrator, which is a line.
+//!
 //! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the load is
 //! pushed by the flanks and stays or falls between them.
 
 use proveout_machine::Encoder;
 
 use super::{
-    linear::{INPUTS, LOAD, MOTOR, OFFSET},
+    linear::{FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET},
     model::{DriveModel, Friction, Mechanics, Pair},
 };
 
@@ -200,11 +206,116 @@ impl DriveModel {
     /// N mm.
     pub fn cycle(&self, state: &mut DriveState, reference: Reference, load: f64) {
         let w = self.from_newton(load) + self.counterbalance;
+        if self.glides(state, &reference, w) || self.stands(state, &reference, w) {
+            return;
+        }
         let mut r = reference;
         for _ in 0..self.steps {
             self.advance(state, &r, w);
             r = r.after(self.step);
         }
+    }
+
+    /// A whole cycle in two maps, if the drive keeps its mode; false, and nothing is changed, where it may not.
+    fn glides(&self, s: &mut DriveState, r: &Reference, w: f64) -> bool {
+        match &self.mechanics {
+            Mechanics::Stiff(pair) => {
+                let Some(half) = &pair.half else { return false };
+                let z = [s.motor_error, s.motor_velocity, s.integral];
+                let Some([(middle, f1), (end, f2)]) = self.glide(half, s, z, [0, 1], r, w) else { return false };
+                for (z, force) in [(middle, f1), (end, f2)] {
+                    [s.motor_error, s.motor_velocity, s.integral] = z;
+                    (s.load_error, s.load_velocity) = (s.motor_error, s.motor_velocity);
+                    s.book(self, force, 0.5 * self.step * self.steps as f64);
+                }
+            }
+            Mechanics::Elastic { touching, .. } => {
+                let Some(half) = &touching.half else { return false };
+                let z = [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral];
+                let error = if self.encoder == Encoder::Load { 2 } else { 0 };
+                let Some([(middle, f1), (end, f2)]) = self.glide(half, s, z, [error, 3], r, w) else { return false };
+                for (z, force) in [(middle, f1), (end, f2)] {
+                    [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral] = z;
+                    s.book(self, force, 0.5 * self.step * self.steps as f64);
+                }
+            }
+        }
+        true
+    }
+
+    /// States and forces in the middle and at the end of a cycle in which the drive keeps its mode.
+    fn glide<const N: usize>(
+        &self,
+        half: &Map<N>,
+        s: &mut DriveState,
+        z: [f64; N],
+        [error, moving]: [usize; 2],
+        r: &Reference,
+        w: f64,
+    ) -> Option<[([f64; N], f64); 2]> {
+        let (law, h) = (&self.law, 0.5 * self.step * self.steps as f64);
+        let direction = z[moving].signum();
+        let friction = -self.friction.coulomb * direction;
+        // Four times the Stribeck velocity leave e^-16 of the difference between static and dry friction.
+        let slowest = 4.0 * self.friction.stribeck;
+        let dry = self.friction.stiction > 0.0;
+        if dry && z[moving].abs() <= slowest {
+            return None;
+        }
+        let demand = |z: &[f64; N], r: &Reference| law.demand(z[error], z[1], z[N - 1], r.velocity, r.acceleration);
+        let pulled = |z: &[f64; N], force: f64| match self.spring {
+            None => force - self.viscous * z[1] + friction + w,
+            Some(k) => {
+                let pull = k.stiffness * (z[2] - z[0]) + k.damping * (z[1] - z[3]);
+                (pull - self.viscous * z[3] + friction + w) / self.share[1]
+            }
+        };
+        let mut from = (z, demand(&z, r));
+        let mut accelerations = [pulled(&z, from.1); 5];
+        let mut at = *r;
+        let mut out = [from; 2];
+        for (k, place) in out.iter_mut().enumerate() {
+            let u = [at.velocity, at.acceleration, at.jerk, friction, w, 0.0, 0.0];
+            let end = half.apply(&from.0, &u);
+            at = at.after(h);
+            let force = demand(&end, &at);
+            let change = (end[moving] - from.0[moving]).abs();
+            let kept = end[moving] * direction > slowest + change && from.0[moving].abs() > change;
+            if dry && !kept || from.1.abs().max(force.abs()) + (force - from.1).abs() > law.limit {
+                return None;
+            }
+            accelerations[2 * k + 1] = (end[moving] - from.0[moving]) / h;
+            accelerations[2 * k + 2] = pulled(&end, force);
+            from = (end, force);
+            *place = from;
+        }
+        for a in accelerations {
+            s.note_acceleration(a);
+        }
+        Some(out)
+    }
+
+    /// A whole cycle of a stiff drive that sticks under a standing set point; false, and nothing is changed, where it may
+    /// move.
+    fn stands(&self, s: &mut DriveState, r: &Reference, w: f64) -> bool {
+        let Mechanics::Stiff(_) = self.mechanics else { return false };
+        let still = s.motor_velocity == 0.0 && *r == Reference::default() && self.half_backlash == 0.0;
+        if !still || self.friction.stiction == 0.0 {
+            return false;
+        }
+        let (law, time) = (&self.law, self.step * self.steps as f64);
+        let pull = law.velocity_gain * law.position_gain * s.motor_error;
+        let wound = s.integral + law.integral_rate * pull * time;
+        let (begin, end) = (pull + s.integral, pull + wound);
+        let held = |force: f64| (force + w).abs() <= self.friction.stiction && force.abs() <= law.limit;
+        if !held(begin) || !held(end) || law.integral_rate == 0.0 && s.integral != 0.0 {
+            return false;
+        }
+        s.integral = wound;
+        s.load_velocity = 0.0;
+        s.note_acceleration(0.0);
+        s.book(self, end, time);
+        true
     }
 
     /// One inner step; `w` over M.
@@ -258,11 +369,11 @@ impl DriveModel {
                 &pair.closed
             };
             let mut end = map.apply(&z, u);
-            let gain = map.b[moving][super::linear::FRICTION];
+            let gain = map.b[moving][FRICTION];
             let (f, sticks) = self.friction.force(end[moving], gain, z[moving]);
             if f != 0.0 {
                 for k in 0..N {
-                    end[k] += map.b[k][super::linear::FRICTION] * f;
+                    end[k] += map.b[k][FRICTION] * f;
                 }
             }
             if sticks {
