@@ -3,7 +3,7 @@
 
 use std::io::Write;
 
-use super::format::{Frames, Lines, full_turns, one_line, speed};
+use super::format::{Frames, Lines, full_turns, offset_number, one_line, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame;
 use crate::{
@@ -286,9 +286,11 @@ impl<W: Write> AptPost<W> {
     }
 
     fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
-        let code = word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok());
-        let Some(code) = code.filter(|c| matches!(c, 54..=59 | 500 | 505..=599)) else {
-            return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59"));
+        let code = match offset_number(word) {
+            _ if word == "G500" => 500,
+            Some(number @ 1..=6) => number + 53,
+            Some(number @ 7..=99) => number + 500,
+            _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);

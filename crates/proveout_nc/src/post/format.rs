@@ -180,6 +180,26 @@ pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
     Some((axis, direction[axis].signum()))
 }
 
+/// The number of a work offset, counted from 1 on every control: G54 to G59 are 1 to 6, `G54.1 P1` is 7 (G59.1 of
+/// `LinuxCNC` too), G505 of an 840D is 5, row 1 of a preset table is 1.
+pub(crate) fn offset_number(word: &str) -> Option<u32> {
+    let number = |text: &str| text.parse::<u32>().ok();
+    if let Some(row) = word.strip_prefix("PRESET") {
+        return number(row).filter(|n| *n > 0);
+    }
+    if let Some(more) = word.strip_prefix("G54.1 P").or(word.strip_prefix("G54.1P")) {
+        return number(more).map(|n| n + 6);
+    }
+    if let Some(more) = word.strip_prefix("G59.") {
+        return number(more).filter(|n| matches!(n, 1..=3)).map(|n| n + 6);
+    }
+    match number(word.strip_prefix('G')?)? {
+        code @ 54..=59 => Some(code - 53),
+        code @ 505..=599 => Some(code - 500),
+        _ => None,
+    }
+}
+
 /// Text without line ends and without the characters that end a comment.
 pub(crate) fn one_line(text: &str, without: &[char]) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).filter(|c| !without.contains(c)).collect()

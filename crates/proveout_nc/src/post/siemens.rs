@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::format::{Lines, full_turns, radius_word};
+use super::format::{Lines, full_turns, offset_number, radius_word};
 use super::{Post, PostError, PostSettings, Unsaid, decimal};
 use crate::frame::{self, Frame};
 use crate::{
@@ -402,15 +402,11 @@ fn is_swivel(motion: &Motion) -> bool {
 
 /// The word of a work offset on an 840D.
 fn offset_word(word: &str) -> Result<String, Unsaid> {
-    let code = word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok());
-    match code {
-        Some(54..=57 | 500 | 505..=599) => Ok(word.to_owned()),
-        // The fifth and sixth offset.
-        Some(code @ 58..=59) => Ok(format!("G{}", code - 58 + 505)),
-        _ => match word.strip_prefix("G54.1 P").and_then(|n| n.parse::<u32>().ok()) {
-            Some(number @ 1..=93) => Ok(format!("G{}", 506 + number)),
-            _ => Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
-        },
+    match offset_number(word) {
+        _ if word == "G500" => Ok(word.to_owned()),
+        Some(number @ 1..=4) => Ok(format!("G{}", number + 53)),
+        Some(number @ 5..=99) => Ok(format!("G{}", number + 500)),
+        _ => Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
     }
 }
 
