@@ -27,6 +27,7 @@ pub struct AptPost<W> {
     length_on: bool,
     at: Option<[f64; 3]>,
     coolant: Coolant,
+    offset_told: bool,
 }
 
 impl<W: Write> AptPost<W> {
@@ -45,6 +46,7 @@ impl<W: Write> AptPost<W> {
             length_on: false,
             at: None,
             coolant: Coolant { flood: false, mist: false },
+            offset_told: false,
         }
     }
 
@@ -60,10 +62,6 @@ impl<W: Write> AptPost<W> {
         }
         let name = one_line(&self.out.settings.program_name.clone(), &[]);
         self.out.plain(&format!("PARTNO/{name}"))?;
-        let settings = std::mem::take(&mut self.out.settings);
-        // CL data without another word counts from G54.
-        self.frames.offset("G54", &settings);
-        self.out.settings = settings;
         self.out.plain(if self.out.settings.inches { "UNITS/INCHES" } else { "UNITS/MM" })
     }
 
@@ -100,6 +98,7 @@ impl<W: Write> AptPost<W> {
         if !self.begun {
             self.begin()?;
         }
+        self.frames.before_motion(op, &self.out.settings, "G54")?;
         self.waiting(op)?;
         match op {
             Op::Rapid(motion) => self.straight(motion, true),
@@ -295,6 +294,11 @@ impl<W: Write> AptPost<W> {
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);
         self.out.settings = settings;
+        // CL data counts from G54 where it says nothing else.
+        if code == 54 && !std::mem::replace(&mut self.offset_told, true) {
+            return Ok(());
+        }
+        self.offset_told = true;
         self.out.plain(&format!("PREFUN/{code}"))
     }
 

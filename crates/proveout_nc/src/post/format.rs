@@ -5,7 +5,7 @@ use std::io::Write;
 
 use super::{EdgeNumbers, PostSettings, Unsaid, positive};
 use crate::frame::{self, Frame};
-use crate::{ArcMotion, FrameChange, ToolName};
+use crate::{ArcMotion, FrameChange, Op, ToolName};
 
 /// Lines of text.
 #[derive(Debug)]
@@ -125,14 +125,39 @@ pub(crate) struct Frames {
     pub(crate) settable: Frame,
     /// From work coordinates of the commands to the coordinates of the work offset.
     pub(crate) above: Frame,
+    /// A work offset has been called.
+    called: bool,
 }
 
 impl Frames {
     pub(crate) fn new() -> Self {
-        Self { settable: Frame::IDENTITY, above: Frame::IDENTITY }
+        Self { settable: Frame::IDENTITY, above: Frame::IDENTITY, called: false }
+    }
+
+    /// A motion of a program that has called no work offset: the control has one in force from the start, so its values
+    /// must be zero. 840D programs can do without any, and a TNC has row 0 of its presets.
+    pub(crate) fn before_motion(&mut self, op: &Op, settings: &PostSettings, word: &str) -> Result<(), Unsaid> {
+        let motion = match op {
+            _ if self.called => return Ok(()),
+            Op::Rapid(motion) | Op::Linear(motion) => motion,
+            Op::Arc(arc) => &arc.motion,
+            Op::Spline(spline) => &spline.motion,
+            Op::Probe(probe) => &probe.motion,
+            Op::Thread(thread) => &thread.motion,
+            _ => return Ok(()),
+        };
+        let zero = settings.work_offsets.get(word).is_none_or(|o| o.translation == [0.0; 3] && o.rotary == [0.0; 3]);
+        if motion.machine_coordinates || zero {
+            return Ok(());
+        }
+        Err(Unsaid::new(
+            format!("coordinates without a work offset: {word} is in force from the start, and not zero"),
+            "call the work offset in the program, G54",
+        ))
     }
 
     pub(crate) fn offset(&mut self, word: &str, settings: &PostSettings) {
+        self.called = true;
         let values = settings.work_offsets.get(word).copied().unwrap_or_default();
         self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
     }

@@ -107,6 +107,7 @@ impl<W: Write> HeidenhainPost<W> {
         if !self.begun {
             self.begin()?;
         }
+        self.frames.before_motion(op, &self.out.settings, "PRESET0")?;
         let swivel = matches!(op, Op::Rapid(m) if m.programmed == 0 && m.tool_axis.is_some());
         if let Some(angles) = self.tilt.take() {
             self.plane(angles, swivel)?;

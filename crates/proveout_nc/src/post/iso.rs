@@ -118,6 +118,7 @@ impl<W: Write> IsoPost<W> {
         if !self.begun {
             self.begin()?;
         }
+        self.frames.before_motion(op, &self.out.settings, "G54")?;
         match op {
             Op::Rapid(motion) if motion.programmed == 0 && motion.tool_axis.is_some() => self.swivel(motion),
             Op::Rapid(motion) => self.straight("G0", motion),

@@ -376,7 +376,8 @@ impl<W: Write> SiemensPost<W> {
                 ("G332", if inward == SpindleDirection::CounterClockwise { "-" } else { "" })
             }
         };
-        let words = self.motion_words(word, &thread.motion, 1 << axis);
+        let alone = Motion { programmed: 1 << axis, ..thread.motion.clone() };
+        let words = self.motion_words(word, &alone, 0);
         self.line(&format!("{words} {letter}{sign}{pitch}"))
     }
 }

@@ -44,7 +44,26 @@ fn motions(commands: &[Command]) -> Vec<(&Op, Option<Feed>)> {
             _ => {}
         }
     }
-    // A helix of several turns comes back as one block a turn where the control has no word for turns.
+    list
+}
+
+/// A helix of several turns comes back as one block a turn where the control has no word for turns: joins them.
+fn joined(a: &[(&Op, Option<Feed>)], b: &[(&Op, Option<Feed>)]) -> Vec<(Op, Option<Feed>)> {
+    let mut b = b.iter();
+    let mut list = Vec::new();
+    for (op, _) in a {
+        let Some((other, feed)) = b.next() else { break };
+        let mut whole = (*other).clone();
+        if let (Op::Arc(want), Op::Arc(arc)) = (op, &mut whole) {
+            while arc.sweep < want.sweep - 0.1 {
+                let Some((Op::Arc(next), _)) = b.next() else { break };
+                arc.sweep += next.sweep;
+                arc.motion = next.motion.clone();
+            }
+        }
+        list.push((whole, *feed));
+    }
+    list.extend(b.map(|(op, feed)| ((*op).clone(), *feed)));
     list
 }
 
@@ -71,9 +90,10 @@ fn same_motion(a: &Motion, b: &Motion, length: f64, text: &str) {
 /// The same motions with the same feeds, lengths within `length` mm.
 pub fn same_commands(first: &[Command], second: &[Command], length: f64, text: &str) {
     let (a, b) = (motions(first), motions(second));
+    let b = joined(&a, &b);
     assert_eq!(a.len(), b.len(), "{text}");
     for ((a, feed_a), (b, feed_b)) in a.into_iter().zip(b) {
-        match (a, b) {
+        match (a, &b) {
             (Op::Rapid(a), Op::Rapid(b)) | (Op::Linear(a), Op::Linear(b)) => same_motion(a, b, length, text),
             (Op::Arc(a), Op::Arc(b)) => {
                 same_motion(&a.motion, &b.motion, length, text);
