@@ -68,7 +68,7 @@ pub(crate) struct Interpreter {
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
     pub(crate) variables: Variables,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
-    /// Rotations of work offsets (LinuxCNC), degrees.
+    /// Rotations of work offsets (`LinuxCNC`), degrees.
     pub(crate) turns: BTreeMap<String, f64>,
     /// Tool lengths that the program writes itself: geometry and wear, mm.
     pub(crate) lengths: BTreeMap<u32, (Option<f64>, f64)>,
@@ -80,6 +80,8 @@ pub(crate) struct Interpreter {
     pub(crate) technology: Technology,
     pub(crate) position: Position,
     pub(crate) cycle: CycleValues,
+    /// Coordinates of a rapid motion on a tilted plane that waits for the rest of its end.
+    pub(crate) held: crate::AxisValues,
     /// Control vector at the end of the last G5, for the next one.
     pub(crate) spline_end: Option<[f64; 2]>,
     pub(crate) modal_macro: Option<MacroCall>,
@@ -139,6 +141,7 @@ impl Interpreter {
             technology: Technology::new(),
             position: Position::new(),
             cycle: CycleValues::default(),
+            held: crate::AxisValues::NONE,
             spline_end: None,
             modal_macro: None,
             moved_in_block: false,

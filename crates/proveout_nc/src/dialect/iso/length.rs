@@ -63,7 +63,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Number of the offset: H, else the one before, on a LinuxCNC the tool in the spindle.
+    /// Number of the offset: H, else the one before, on a `LinuxCNC` the tool in the spindle.
     fn length_number(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         if p.has(b'H') {
             return self.offset_number(p, b'H', span);
@@ -269,7 +269,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G10 L1 P Z R of LinuxCNC.
+    /// G10 L1 P Z R of `LinuxCNC`.
     pub(crate) fn write_tool_table(&mut self, number: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if let Some(radius) = self.length_of(p, b'R') {
             self.radii.insert(number, (Some(radius), 0.0));
