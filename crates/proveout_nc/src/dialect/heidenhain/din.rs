@@ -103,7 +103,12 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
     let (first, second) = (x.peek(), x.peek_at(1));
     if let Some(axis) = AxisValues::index(char::from(first)) {
         x.s.bump();
-        let value = x.need(start)?;
+        let value = if raw.g.iter().any(|(g, _)| *g == 28) {
+            // G28 names axes to mirror.
+            x.value()?.unwrap_or(Value::Number(0.0))
+        } else {
+            x.need(start)?
+        };
         if block.words.programmed >> axis & 1 == 1 {
             return Err(Fault::new(codes::CONFLICT, x.span_from(start), format!("`{}` stands twice in the block", char::from(first)))
                 .help("take one out"));

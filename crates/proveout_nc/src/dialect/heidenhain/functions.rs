@@ -119,8 +119,10 @@ impl Interpreter {
                 126 => self.state.shortest = true,
                 128 => {
                     if let Some(feed) = m.feed {
-                        let feed = self.feed_of(feed, m.span)?;
-                        self.note(format!("M128 feed of the compensating motions: {feed:?}"));
+                        // It bounds the compensating motions of the linear axes, which the machine's limits bound too.
+                        if let Some(crate::Feed::PerTime(feed)) = self.feed_of(feed, m.span)? {
+                            self.note(format!("M128 F{}", feed * 60.0));
+                        }
                     }
                     self.state.spatial = false;
                     self.state.interpolation = crate::OrientationInterpolation::Axes;
