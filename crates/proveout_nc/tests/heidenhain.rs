@@ -64,7 +64,10 @@ fn cases() -> ProptestConfig {
 /// Blocks with X and Y always, Z, C and F at will.
 fn blocks() -> impl Strategy<Value = Vec<(i32, i32, Option<i32>, Option<i32>, Option<i32>, bool)>> {
     let opt = |r: std::ops::Range<i32>| prop::option::of(r);
-    prop::collection::vec((-99999..99999i32, -99999..99999i32, opt(-9999..9999), opt(-90000..90000), opt(1..9999), any::<bool>()), 1..20)
+    prop::collection::vec(
+        (-99999..99999i32, -99999..99999i32, opt(-9999..9999), opt(-90000..90000), opt(1..9999), any::<bool>()),
+        1..20,
+    )
 }
 
 proptest! {
@@ -297,20 +300,130 @@ proptest! {
 
 /// Pieces of the language, so that random texts reach deep into the reader.
 const SOUP: &[&str] = &[
-    "\n", "\n", "\n", "\n", "\n", "\n", "L X+1 Y+2 Z+3 FMAX\n", "L X+10 F100\n", "L Y+20 F100\n", "L IX+5\n", "TOOL CALL 1 Z S100 F500\n", "CC X+0 Y+0\n",
-    "C X+5 Y+5 DR+\n", "CR X+9 Y+9 R+20 DR-\n", "CT X+3 Y+8\n", "CP IPA+720 IZ-3 DR+\n", "LP PR+10 PA+45\n", "CTP PA+20 PR+4\n", "RND R2\n", "CHF 1\n",
-    "APPR CT X+0 Y+0 CCA90 R+5 RL F100\n", "APPR LCT X+1 Y+2 R3 RR F100\n", "APPR LT X+0 Y+0 LEN3\n", "DEP LN LEN5\n", "DEP LCT X+50 Y+50 R4\n", "RL ", "R0 ",
-    "M3 ", "M30 ", "M91 ", "M99 ", "M89 ", "M128 F100 ", "M129 ", "M126 ", "M136 ", "M140 MB 5 ", "M140 MB MAX\n", "X+1 ", "IZ-2.5 ", "A+Q120 ", "C+Q122 ", "B+10 ", "F100 ", "FMAX ",
-    "LN X+1 Y+1 Z+1 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+1\n", "PLANE SPATIAL SPA+10 SPB+20 SPC+30 TURN FMAX\n", "PLANE RELATIVE SPB+10 STAY\n", "PLANE RESET TURN\n",
-    "PLANE VECTOR BX+1 BY+0 BZ+0 NX+0 NY+0 NZ+1 MOVE\n", "FUNCTION TCPM F TCP AXIS SPAT PATHCTRL VECTOR\n", "FUNCTION RESET TCPM\n", "CYCL DEF 7.0 D\n", "CYCL DEF 7.1 X+10\n",
-    "CYCL DEF 8.0\nCYCL DEF 8.1 X\n", "CYCL DEF 10.0\nCYCL DEF 10.1 IROT+30\n", "CYCL DEF 11.0\nCYCL DEF 11.1 SCL2\n", "CYCL DEF 19.0\nCYCL DEF 19.1 A+10 B+0 C+5\n",
-    "CYCL DEF 26.0\nCYCL DEF 26.1 X2 CCX+1\n", "CYCL DEF 32.0\nCYCL DEF 32.1 T0.1\n", "CYCL DEF 247 D ~\n Q339=+1\n", "CYCL DEF 200 D\n Q200=2 ;A\n Q201=-20\n Q206=100\n Q202=1\n Q203=+0\n",
-    "CYCL DEF 203 D Q200=2 Q201=-20 Q206=100 Q202=3 Q212=0.1 Q213=2 Q205=1 Q208=0 Q256=0.3\n", "CYCL DEF 209 D Q200=2 Q201=-9 Q239=1 Q257=2\n", "CYCL DEF 202 D Q200=2 Q201=-9 Q206=9 Q214=2\n",
-    "CYCL CALL\n", "CYCL CALL POS X+1 Y+1 Z+1 FMAX\n", "CYCL DEF 220 P Q216=0 Q217=0 Q244=9 Q245=0 Q241=3\n", "CYCL DEF 1.0\nCYCL DEF 1.1 SET UP 2\n", "LBL 1\n", "LBL 0\n", "CALL LBL 1\n",
-    "CALL LBL 1 REP 3\n", "LBL \"A\"\n", "CALL LBL \"A\"\n", "Q1 = Q1 + 1\n", "FN 0: Q1 = +5\n", "FN 9: IF +Q1 EQU +5 GOTO LBL 1\n", "FN 4: Q2 = +1 DIV +0\n", "Q2 = SQRT ( Q1 ^ 2 - 3 )\n",
-    "QS1 = \"A\" || \"B\"\n", "TRANS DATUM AXIS X+1\n", "TRANS ROTATION IROT+10\n", "STOP\n", "BEGIN PGM A INCH\n", "END PGM A MM\n", "~\n", ";", "\"", "(", ")", "+", "Q", "ü", "1 ", "/", "* - s\n",
-    "%A G71 *\n", "N10 ", "G00 ", "G01 ", "G02 ", "G05 ", "G11 ", "G13 ", "G91 ", "G90 ", "I+1 J+2 ", "R+5 ", "H+30 ", "G98 L1 *\n", "L1,3 *\n", "L1 *\n", "D01 Q1 P01 +Q1 P02 +1 *\n",
-    "D09 P01 +Q1 P02 +3 P03 1 *\n", "G25 R2 *\n", "G54 X+1 *\n", "G73 H+30 *\n", "G80 A+10 *\n", "G79 *\n", "*\n", "G200 Q200=2 Q201=-5 Q206=100 *\n", "T1 G17 S5 *\n", "F50 ",
+    "\n",
+    "\n",
+    "\n",
+    "\n",
+    "\n",
+    "\n",
+    "L X+1 Y+2 Z+3 FMAX\n",
+    "L X+10 F100\n",
+    "L Y+20 F100\n",
+    "L IX+5\n",
+    "TOOL CALL 1 Z S100 F500\n",
+    "CC X+0 Y+0\n",
+    "C X+5 Y+5 DR+\n",
+    "CR X+9 Y+9 R+20 DR-\n",
+    "CT X+3 Y+8\n",
+    "CP IPA+720 IZ-3 DR+\n",
+    "LP PR+10 PA+45\n",
+    "CTP PA+20 PR+4\n",
+    "RND R2\n",
+    "CHF 1\n",
+    "APPR CT X+0 Y+0 CCA90 R+5 RL F100\n",
+    "APPR LCT X+1 Y+2 R3 RR F100\n",
+    "APPR LT X+0 Y+0 LEN3\n",
+    "DEP LN LEN5\n",
+    "DEP LCT X+50 Y+50 R4\n",
+    "RL ",
+    "R0 ",
+    "M3 ",
+    "M30 ",
+    "M91 ",
+    "M99 ",
+    "M89 ",
+    "M128 F100 ",
+    "M129 ",
+    "M126 ",
+    "M136 ",
+    "M140 MB 5 ",
+    "M140 MB MAX\n",
+    "X+1 ",
+    "IZ-2.5 ",
+    "A+Q120 ",
+    "C+Q122 ",
+    "B+10 ",
+    "F100 ",
+    "FMAX ",
+    "LN X+1 Y+1 Z+1 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+1\n",
+    "PLANE SPATIAL SPA+10 SPB+20 SPC+30 TURN FMAX\n",
+    "PLANE RELATIVE SPB+10 STAY\n",
+    "PLANE RESET TURN\n",
+    "PLANE VECTOR BX+1 BY+0 BZ+0 NX+0 NY+0 NZ+1 MOVE\n",
+    "FUNCTION TCPM F TCP AXIS SPAT PATHCTRL VECTOR\n",
+    "FUNCTION RESET TCPM\n",
+    "CYCL DEF 7.0 D\n",
+    "CYCL DEF 7.1 X+10\n",
+    "CYCL DEF 8.0\nCYCL DEF 8.1 X\n",
+    "CYCL DEF 10.0\nCYCL DEF 10.1 IROT+30\n",
+    "CYCL DEF 11.0\nCYCL DEF 11.1 SCL2\n",
+    "CYCL DEF 19.0\nCYCL DEF 19.1 A+10 B+0 C+5\n",
+    "CYCL DEF 26.0\nCYCL DEF 26.1 X2 CCX+1\n",
+    "CYCL DEF 32.0\nCYCL DEF 32.1 T0.1\n",
+    "CYCL DEF 247 D ~\n Q339=+1\n",
+    "CYCL DEF 200 D\n Q200=2 ;A\n Q201=-20\n Q206=100\n Q202=1\n Q203=+0\n",
+    "CYCL DEF 203 D Q200=2 Q201=-20 Q206=100 Q202=3 Q212=0.1 Q213=2 Q205=1 Q208=0 Q256=0.3\n",
+    "CYCL DEF 209 D Q200=2 Q201=-9 Q239=1 Q257=2\n",
+    "CYCL DEF 202 D Q200=2 Q201=-9 Q206=9 Q214=2\n",
+    "CYCL CALL\n",
+    "CYCL CALL POS X+1 Y+1 Z+1 FMAX\n",
+    "CYCL DEF 220 P Q216=0 Q217=0 Q244=9 Q245=0 Q241=3\n",
+    "CYCL DEF 1.0\nCYCL DEF 1.1 SET UP 2\n",
+    "LBL 1\n",
+    "LBL 0\n",
+    "CALL LBL 1\n",
+    "CALL LBL 1 REP 3\n",
+    "LBL \"A\"\n",
+    "CALL LBL \"A\"\n",
+    "Q1 = Q1 + 1\n",
+    "FN 0: Q1 = +5\n",
+    "FN 9: IF +Q1 EQU +5 GOTO LBL 1\n",
+    "FN 4: Q2 = +1 DIV +0\n",
+    "Q2 = SQRT ( Q1 ^ 2 - 3 )\n",
+    "QS1 = \"A\" || \"B\"\n",
+    "TRANS DATUM AXIS X+1\n",
+    "TRANS ROTATION IROT+10\n",
+    "STOP\n",
+    "BEGIN PGM A INCH\n",
+    "END PGM A MM\n",
+    "~\n",
+    ";",
+    "\"",
+    "(",
+    ")",
+    "+",
+    "Q",
+    "ü",
+    "1 ",
+    "/",
+    "* - s\n",
+    "%A G71 *\n",
+    "N10 ",
+    "G00 ",
+    "G01 ",
+    "G02 ",
+    "G05 ",
+    "G11 ",
+    "G13 ",
+    "G91 ",
+    "G90 ",
+    "I+1 J+2 ",
+    "R+5 ",
+    "H+30 ",
+    "G98 L1 *\n",
+    "L1,3 *\n",
+    "L1 *\n",
+    "D01 Q1 P01 +Q1 P02 +1 *\n",
+    "D09 P01 +Q1 P02 +3 P03 1 *\n",
+    "G25 R2 *\n",
+    "G54 X+1 *\n",
+    "G73 H+30 *\n",
+    "G80 A+10 *\n",
+    "G79 *\n",
+    "*\n",
+    "G200 Q200=2 Q201=-5 Q206=100 *\n",
+    "T1 G17 S5 *\n",
+    "F50 ",
 ];
 
 #[test]
@@ -326,7 +439,9 @@ fn a_long_loop_gives_commands_without_keeping_them() {
 #[test]
 fn a_helix_keeps_its_turns_and_its_bits() {
     let ops = ops("BEGIN PGM A MM\nTOOL CALL 1 Z S1 F100\nL X+10 Y+0 Z+0 FMAX\nCC X+0 Y+0\nCP IPA-3600 IZ-20 DR-\n");
-    let Some(Op::Arc(arc)) = ops.last().filter(|op| !matches!(op, Op::End)).or(ops.iter().rev().nth(1)) else { panic!("{ops:?}") };
+    let Some(Op::Arc(arc)) = ops.last().filter(|op| !matches!(op, Op::End)).or(ops.iter().rev().nth(1)) else {
+        panic!("{ops:?}")
+    };
     assert_eq!(arc.motion.end.xyz(), Some([10.0, 0.0, -20.0]));
     assert!((arc.sweep - 20.0 * std::f64::consts::PI).abs() < 1e-12);
     assert_eq!(arc.normal, [0.0, 0.0, -1.0]);
@@ -354,13 +469,39 @@ fn planes_of_all_definitions_agree() {
 
 /// Words that the README says are refused, each with a block that holds it.
 const REFUSED: &[(&str, &str)] = &[
-    ("PLANE PROJECTED", "PLANE PROJECTED PROPR+0 PROMIN+0 ROT+0 STAY"), ("PLANE AXIAL", "PLANE AXIAL B+10 STAY"), ("FZ", "L X+1 FZ0.1"), ("FT", "L X+1 FT2"),
-    ("R+", "X+1 R+ F100"), ("M103", "L X+1 F100 M103 F0.5"), ("M114", "L M114"), ("M130", "L X+1 FMAX M130"), ("M144", "L M144"), ("FK", "FL X+1"), ("SPL", "SPL X+1"),
-    ("TCH PROBE", "TCH PROBE 400"), ("SEL TABLE", "SEL TABLE \"A.D\""), ("SEL CONTOUR", "SEL CONTOUR \"A\""), ("GLOBAL DEF", "GLOBAL DEF 100"), ("FN 17", "FN 17: SYSWRITE ID10"),
-    ("FN 18", "FN 18: SYSREAD Q1 = ID10"), ("FN 24", "FN 24: Q1 = CDATA Q2"), ("FN 26", "FN 26: TABOPEN X"), ("FUNCTION PARAXCOMP", "FUNCTION PARAXCOMP DISPLAY X"),
-    ("FUNCTION MODE TURN", "FUNCTION MODE TURN"), ("204", "CYCL DEF 204 X Q200=1"), ("208", "CYCL DEF 208 X Q200=1"), ("251", "CYCL DEF 251 X"), ("262", "CYCL DEF 262 X"), ("APPR PLT", "APPR PLT PR+1"),
-    ("VC", "TOOL CALL 1 Z S( VC = 100 )"), ("PREDEF", "CYCL DEF 200 X Q200=PREDEF"), ("PATTERN DEF ROW", "PATTERN DEF ROW1 (X+0)"), ("FUNCTION FEED", "FUNCTION FEED DWELL D-TIME0.5"),
-    ("DECIMALS", "QS1 = TOCHAR ( DAT+Q1 DECIMALS3 )"), ("Q395", "CYCL DEF 200 X Q200=1 Q201=-1 Q395=1"), ("REFPNT", "FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS REFPNT CENTER-CENTER"),
+    ("PLANE PROJECTED", "PLANE PROJECTED PROPR+0 PROMIN+0 ROT+0 STAY"),
+    ("PLANE AXIAL", "PLANE AXIAL B+10 STAY"),
+    ("FZ", "L X+1 FZ0.1"),
+    ("FT", "L X+1 FT2"),
+    ("R+", "X+1 R+ F100"),
+    ("M103", "L X+1 F100 M103 F0.5"),
+    ("M114", "L M114"),
+    ("M130", "L X+1 FMAX M130"),
+    ("M144", "L M144"),
+    ("FK", "FL X+1"),
+    ("SPL", "SPL X+1"),
+    ("TCH PROBE", "TCH PROBE 400"),
+    ("SEL TABLE", "SEL TABLE \"A.D\""),
+    ("SEL CONTOUR", "SEL CONTOUR \"A\""),
+    ("GLOBAL DEF", "GLOBAL DEF 100"),
+    ("FN 17", "FN 17: SYSWRITE ID10"),
+    ("FN 18", "FN 18: SYSREAD Q1 = ID10"),
+    ("FN 24", "FN 24: Q1 = CDATA Q2"),
+    ("FN 26", "FN 26: TABOPEN X"),
+    ("FUNCTION PARAXCOMP", "FUNCTION PARAXCOMP DISPLAY X"),
+    ("FUNCTION MODE TURN", "FUNCTION MODE TURN"),
+    ("204", "CYCL DEF 204 X Q200=1"),
+    ("208", "CYCL DEF 208 X Q200=1"),
+    ("251", "CYCL DEF 251 X"),
+    ("262", "CYCL DEF 262 X"),
+    ("APPR PLT", "APPR PLT PR+1"),
+    ("VC", "TOOL CALL 1 Z S( VC = 100 )"),
+    ("PREDEF", "CYCL DEF 200 X Q200=PREDEF"),
+    ("PATTERN DEF ROW", "PATTERN DEF ROW1 (X+0)"),
+    ("FUNCTION FEED", "FUNCTION FEED DWELL D-TIME0.5"),
+    ("DECIMALS", "QS1 = TOCHAR ( DAT+Q1 DECIMALS3 )"),
+    ("Q395", "CYCL DEF 200 X Q200=1 Q201=-1 Q395=1"),
+    ("REFPNT", "FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS REFPNT CENTER-CENTER"),
 ];
 
 #[test]
@@ -370,7 +511,11 @@ fn the_table_of_the_readme_is_true() {
     let refused = section.split("**refused by name**").nth(1).unwrap();
     for (name, block) in REFUSED {
         assert!(refused.contains(name), "{name} is not in the table");
-        assert_eq!(code(Dialect::Heidenhain, &format!("BEGIN PGM A MM\nL X+0 Y+0 Z+0 FMAX\n{block}\n")), "nc-unsupported-word", "{block}");
+        assert_eq!(
+            code(Dialect::Heidenhain, &format!("BEGIN PGM A MM\nL X+0 Y+0 Z+0 FMAX\n{block}\n")),
+            "nc-unsupported-word",
+            "{block}"
+        );
     }
     for g in ["G26", "G27", "G43", "G83", "G84", "G85", "G251", "G55", "G74"] {
         assert!(refused.contains(g), "{g} is not in the table");

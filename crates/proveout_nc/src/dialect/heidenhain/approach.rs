@@ -74,10 +74,20 @@ fn cannot(span: Span, message: &str, help: &str) -> Fault {
 }
 
 impl Interpreter {
-    fn lead_number(&self, value: Option<super::words::Value>, word: &str, factor: f64, span: Span) -> Result<f64, Fault> {
+    fn lead_number(
+        &self,
+        value: Option<super::words::Value>,
+        word: &str,
+        factor: f64,
+        span: Span,
+    ) -> Result<f64, Fault> {
         let Some(value) = value else {
-            return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{word}` is missing in the approach or departure"))
-                .help(format!("write {word}")));
+            return Err(Fault::new(
+                codes::MISSING_VALUE,
+                span,
+                format!("`{word}` is missing in the approach or departure"),
+            )
+            .help(format!("write {word}")));
         };
         let number = self.variables.value(value, span)? * factor;
         if number == 0.0 || !number.is_finite() {
@@ -96,7 +106,8 @@ impl Interpreter {
                 found[1] = self.lead_number(w.radius, "R", unit, span)?;
                 found[2] = self.lead_number(w.arc_angle, "CCA", 1.0, span)?.to_radians();
                 if !(found[2] > 0.0 && found[2] < std::f64::consts::TAU) {
-                    return Err(Fault::new(codes::BAD_VALUE, span, "CCA must lie between 0 and 360 degrees").help("write CCA90"));
+                    return Err(Fault::new(codes::BAD_VALUE, span, "CCA must lie between 0 and 360 degrees")
+                        .help("write CCA90"));
                 }
             }
             Lead::LineCircle => found[1] = self.lead_number(w.radius, "R", unit, span)?.abs(),
@@ -176,7 +187,11 @@ impl Interpreter {
             Lead::LineCircle => {
                 let center = shifted(first, left, side * a.radius);
                 let Some(helper) = touch(start, center, a.radius, side > 0.0) else {
-                    return Err(cannot(span, "the start of the approach lies inside of its arc", "start further away, or use a smaller R"));
+                    return Err(cannot(
+                        span,
+                        "the start of the approach lies inside of its arc",
+                        "start further away, or use a smaller R",
+                    ));
                 };
                 let arc = arc::from_center(helper, first, center, side < 0.0, 1e-6)
                     .map_err(|f| super::circle::arc_fault(f, 1e-6, span))?;
@@ -265,7 +280,11 @@ impl Interpreter {
                 let center = shifted(last, left, side * radius);
                 // Backwards, the line comes from PN and runs around the other way.
                 let Some(helper) = touch(end, center, radius, side < 0.0) else {
-                    return Err(cannot(span, "the end of the departure lies inside of its arc", "end further away, or use a smaller R"));
+                    return Err(cannot(
+                        span,
+                        "the end of the departure lies inside of its arc",
+                        "end further away, or use a smaller R",
+                    ));
                 };
                 let arc = arc::from_center(last, helper, center, side < 0.0, 1e-6)
                     .map_err(|f| super::circle::arc_fault(f, 1e-6, span))?;

@@ -28,7 +28,8 @@ impl Interpreter {
             ));
         }
         if !w.functions.is_empty() || w.feed.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, "CC takes coordinates only").help("write the other words in another block"));
+            return Err(Fault::new(codes::CONFLICT, span, "CC takes coordinates only")
+                .help("write the other words in another block"));
         }
         let mut pole = [0.0; 2];
         for (slot, axis) in pole.iter_mut().zip([u, v]) {
@@ -51,8 +52,12 @@ impl Interpreter {
     fn known(&self, value: Option<f64>, axis: usize, span: Span) -> Result<f64, Fault> {
         value.ok_or_else(|| {
             let letter = crate::AXIS_LETTERS[axis];
-            Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
-                .help("program X, Y and Z before it")
+            Fault::new(
+                codes::POSITION_UNKNOWN,
+                span,
+                format!("the position of `{letter}` is not known to the program here"),
+            )
+            .help("program X, Y and Z before it")
         })
     }
 
@@ -88,7 +93,8 @@ impl Interpreter {
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
         let tolerance = self.settings.arc_tolerance_mm;
-        let arc = arc::from_center(start, end, center, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
+        let arc =
+            arc::from_center(start, end, center, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
         self.go_arc(goal, arc, clockwise, span)
     }
 
@@ -104,7 +110,8 @@ impl Interpreter {
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
         let tolerance = self.settings.arc_tolerance_mm;
-        let arc = arc::from_radius(start, end, radius, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
+        let arc =
+            arc::from_radius(start, end, radius, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
         self.go_arc(goal, arc, clockwise, span)
     }
 
@@ -118,16 +125,22 @@ impl Interpreter {
         let [u, v, _] = self.state.plane_axes();
         let start = self.flat(span)?;
         let Some(tangent) = self.state.tangent else {
-            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the arc has no contour element before it to be tangential to")
-                .help("program a line or an arc in the working plane before it"));
+            return Err(Fault::new(
+                codes::POSITION_UNKNOWN,
+                span,
+                "the arc has no contour element before it to be tangential to",
+            )
+            .help("program a line or an arc in the working plane before it"));
         };
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
         match arc::from_tangent(start, end, tangent) {
             Some((arc, clockwise)) => self.go_arc(goal, arc, clockwise, span),
             // The end lies straight ahead: the circle has become a line.
             None if end != start => self.straight(goal, false, span),
-            None => Err(Fault::new(codes::ARC_GEOMETRY, span, "start and end of the tangential arc are the same point")
-                .help("program another end point")),
+            None => {
+                Err(Fault::new(codes::ARC_GEOMETRY, span, "start and end of the tangential arc are the same point")
+                    .help("program another end point"))
+            }
         }
     }
 
@@ -138,7 +151,13 @@ impl Interpreter {
         Ok((dx.hypot(dy), dy.atan2(dx).to_degrees()))
     }
 
-    fn polar_value(&self, c: Coordinate, now: impl FnOnce() -> Result<f64, Fault>, factor: f64, span: Span) -> Result<f64, Fault> {
+    fn polar_value(
+        &self,
+        c: Coordinate,
+        now: impl FnOnce() -> Result<f64, Fault>,
+        factor: f64,
+        span: Span,
+    ) -> Result<f64, Fault> {
         let value = self.variables.value(c.value, span)? * factor;
         Ok(if self.is_incremental(c.reference) { now()? + value } else { value })
     }
@@ -147,14 +166,20 @@ impl Interpreter {
     fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: [f64; 2], span: Span) -> Result<Goal, Fault> {
         let [u, v, _] = self.state.plane_axes();
         if w.programmed >> u & 1 == 1 || w.programmed >> v & 1 == 1 {
-            return Err(Fault::new(codes::CONFLICT, span, "polar and Cartesian coordinates of the plane stand in one block")
-                .help("write PR and PA, or L, C with the two axes"));
+            return Err(Fault::new(
+                codes::CONFLICT,
+                span,
+                "polar and Cartesian coordinates of the plane stand in one block",
+            )
+            .help("write PR and PA, or L, C with the two axes"));
         }
         let mut goal = self.goal(w, span)?;
         let (s, c) = crate::frame::sin_cos_degrees(degrees);
         let point = [pole[0] + radius * c, pole[1] + radius * s];
         if !point.iter().all(|p| p.is_finite()) {
-            return Err(Fault::new(codes::BAD_VALUE, span, "the polar coordinates are not finite").help("check PR and PA"));
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, "the polar coordinates are not finite").help("check PR and PA")
+            );
         }
         goal.end.put(u, point[0]);
         goal.end.put(v, point[1]);
@@ -206,8 +231,12 @@ impl Interpreter {
         let (clockwise, turn) = if incremental {
             let clockwise = w.clockwise.unwrap_or(value < 0.0);
             if value != 0.0 && clockwise != (value < 0.0) {
-                return Err(Fault::new(codes::CONFLICT, span, format!("IPA{value:+} and the direction DR contradict each other"))
-                    .help("give DR and IPA the same sign"));
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    span,
+                    format!("IPA{value:+} and the direction DR contradict each other"),
+                )
+                .help("give DR and IPA the same sign"));
             }
             (clockwise, value.abs())
         } else {
@@ -255,7 +284,8 @@ impl Interpreter {
     }
 
     fn finish_arc(&mut self, op: ArcMotion, [u, v]: [usize; 2], clockwise: bool) {
-        let end = [op.motion.end.get(u).unwrap_or(0.0) - op.center[u], op.motion.end.get(v).unwrap_or(0.0) - op.center[v]];
+        let end =
+            [op.motion.end.get(u).unwrap_or(0.0) - op.center[u], op.motion.end.get(v).unwrap_or(0.0) - op.center[v]];
         self.state.tangent = Some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
         self.position.move_to(op.motion.end, op.motion.end_base);
         self.moved();
@@ -263,7 +293,13 @@ impl Interpreter {
     }
 
     /// An arc of the working plane as a command.
-    pub(crate) fn arc_motion(&self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<ArcMotion, Fault> {
+    pub(crate) fn arc_motion(
+        &self,
+        goal: Goal,
+        arc: PlaneArc,
+        clockwise: bool,
+        span: Span,
+    ) -> Result<ArcMotion, Fault> {
         let [u, v, n] = self.state.plane_axes();
         let Some(start) = self.position.work.xyz() else {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")

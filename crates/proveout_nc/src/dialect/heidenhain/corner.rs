@@ -174,13 +174,20 @@ impl Interpreter {
         let chamfer = path == Path::Chamfer;
         let name = if chamfer { "CHF" } else { "RND" };
         let Some(size) = (if chamfer { w.length } else { w.radius }) else {
-            return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{name}` has no size"))
-                .help(if chamfer { "write CHF 2" } else { "write RND R5" }));
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{name}` has no size")).help(if chamfer {
+                "write CHF 2"
+            } else {
+                "write RND R5"
+            }));
         };
         let size = self.variables.value(size, span)? * self.state.unit();
         if !(size > 0.0 && size.is_finite()) {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("the size of `{name}` must be above zero and is {size}"))
-                .help("write a length above zero"));
+            return Err(Fault::new(
+                codes::BAD_VALUE,
+                span,
+                format!("the size of `{name}` must be above zero and is {size}"),
+            )
+            .help("write a length above zero"));
         }
         if !w.functions.is_empty() || w.programmed != 0 || w.side.is_some() {
             return Err(Fault::new(codes::CONFLICT, span, format!("`{name}` takes its size and a feed only"))
@@ -191,8 +198,12 @@ impl Interpreter {
         }
         let usable = self.state.held && self.queue.len() == 1;
         if !usable {
-            return Err(Fault::new(codes::STRUCTURE, span, format!("`{name}` stands behind no element of a contour in feed"))
-                .help("write it directly behind L, C, CR, CT, LP or CP in feed"));
+            return Err(Fault::new(
+                codes::STRUCTURE,
+                span,
+                format!("`{name}` stands behind no element of a contour in feed"),
+            )
+            .help("write it directly behind L, C, CR, CT, LP or CP in feed"));
         }
         let feed = match w.feed {
             Some(word) => self.feed_of(word, span)?,
@@ -243,7 +254,8 @@ impl Interpreter {
     pub(crate) fn corner_to_arc(&mut self, mut op: ArcMotion, span: Span) -> Result<ArcMotion, Fault> {
         let [u, v, n] = self.state.plane_axes();
         let from = self.plane_point(&self.position.work);
-        let ends = from.zip(self.plane_point(&op.motion.end)).filter(|_| self.position.work.get(n) == op.motion.end.get(n));
+        let ends =
+            from.zip(self.plane_point(&op.motion.end)).filter(|_| self.position.work.get(n) == op.motion.end.get(n));
         let Some((from, to)) = ends else { return Err(not_flat(span)) };
         let (center, ccw) = ([op.center[u], op.center[v]], op.normal[n] > 0.0);
         let element = Element::Arc { center, radius: length(minus(from, center)), from, to, sweep: op.sweep, ccw };
@@ -271,7 +283,10 @@ impl Interpreter {
             };
             let (a, b) = (along(k, t1, -corner.size), along(k, t2, corner.size));
             if !previous.holds(a) || !next.holds(b) {
-                return Err(at(wrong(format!("the chamfer of {} mm is longer than an element beside it", corner.size))));
+                return Err(at(wrong(format!(
+                    "the chamfer of {} mm is longer than an element beside it",
+                    corner.size
+                ))));
             }
             (a, b, None)
         } else {
@@ -284,7 +299,10 @@ impl Interpreter {
                 .filter(|(_, a, b)| previous.holds(*a) && next.holds(*b))
                 .min_by(|a, b| length(minus(a.0, k)).total_cmp(&length(minus(b.0, k))));
             let Some((c, a, b)) = found else {
-                return Err(at(wrong(format!("a rounding of {} mm does not fit between the two elements", corner.size))));
+                return Err(at(wrong(format!(
+                    "a rounding of {} mm does not fit between the two elements",
+                    corner.size
+                ))));
             };
             (a, b, Some(c))
         };
@@ -317,7 +335,15 @@ impl Interpreter {
         Ok(())
     }
 
-    fn insert_corner(&mut self, corner: &Corner, from: Point, to: Point, center: Option<Point>, left: bool, span: Span) -> Result<(), Fault> {
+    fn insert_corner(
+        &mut self,
+        corner: &Corner,
+        from: Point,
+        to: Point,
+        center: Option<Point>,
+        left: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
         let op = match center {
             None => Op::Linear(self.complete(self.flat_goal(to), span)?),
             Some(center) => {
@@ -356,7 +382,14 @@ mod tests {
     fn rounding_touches_both_elements() {
         // A line along x into a circle of radius 20 about (30, 20): rounding 3 on the left of both.
         let line = Element::Line { from: [0.0, 0.0], to: [30.0, 5.0] };
-        let arc = Element::Arc { center: [50.0, 5.0], radius: 20.0, from: [30.0, 5.0], to: [50.0, 25.0], sweep: 3.0 * TAU / 4.0, ccw: true };
+        let arc = Element::Arc {
+            center: [50.0, 5.0],
+            radius: 20.0,
+            from: [30.0, 5.0],
+            to: [50.0, 25.0],
+            sweep: 3.0 * TAU / 4.0,
+            ccw: true,
+        };
         for shift in [3.0, -3.0] {
             for c in meets(&line, &arc, shift) {
                 let (a, b) = (line.foot(c).unwrap(), arc.foot(c).unwrap());

@@ -58,7 +58,8 @@ impl Interpreter {
     pub(crate) fn old_cycle(&mut self, number: u32, part: u32, words: Vec<OldWord>, span: Span) -> Result<(), Fault> {
         if part == 0 {
             self.finish_old_cycle()?;
-            self.state.pending_cycle = Some(OldCycle { number, words: Vec::new(), location: self.location.clone(), span });
+            self.state.pending_cycle =
+                Some(OldCycle { number, words: Vec::new(), location: self.location.clone(), span });
             return Ok(());
         }
         let location = self.location.clone();
@@ -71,8 +72,12 @@ impl Interpreter {
             }
             // DIN/ISO writes a cycle in one block.
             _ if self.din_now => self.din_cycle(number, words, span),
-            _ => Err(Fault::new(codes::STRUCTURE, span, format!("CYCL DEF {number}.{part} stands without CYCL DEF {number}.0"))
-                .help(format!("write CYCL DEF {number}.0 before it"))),
+            _ => Err(Fault::new(
+                codes::STRUCTURE,
+                span,
+                format!("CYCL DEF {number}.{part} stands without CYCL DEF {number}.0"),
+            )
+            .help(format!("write CYCL DEF {number}.0 before it"))),
         }
     }
 
@@ -116,10 +121,12 @@ impl Interpreter {
     fn run_old_cycle(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
         let span = cycle.span;
         let find = |names: &[&str]| cycle.words.iter().find(|(_, w)| names.contains(&w.name.as_str())).map(|(_, w)| w);
-        let last = |part: u32| cycle.words.iter().rfind(|(p, w)| *p == part && w.value.is_some()).and_then(|(_, w)| w.value);
+        let last =
+            |part: u32| cycle.words.iter().rfind(|(p, w)| *p == part && w.value.is_some()).and_then(|(_, w)| w.value);
         let number = |this: &Self, part: u32, what: &str| -> Result<f64, Fault> {
             let value = last(part).ok_or_else(|| {
-                Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write CYCL DEF {}.{part}", cycle.number))
+                Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing"))
+                    .help(format!("write CYCL DEF {}.{part}", cycle.number))
             })?;
             this.variables.value(value, span)
         };
@@ -136,7 +143,9 @@ impl Interpreter {
                 let mut axes = 0u16;
                 for (_, word) in &cycle.words {
                     for letter in word.name.chars() {
-                        let Some(axis) = AxisValues::index(letter) else { return Err(super::lexer::unknown(&word.name, span)) };
+                        let Some(axis) = AxisValues::index(letter) else {
+                            return Err(super::lexer::unknown(&word.name, span));
+                        };
                         axes |= 1 << axis;
                     }
                 }
@@ -145,18 +154,23 @@ impl Interpreter {
             9 => {
                 let seconds = number(self, 1, "the dwell")?;
                 if seconds.is_nan() || seconds < 0.0 {
-                    return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write seconds"));
+                    return Err(
+                        Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write seconds")
+                    );
                 }
                 self.emit(Op::Dwell(Dwell::Seconds(seconds)));
                 Ok(())
             }
             10 => {
                 let word = find(&["ROT", "IROT"]).ok_or_else(|| {
-                    Fault::new(codes::MISSING_VALUE, span, "the rotation has no angle").help("write CYCL DEF 10.1 ROT+35")
+                    Fault::new(codes::MISSING_VALUE, span, "the rotation has no angle")
+                        .help("write CYCL DEF 10.1 ROT+35")
                 })?;
                 let reference = if word.name == "IROT" { Reference::Incremental } else { Reference::Absolute };
                 let Some(value) = word.value else {
-                    return Err(Fault::new(codes::MISSING_VALUE, span, "the rotation has no angle").help("write ROT+35"));
+                    return Err(
+                        Fault::new(codes::MISSING_VALUE, span, "the rotation has no angle").help("write ROT+35")
+                    );
                 };
                 self.rotation(Coordinate { value, reference }, "CYCL DEF 10", span)
             }
@@ -241,7 +255,12 @@ impl Interpreter {
         self.path_tolerance(mode.0, mode.1, cycle.span)
     }
 
-    pub(crate) fn path_tolerance(&mut self, tolerance: Option<f64>, angle: Option<f64>, span: Span) -> Result<(), Fault> {
+    pub(crate) fn path_tolerance(
+        &mut self,
+        tolerance: Option<f64>,
+        angle: Option<f64>,
+        span: Span,
+    ) -> Result<(), Fault> {
         if [tolerance, angle].into_iter().flatten().any(|v| !(v >= 0.0 && v.is_finite())) {
             return Err(Fault::new(codes::BAD_VALUE, span, "a tolerance must not be negative").help("write T0.02"));
         }
@@ -252,7 +271,11 @@ impl Interpreter {
     }
 
     /// Cycles 1 (pecking), 2 (tapping with compensating chuck), 17 (rigid tapping): planes count from the position.
-    fn old_drilling(&mut self, cycle: &OldCycle, number: impl Fn(&Self, u32, &str) -> Result<f64, Fault>) -> Result<(), Fault> {
+    fn old_drilling(
+        &mut self,
+        cycle: &OldCycle,
+        number: impl Fn(&Self, u32, &str) -> Result<f64, Fault>,
+    ) -> Result<(), Fault> {
         let mut values = BTreeMap::new();
         let mut put = |key: u32, value: f64| {
             values.insert(key, Setting::Number(value));
@@ -290,7 +313,9 @@ impl Interpreter {
         let mut values = BTreeMap::new();
         for (param, value, at) in list {
             if param.kind != Kind::Global {
-                return Err(Fault::new(codes::SYNTAX, *at, "the parameters of a cycle are Q parameters").help("write Q200=2"));
+                return Err(
+                    Fault::new(codes::SYNTAX, *at, "the parameters of a cycle are Q parameters").help("write Q200=2")
+                );
             }
             let setting = match *value {
                 CycleValue::Value(value) => {
@@ -319,21 +344,38 @@ impl Interpreter {
     }
 
     /// Number of a cycle parameter; one without a default must be written.
-    pub(crate) fn cycle_number(&self, values: &BTreeMap<u32, Setting>, key: u32, default: Option<f64>, span: Span) -> Result<f64, Fault> {
+    pub(crate) fn cycle_number(
+        &self,
+        values: &BTreeMap<u32, Setting>,
+        key: u32,
+        default: Option<f64>,
+        span: Span,
+    ) -> Result<f64, Fault> {
         match (values.get(&key), default) {
             (Some(Setting::Number(number)), _) => Ok(*number),
             (None, Some(default)) => Ok(default),
             (None, None) => {
-                Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}")).help(format!("write Q{key}=")))
+                Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}"))
+                    .help(format!("write Q{key}=")))
             }
-            (Some(other), _) => Err(Fault::new(codes::ARGUMENTS, span, format!("Q{key} must be a number and is {other:?}"))
-                .help("write a number")),
+            (Some(other), _) => {
+                Err(Fault::new(codes::ARGUMENTS, span, format!("Q{key} must be a number and is {other:?}"))
+                    .help("write a number"))
+            }
         }
     }
 
     /// Feed of a cycle parameter; none is rapid.
-    pub(crate) fn cycle_feed(&self, values: &BTreeMap<u32, Setting>, key: u32, span: Span) -> Result<Option<Feed>, Fault> {
-        let wrong = |v: f64| Fault::new(codes::BAD_VALUE, span, format!("the feed Q{key} must be above zero and is {v}")).help("write a feed");
+    pub(crate) fn cycle_feed(
+        &self,
+        values: &BTreeMap<u32, Setting>,
+        key: u32,
+        span: Span,
+    ) -> Result<Option<Feed>, Fault> {
+        let wrong = |v: f64| {
+            Fault::new(codes::BAD_VALUE, span, format!("the feed Q{key} must be above zero and is {v}"))
+                .help("write a feed")
+        };
         match values.get(&key) {
             Some(Setting::Number(v)) if *v > 0.0 => {
                 Ok(Some(Feed::PerTime(v * if self.state.inch { 2.54 } else { 1.0 } / 60.0)))
@@ -343,7 +385,10 @@ impl Interpreter {
             Some(Setting::PerRevolution(v)) if *v > 0.0 => Ok(Some(Feed::PerRevolution(v * self.state.unit()))),
             Some(Setting::PerRevolution(v)) => Err(wrong(*v)),
             Some(Setting::Auto) => self.feed_of(super::words::FeedWord::Auto, span),
-            None => Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}")).help(format!("write Q{key}="))),
+            None => {
+                Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}"))
+                    .help(format!("write Q{key}=")))
+            }
         }
     }
 
@@ -351,7 +396,8 @@ impl Interpreter {
     pub(crate) fn run_cycle(&mut self, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         match self.state.cycle.clone() {
-            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called and none is defined").help("write CYCL DEF before it")),
+            None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called and none is defined")
+                .help("write CYCL DEF before it")),
             Some(Cycle::Program(name)) => self.call_program(&name, span),
             Some(Cycle::Drilling { number, values }) => self.drill(number, &values, 0.0, span),
         }
@@ -361,11 +407,14 @@ impl Interpreter {
     pub(crate) fn cycle_call_pos(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         let Some(Cycle::Drilling { number, values }) = self.state.cycle.clone() else {
-            return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL POS has no drilling cycle").help("write CYCL DEF before it"));
+            return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL POS has no drilling cycle")
+                .help("write CYCL DEF before it"));
         };
         let axes = self.state.plane_axes();
         if !axes.iter().all(|a| w.programmed >> a & 1 == 1) {
-            return Err(Fault::new(codes::MISSING_VALUE, span, "CYCL CALL POS needs X, Y and Z").help("write all three"));
+            return Err(
+                Fault::new(codes::MISSING_VALUE, span, "CYCL CALL POS needs X, Y and Z").help("write all three")
+            );
         }
         self.state.modal_cycle = false;
         self.functions_before(w, span)?;

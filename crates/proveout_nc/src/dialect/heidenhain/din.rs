@@ -9,8 +9,8 @@ use super::interpreter::{Interpreter, Loaded};
 use super::lexer::{Lexer, refused, unknown};
 use super::statements;
 use super::words::{
-    Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side, Statement,
-    ToolCall, ToolRef, Value,
+    Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side,
+    Statement, ToolCall, ToolRef, Value,
 };
 use crate::AxisValues;
 use crate::codes;
@@ -110,8 +110,12 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
             x.need(start)?
         };
         if block.words.programmed >> axis & 1 == 1 {
-            return Err(Fault::new(codes::CONFLICT, x.span_from(start), format!("`{}` stands twice in the block", char::from(first)))
-                .help("take one out"));
+            return Err(Fault::new(
+                codes::CONFLICT,
+                x.span_from(start),
+                format!("`{}` stands twice in the block", char::from(first)),
+            )
+            .help("take one out"));
         }
         block.words.axes[axis] = Some(Coordinate { value, reference: Reference::Modal });
         block.words.programmed |= 1 << axis;
@@ -140,6 +144,13 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
         (b'D', b'0'..=b'9') => {
             x.s.bump();
             let number = x.s.integer().unwrap_or(99);
+            if !matches!(number, 0..=16 | 19 | 20 | 29 | 37 | 38) {
+                return Err(refused(
+                    &format!("D{number:02}"),
+                    x.span_from(start),
+                    "assign the value to the Q parameter",
+                ));
+            }
             let target = if matches!(number, 0..=8 | 13) { x.param()? } else { None };
             raw.function = Some((number, target));
         }
@@ -203,7 +214,12 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
                 block.statement = Statement::Assign(param, formula);
                 return Ok(());
             }
-            for (word, value) in [("FMAX", CycleValue::Max), ("MAX", CycleValue::Max), ("FAUTO", CycleValue::Auto), ("AUTO", CycleValue::Auto)] {
+            for (word, value) in [
+                ("FMAX", CycleValue::Max),
+                ("MAX", CycleValue::Max),
+                ("FAUTO", CycleValue::Auto),
+                ("AUTO", CycleValue::Auto),
+            ] {
                 if x.word(word) {
                     raw.settings.push((param, value, x.span_from(start)));
                     return Ok(());
@@ -231,7 +247,8 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
         return Ok(std::mem::replace(&mut block.statement, Statement::Empty));
     }
     let span = block.span;
-    let missing = |what: &str| Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write {what}"));
+    let missing =
+        |what: &str| Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write {what}"));
     if let Some(name) = raw.program.take() {
         let unit = raw.g.iter().find(|(g, _)| matches!(g, 70 | 71));
         return Ok(match unit {
@@ -281,7 +298,15 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
     });
     if raw.tool.is_some() || raw.speed.is_some() || axis.is_some() && block.words.programmed == 0 {
         let [length, radius, corner] = raw.delta;
-        return Ok(Statement::ToolCall(ToolCall { tool: raw.tool, axis, speed: raw.speed, feed: block.words.feed, length, radius, corner }));
+        return Ok(Statement::ToolCall(ToolCall {
+            tool: raw.tool,
+            axis,
+            speed: raw.speed,
+            feed: block.words.feed,
+            length,
+            radius,
+            corner,
+        }));
     }
     if raw.delta.iter().any(Option::is_some) {
         return Err(missing("T before the delta values"));
@@ -289,9 +314,16 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
     Ok(Statement::Din(Box::new(raw.din)))
 }
 
-fn special_function(code: u32, at: Span, raw: Raw, block: &mut Block, reference: Reference) -> Result<Statement, Fault> {
+fn special_function(
+    code: u32,
+    at: Span,
+    raw: Raw,
+    block: &mut Block,
+    reference: Reference,
+) -> Result<Statement, Fault> {
     let span = block.span;
-    let missing = |what: &str| Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write {what}"));
+    let missing =
+        |what: &str| Fault::new(codes::MISSING_VALUE, span, format!("{what} is missing")).help(format!("write {what}"));
     let number = |at: usize| raw.values.get(at).copied();
     let old = |number: u32, list: Vec<(u32, Value)>| {
         let words = list.into_iter().map(|(_, value)| OldWord { name: String::new(), value: Some(value), span });
@@ -312,7 +344,9 @@ fn special_function(code: u32, at: Span, raw: Raw, block: &mut Block, reference:
                 Statement::Path(Path::Round)
             }
         }
-        26 | 27 => return Err(refused(&format!("G{code}"), at, "write the arc of approach or departure with G02 or G03")),
+        26 | 27 => {
+            return Err(refused(&format!("G{code}"), at, "write the arc of approach or departure with G02 or G03"));
+        }
         28 => Statement::TransMirror(true),
         30 | 31 => Statement::Note(format!("G{code}")),
         36 => Statement::Note("G36".to_owned()),
@@ -365,14 +399,21 @@ fn special_function(code: u32, at: Span, raw: Raw, block: &mut Block, reference:
             Statement::Cycle { number: code, values: raw.settings }
         }
         14 | 20..=23 | 34 | 35 | 37 | 43 | 44 | 55..=59 | 74..=78 | 83..=89 | 120..=136 | 300..=499 => {
-            return Err(refused(&format!("G{code}"), at, "use the cycles with Q parameters, or post the path as G01, G02, G03"));
+            return Err(refused(
+                &format!("G{code}"),
+                at,
+                "use the cycles with Q parameters, or post the path as G01, G02, G03",
+            ));
         }
         _ => return Err(unknown(&format!("G{code}"), at)),
     })
 }
 
 fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result<Statement, Fault> {
-    let missing = || Fault::new(codes::MISSING_VALUE, span, format!("D{number:02} has too few values")).help("write P01, P02 and so on");
+    let missing = || {
+        Fault::new(codes::MISSING_VALUE, span, format!("D{number:02} has too few values"))
+            .help("write P01, P02 and so on")
+    };
     let value = |at: usize| raw.values.get(at).copied().ok_or_else(missing);
     match number {
         0..=8 | 13 => {
@@ -383,7 +424,8 @@ fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result
                 .ok_or_else(missing)
         }
         9..=12 => {
-            let relation = [Relation::Equal, Relation::NotEqual, Relation::Greater, Relation::Less][number as usize - 9];
+            let relation =
+                [Relation::Equal, Relation::NotEqual, Relation::Greater, Relation::Less][number as usize - 9];
             let label = match &raw.target {
                 Some(label) => label.clone(),
                 None => Label::Number(value(2)?),
@@ -398,7 +440,13 @@ fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result
 
 impl Interpreter {
     /// Executes a block of path functions.
-    pub(crate) fn din(&mut self, _loaded: &Arc<Loaded>, _at: Mark, din: &DinBlock, block: &mut Block) -> Result<(), Fault> {
+    pub(crate) fn din(
+        &mut self,
+        _loaded: &Arc<Loaded>,
+        _at: Mark,
+        din: &DinBlock,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
         let span = block.span;
         if let Some(incremental) = din.incremental {
             self.state.incremental = incremental;

@@ -49,14 +49,24 @@ impl Interpreter {
                 _ => Ok(()),
             }
         };
-        zero(395, "depth counted from the cylinder of the drill", "it needs the point angle of the tool: write the depth of the tip and Q395=0")?;
-        zero(343, "depth from the diameter", "it needs the point angle of the tool: write the depth in Q201 and Q343=0")?;
+        zero(
+            395,
+            "depth counted from the cylinder of the drill",
+            "it needs the point angle of the tool: write the depth of the tip and Q395=0",
+        )?;
+        zero(
+            343,
+            "depth from the diameter",
+            "it needs the point angle of the tool: write the depth in Q201 and Q343=0",
+        )?;
         zero(435, "dwell at depth", "write Q435=0")?;
-        zero(401, "feed factor", "write Q401=0").or_else(|fault| if values.get(&401) == Some(&Setting::Number(100.0)) { Ok(()) } else { Err(fault) })?;
+        zero(401, "feed factor", "write Q401=0")
+            .or_else(|fault| if values.get(&401) == Some(&Setting::Number(100.0)) { Ok(()) } else { Err(fault) })?;
         self.cycle_number(values, 200, None, span)?;
         let depth = self.cycle_number(values, 201, None, span)?;
         if depth == 0.0 {
-            return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero")).help("write a depth below zero"));
+            return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero"))
+                .help("write a depth below zero"));
         }
         Ok(())
     }
@@ -70,8 +80,12 @@ impl Interpreter {
         let surface = if number < 100 {
             let axis = self.state.normal;
             self.position.work.get(axis).map(|z| z - clearance).ok_or_else(|| {
-                Fault::new(codes::POSITION_UNKNOWN, span, "the cycle starts at the position of the tool axis, which is not known")
-                    .help("program the tool axis before the cycle")
+                Fault::new(
+                    codes::POSITION_UNKNOWN,
+                    span,
+                    "the cycle starts at the position of the tool axis, which is not known",
+                )
+                .help("program the tool axis before the cycle")
             })?
         } else {
             self.mm(values, 203, Some(0.0), span)? + lift
@@ -110,7 +124,15 @@ impl Interpreter {
     }
 
     /// Moves to a hole and runs the cycle there, first up where the tool stands below the clearance.
-    pub(crate) fn hole(&mut self, number: u32, values: &Values, point: [f64; 2], lift: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+    pub(crate) fn hole(
+        &mut self,
+        number: u32,
+        values: &Values,
+        point: [f64; 2],
+        lift: f64,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
         let [u, v, n] = self.state.plane_axes();
         let heights = self.heights(number, values, lift, span)?;
         let feed = if rapid { None } else { self.state.feed };
@@ -163,7 +185,13 @@ impl Interpreter {
                 self.tap(values, h, (infeed > 0.0).then_some(infeed), span)?;
             }
             241 => self.deep(values, h, span)?,
-            other => return Err(super::lexer::refused(&format!("CYCL DEF {other}"), span, "write its motions with L blocks")),
+            other => {
+                return Err(super::lexer::refused(
+                    &format!("CYCL DEF {other}"),
+                    span,
+                    "write its motions with L blocks",
+                ));
+            }
         }
         self.state.feed = before;
         self.along(h.second, None, span)
@@ -183,7 +211,9 @@ impl Interpreter {
     /// Cycles 200, 203, 205 and 1: infeeds with full retraction or chip breaking.
     fn peck(&mut self, number: u32, values: &Values, h: Heights, span: Span) -> Result<(), Fault> {
         let num = |this: &Self, key: u32, default: f64| this.cycle_number(values, key, Some(default), span);
-        let len = |this: &Self, key: u32, default: f64| this.cycle_number(values, key, Some(default), span).map(|v| v * this.state.unit());
+        let len = |this: &Self, key: u32, default: f64| {
+            this.cycle_number(values, key, Some(default), span).map(|v| v * this.state.unit())
+        };
         let feed = self.cycle_feed(values, 206, span)?.or(self.state.feed);
         let up = match number {
             203 => self.retraction_feed(values, feed, span)?,
@@ -227,8 +257,12 @@ impl Interpreter {
         loop {
             count += 1;
             if count > MAX_INFEEDS || step <= 1e-9 {
-                return Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle would need more than {MAX_INFEEDS} infeeds"))
-                    .help("check the infeed Q202 and the decrement Q212"));
+                return Err(Fault::new(
+                    codes::ARGUMENTS,
+                    span,
+                    format!("the cycle would need more than {MAX_INFEEDS} infeeds"),
+                )
+                .help("check the infeed Q202 and the decrement Q212"));
             }
             let target = if reached + step >= total - 1e-9 { total } else { reached + step };
             if break_after > 0.0 {
@@ -280,7 +314,11 @@ impl Interpreter {
             2.0 => (Some(v), -1.0),
             3.0 => (Some(u), 1.0),
             4.0 => (Some(v), 1.0),
-            _ => return Err(Fault::new(codes::ARGUMENTS, span, format!("Q214 takes 0 to 4 and has {way}")).help("write 0 to 4")),
+            _ => {
+                return Err(
+                    Fault::new(codes::ARGUMENTS, span, format!("Q214 takes 0 to 4 and has {way}")).help("write 0 to 4")
+                );
+            }
         };
         let up = self.retraction_feed(values, down, span)?;
         if let Some(axis) = axis {
@@ -316,7 +354,8 @@ impl Interpreter {
     fn tap(&mut self, values: &Values, h: Heights, infeed: Option<f64>, span: Span) -> Result<(), Fault> {
         let pitch = self.mm(values, 239, None, span)?;
         if pitch == 0.0 || !pitch.is_finite() {
-            return Err(Fault::new(codes::ARGUMENTS, span, "the pitch Q239 is zero").help("write the pitch, negative for a left-hand thread"));
+            return Err(Fault::new(codes::ARGUMENTS, span, "the pitch Q239 is zero")
+                .help("write the pitch, negative for a left-hand thread"));
         }
         let (cut, out) = if pitch > 0.0 {
             (SpindleDirection::Clockwise, SpindleDirection::CounterClockwise)
@@ -332,7 +371,12 @@ impl Interpreter {
             while reached + infeed < total - 1e-9 {
                 count += 1;
                 if count > MAX_INFEEDS {
-                    return Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle would need more than {MAX_INFEEDS} infeeds")).help("check Q257"));
+                    return Err(Fault::new(
+                        codes::ARGUMENTS,
+                        span,
+                        format!("the cycle would need more than {MAX_INFEEDS} infeeds"),
+                    )
+                    .help("check Q257"));
                 }
                 reached += infeed;
                 self.thread(h.surface + h.down * reached, pitch, cut, span)?;

@@ -11,7 +11,13 @@ use crate::source::Mark;
 use crate::{Offset, Op, ToolAction, ToolName};
 
 impl Interpreter {
-    pub(crate) fn statement(&mut self, loaded: &Arc<Loaded>, at: Mark, statement: Statement, block: &mut Block) -> Result<(), Fault> {
+    pub(crate) fn statement(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        statement: Statement,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
         let span = block.span;
         match statement {
             // These may stand between the elements of a contour.
@@ -124,7 +130,10 @@ impl Interpreter {
             }
             Statement::TransMirror(on) => self.mirror(if on { words.programmed } else { 0 }, "TRANS MIRROR", span),
             Statement::TransRotation(angle) => {
-                let none = super::words::Coordinate { value: super::words::Value::Number(0.0), reference: Reference::Absolute };
+                let none = super::words::Coordinate {
+                    value: super::words::Value::Number(0.0),
+                    reference: Reference::Absolute,
+                };
                 self.rotation(angle.unwrap_or(none), "TRANS ROTATION", span)
             }
             Statement::TransScale(factor) => {
@@ -148,8 +157,13 @@ impl Interpreter {
             ToolRef::Text(param) => ToolName::Name(self.variables.text(*param, span)?.to_owned()),
             ToolRef::Number(value) => {
                 let number = self.variables.value(*value, span)?;
+                if number > 0.0 && (number * 10.0).fract() == 0.0 && number.fract() != 0.0 {
+                    // `TOOL CALL 5.2`: an index of the tool table, a tool of its own.
+                    return Ok(ToolName::Name(format!("{number}")));
+                }
                 if !(0.0..=4_294_967_295.0).contains(&number) || number.fract() != 0.0 {
-                    return Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is no tool number")).help("write a whole number"));
+                    return Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is no tool number"))
+                        .help("write a whole number"));
                 }
                 if number == 0.0 { ToolName::Empty } else { ToolName::Number(number as u32) }
             }
@@ -194,8 +208,12 @@ impl Interpreter {
         if let Some(speed) = call.speed {
             let speed = self.variables.value(speed, span)?;
             if !(speed >= 0.0 && speed.is_finite()) {
-                return Err(Fault::new(codes::BAD_VALUE, span, format!("the spindle speed must not be negative and is {speed}"))
-                    .help("write S1000"));
+                return Err(Fault::new(
+                    codes::BAD_VALUE,
+                    span,
+                    format!("the spindle speed must not be negative and is {speed}"),
+                )
+                .help("write S1000"));
             }
             self.state.speed = Some(speed);
             if self.state.direction != crate::SpindleDirection::Off {
@@ -223,7 +241,8 @@ impl Interpreter {
         let (bx, by, cx, cy) = (p[2] - p[0], p[3] - p[1], p[4] - p[0], p[5] - p[1]);
         let d = 2.0 * (bx * cy - by * cx);
         if d == 0.0 {
-            return Err(Fault::new(codes::ARITHMETIC, span, "the three points of FN 23 lie on one line").help("choose other points"));
+            return Err(Fault::new(codes::ARITHMETIC, span, "the three points of FN 23 lie on one line")
+                .help("choose other points"));
         }
         let (b, c) = (bx * bx + by * by, cx * cx + cy * cy);
         let (ux, uy) = ((cy * b - by * c) / d, (bx * c - cx * b) / d);

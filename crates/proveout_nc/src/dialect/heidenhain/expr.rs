@@ -179,14 +179,20 @@ fn operand(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
                     }
                     Ok(Expr::Call(function, Box::new(operand(x, depth + 1)?)))
                 }
-                None if matches!(word.as_str(), "SUBSTR" | "TONUMB" | "INSTR" | "STRLEN" | "STRCOMP" | "SYSSTR" | "CFGREAD") => {
+                None if matches!(
+                    word.as_str(),
+                    "SUBSTR" | "TONUMB" | "INSTR" | "STRLEN" | "STRCOMP" | "SYSSTR" | "CFGREAD"
+                ) =>
+                {
                     Err(super::lexer::refused(&word, x.span_from(start), "write the value itself"))
                 }
                 None => Err(super::lexer::unknown(&word, x.span_from(start))),
             }
         }
-        0 => Err(Fault::new(codes::MISSING_VALUE, Span::new(start, start), "a value is missing at the end of the block")
-            .help("write the value")),
+        0 => {
+            Err(Fault::new(codes::MISSING_VALUE, Span::new(start, start), "a value is missing at the end of the block")
+                .help("write the value"))
+        }
         _ => {
             let shown = x.s.peek_char().unwrap_or(' ').escape_default();
             Err(Fault::new(codes::SYNTAX, x.s.here(), format!("a value was expected and `{shown}` was found"))

@@ -142,7 +142,8 @@ impl Interpreter {
     /// CYCL DEF 247: a row of the preset table; transforms of the program end.
     pub(crate) fn preset(&mut self, row: f64, span: Span) -> Result<(), Fault> {
         if !(0.0..=9999.0).contains(&row) || row.fract() != 0.0 {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("the row of the preset table is {row}")).help("write Q339=1"));
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("the row of the preset table is {row}"))
+                .help("write Q339=1"));
         }
         let word = format!("PRESET{row}");
         let offset = self.settings.work_offsets.get(&word).copied().unwrap_or_default();
@@ -214,14 +215,22 @@ impl Interpreter {
     }
 
     /// Scale of all axes, or of each about a center.
-    pub(crate) fn scale(&mut self, factors: [f64; 3], center: [f64; 3], per_axis: bool, word: &str, span: Span) -> Result<(), Fault> {
+    pub(crate) fn scale(
+        &mut self,
+        factors: [f64; 3],
+        center: [f64; 3],
+        per_axis: bool,
+        word: &str,
+        span: Span,
+    ) -> Result<(), Fault> {
         if factors.iter().any(|&f| !(f > 0.0 && f.is_finite())) {
-            return Err(Fault::new(codes::BAD_VALUE, span, "a scale factor must be above zero").help("mirror with cycle 8"));
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, "a scale factor must be above zero").help("mirror with cycle 8")
+            );
         }
         let scale = Frame::scale(factors);
         let frame = Frame::translation(center).then(&scale).then(&Frame::translation(center.map(|c| -c)));
         let frame = if factors == [1.0; 3] { Frame::IDENTITY } else { frame };
         self.define(if per_axis { Transform::AxisScale } else { Transform::Scale }, [0.0; 6], frame, word, span)
     }
-
 }

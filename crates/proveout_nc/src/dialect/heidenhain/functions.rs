@@ -10,9 +10,16 @@ use crate::diagnostic::{Fault, Span};
 use crate::frame::add_scaled;
 use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
 
+/// Code of an `M` without a number.
+pub(crate) const NOTHING: u32 = u32::MAX;
+
 /// Reads the number behind an `M` that began at `start`, and the words that belong to the function.
 pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     x.blanks();
+    if x.s.at_end() || x.peek().is_ascii_alphabetic() {
+        // `M` alone, as older controls write a block without functions.
+        return Ok(MWord { code: NOTHING, value: None, max: false, feed: None, axes: 0, span: x.span_from(start) });
+    }
     let Some(code) = x.s.integer() else {
         return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "`M` has no number").help("write M3"));
     };
@@ -20,7 +27,8 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     match code {
         94 | 138 => loop {
             x.blanks();
-            let index = AxisValues::index(char::from(x.peek())).filter(|_| !matches!(x.peek_at(1), b'0'..=b'9' | b'+' | b'-' | b'.'));
+            let index = AxisValues::index(char::from(x.peek()))
+                .filter(|_| !matches!(x.peek_at(1), b'0'..=b'9' | b'+' | b'-' | b'.'));
             let Some(index) = index else { break };
             x.s.bump();
             m.axes |= 1 << index;
@@ -121,7 +129,7 @@ impl Interpreter {
                     if let Some(feed) = m.feed {
                         // It bounds the compensating motions of the linear axes, which the machine's limits bound too.
                         if let Some(crate::Feed::PerTime(feed)) = self.feed_of(feed, m.span)? {
-                            self.note(format!("M128 F{}", feed * 60.0));
+                            self.note(format!("M128 F{}", (feed * 60.0 * 1e6).round() / 1e6));
                         }
                     }
                     self.state.spatial = false;
@@ -134,6 +142,12 @@ impl Interpreter {
                     }
                     self.state.per_revolution = true;
                     self.state.feed = None;
+                }
+                137 => {
+                    if self.state.per_revolution {
+                        self.state.feed = None;
+                    }
+                    self.state.per_revolution = false;
                 }
                 140 => {
                     let distance = match m.value {
@@ -148,7 +162,7 @@ impl Interpreter {
                     self.position.forget(axes & super::motion::ROTARY);
                     self.note("M94");
                 }
-                0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | 137 => {}
+                0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | NOTHING => {}
                 code => self.note(format!("M{code}")),
             }
         }
@@ -167,10 +181,6 @@ impl Interpreter {
                 }
                 127 => self.state.shortest = false,
                 129 => self.set_tcpm(false),
-                137 => {
-                    self.state.per_revolution = false;
-                    self.state.feed = None;
-                }
                 _ => {}
             }
         }
@@ -221,7 +231,9 @@ impl Interpreter {
     /// command of its own.
     pub(crate) fn retract(&mut self, distance: Option<f64>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
         if distance.is_some_and(|d| !(d >= 0.0 && d.is_finite())) {
-            return Err(Fault::new(codes::BAD_VALUE, span, "the way of M140 must not be negative").help("write M140 MB 50"));
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, "the way of M140 must not be negative").help("write M140 MB 50")
+            );
         }
         let rapid = !matches!(feed, Some(FeedWord::Value(_) | FeedWord::Auto | FeedWord::PerRevolution(_)));
         let before = self.state.feed;

@@ -44,15 +44,21 @@ impl Loaded {
             if found {
                 let parsed = if din { din::parse(line, &mut block) } else { parser::parse(line, &mut block) };
                 let key = match (&parsed, &block.statement) {
-                    (Ok(()), Statement::Label(Label::Number(super::words::Value::Number(n)))) if *n != 0.0 => Some(label_key(*n)),
+                    (Ok(()), Statement::Label(Label::Number(super::words::Value::Number(n)))) if *n != 0.0 => {
+                        Some(label_key(*n))
+                    }
                     (Ok(()), Statement::Label(Label::Name(name))) => Some(format!("\"{}", name.to_ascii_uppercase())),
                     _ => None,
                 };
                 if let Some(key) = key {
                     let shown = key.trim_start_matches('"').to_owned();
                     if labels.insert(key, next).is_some() {
-                        let fault = Fault::new(codes::STRUCTURE, block.span, format!("the label {shown} stands twice in the program"))
-                            .help("give each LBL a number or name of its own");
+                        let fault = Fault::new(
+                            codes::STRUCTURE,
+                            block.span,
+                            format!("the label {shown} stands twice in the program"),
+                        )
+                        .help("give each LBL a number or name of its own");
                         faults.push(fault.at(&source.name, at.line, line));
                     }
                 }
@@ -104,7 +110,12 @@ pub(crate) struct Interpreter {
 
 impl Interpreter {
     /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
+    pub(crate) fn new(
+        dialect: Dialect,
+        source: Source,
+        folder: Option<PathBuf>,
+        settings: &Settings,
+    ) -> Result<Self, Diagnostics> {
         let loaded = Arc::new(Loaded::new(source, dialect == Dialect::HeidenhainIso)?);
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
         let level = Level { loaded, cursor: Mark::START, program: true, repetitions: BTreeMap::new() };
@@ -179,8 +190,12 @@ impl Interpreter {
     fn end_of_text(&mut self) -> Result<(), Fault> {
         let label = self.stack.last().is_some_and(|level| !level.program);
         if label {
-            return Err(Fault::new(codes::STRUCTURE, Span::default(), "the subprogram of a label does not end before the file does")
-                .help("write LBL 0 at its end"));
+            return Err(Fault::new(
+                codes::STRUCTURE,
+                Span::default(),
+                "the subprogram of a label does not end before the file does",
+            )
+            .help("write LBL 0 at its end"));
         }
         self.settle()?;
         self.end_of_file();
@@ -201,7 +216,11 @@ impl Interpreter {
 
     fn run(&mut self, loaded: &Arc<Loaded>, text: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
         self.din_now = loaded.din;
-        if loaded.din { din::parse(text, block)? } else { parser::parse(text, block)? }
+        if loaded.din {
+            din::parse(text, block)?
+        } else {
+            parser::parse(text, block)?
+        }
         if block.statement == Statement::Empty || block.skip && self.settings.skipped_levels & 1 == 1 {
             return Ok(());
         }
@@ -209,7 +228,9 @@ impl Interpreter {
         let (column, length) = column_and_length(first, block.span);
         let depth = self.stack.len().saturating_sub(1) as u32;
         // What an earlier block left open is told with the place of that block.
-        if self.state.pending_cycle.is_some() && !matches!(block.statement, Statement::OldCycle { part: 1.., .. }) {
+        if self.state.pending_cycle.is_some()
+            && !matches!(block.statement, Statement::OldCycle { part: 1.., .. } | Statement::OldCycleProgram(_))
+        {
             self.finish_old_cycle()?;
         }
         if Arc::ptr_eq(&self.location.file, &loaded.source.name) {
@@ -233,7 +254,8 @@ impl Interpreter {
         self.idle_passes += 1;
         let limits = self.settings.limits;
         if self.passes > limits.max_loop_passes {
-            let message = format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
+            let message =
+                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
             return Err(Fault::new(codes::LOOP_LIMIT, span, message)
                 .help("check the conditions of the jumps, or raise max_loop_passes"));
         }
@@ -284,13 +306,18 @@ impl Interpreter {
         let target = Self::label_target(loaded, &self.key(label, span)?, span)?;
         let Some(repeat) = repeat else {
             self.room(span)?;
-            let level = Level { loaded: Arc::clone(loaded), cursor: target, program: false, repetitions: BTreeMap::new() };
+            let level =
+                Level { loaded: Arc::clone(loaded), cursor: target, program: false, repetitions: BTreeMap::new() };
             self.stack.push(level);
             return Ok(());
         };
         if !(0.0..=65535.0).contains(&repeat) || repeat.fract() != 0.0 {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("REP takes 0 to 65535 repetitions and has {repeat}"))
-                .help("write a whole number"));
+            return Err(Fault::new(
+                codes::BAD_VALUE,
+                span,
+                format!("REP takes 0 to 65535 repetitions and has {repeat}"),
+            )
+            .help("write a whole number"));
         }
         let Some(level) = self.stack.last_mut() else { return Ok(()) };
         let left = level.repetitions.entry(at.offset).or_insert(repeat as u64);
@@ -321,7 +348,9 @@ impl Interpreter {
         let limit = self.settings.limits.max_call_depth;
         if self.stack.len() > limit as usize {
             let message = format!("the call stands at depth {}; the limit is {limit}", self.stack.len());
-            return Err(Fault::new(codes::NESTING_LIMIT, span, message).help("check for a subprogram that calls itself"));
+            return Err(
+                Fault::new(codes::NESTING_LIMIT, span, message).help("check for a subprogram that calls itself")
+            );
         }
         // Calls within calls can multiply without a jump back.
         self.calls += 1;
@@ -374,9 +403,11 @@ impl Interpreter {
                 return Ok(Arc::clone(loaded));
             }
             let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the program");
-            let source = Source::read(&path).map_err(|d| failed(format!("the program `{file}` cannot be read: {d}")))?;
+            let source =
+                Source::read(&path).map_err(|d| failed(format!("the program `{file}` cannot be read: {d}")))?;
             let din = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
-            let loaded = Loaded::new(source, din).map_err(|d| failed(format!("the program `{file}` is broken: {d}")))?;
+            let loaded =
+                Loaded::new(source, din).map_err(|d| failed(format!("the program `{file}` is broken: {d}")))?;
             let loaded = Arc::new(loaded);
             self.files.insert(path, Arc::clone(&loaded));
             return Ok(loaded);

@@ -33,7 +33,13 @@ impl Interpreter {
         }
         let contour = matches!(
             path,
-            Path::Line | Path::Arc | Path::Radius | Path::Tangent | Path::PolarLine | Path::PolarArc | Path::PolarTangent
+            Path::Line
+                | Path::Arc
+                | Path::Radius
+                | Path::Tangent
+                | Path::PolarLine
+                | Path::PolarArc
+                | Path::PolarTangent
         );
         if self.state.corner.is_some() && !contour {
             return Err(super::corner::no_element(span));
@@ -118,7 +124,8 @@ impl Interpreter {
             if value > 0.0 && value.is_finite() {
                 return Ok(value);
             }
-            Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}")).help("write F500"))
+            Err(Fault::new(codes::BAD_VALUE, span, format!("the feed must be above zero and is {value}"))
+                .help("write F500"))
         };
         Ok(Some(match word {
             FeedWord::Max => return Ok(None),
@@ -178,8 +185,12 @@ impl Interpreter {
     fn current(&self, axis: usize, span: Span) -> Result<f64, Fault> {
         self.position.work.get(axis).ok_or_else(|| {
             let letter = AXIS_LETTERS[axis];
-            Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
-                .help(format!("program `{letter}` with an absolute coordinate first"))
+            Fault::new(
+                codes::POSITION_UNKNOWN,
+                span,
+                format!("the position of `{letter}` is not known to the program here"),
+            )
+            .help(format!("program `{letter}` with an absolute coordinate first"))
         })
     }
 
@@ -264,8 +275,12 @@ impl Interpreter {
             }
         }
         if w.programmed & ROTARY != ROTARY {
-            return Err(Fault::new(codes::ORIENTATION, span, "with AXIS SPAT all three spatial angles must be programmed")
-                .help("write A, B and C in every block that turns the tool"));
+            return Err(Fault::new(
+                codes::ORIENTATION,
+                span,
+                "with AXIS SPAT all three spatial angles must be programmed",
+            )
+            .help("write A, B and C in every block that turns the tool"));
         }
         goal.programmed &= !ROTARY;
         goal.tool_axis = Some(Frame::rpy(angles).apply_vector([0.0, 0.0, 1.0]));
@@ -296,8 +311,12 @@ impl Interpreter {
             Some(axis) => {
                 let frame = self.position.frame();
                 if frame.uniform_scale().is_none() {
-                    return Err(Fault::new(codes::ORIENTATION, span, "a tool axis cannot be turned by a frame with unequal scales")
-                        .help("switch the axis-specific scaling off"));
+                    return Err(Fault::new(
+                        codes::ORIENTATION,
+                        span,
+                        "a tool axis cannot be turned by a frame with unequal scales",
+                    )
+                    .help("switch the axis-specific scaling off"));
                 }
                 // The rotary axes follow the vector; the program does not know where they stand.
                 for axis in 3..6 {
@@ -337,7 +356,9 @@ impl Interpreter {
         self.state.line_start = start;
         let [u, v, _] = self.state.plane_axes();
         self.state.tangent = match (start.get(u), start.get(v), motion.end.get(u), motion.end.get(v)) {
-            (Some(a), Some(b), Some(c), Some(d)) if (c - a).hypot(d - b) > crate::arc::SAME_POINT_MM => Some([c - a, d - b]),
+            (Some(a), Some(b), Some(c), Some(d)) if (c - a).hypot(d - b) > crate::arc::SAME_POINT_MM => {
+                Some([c - a, d - b])
+            }
             (Some(_), Some(_), Some(_), Some(_)) => self.state.tangent,
             _ => None,
         };
@@ -354,8 +375,12 @@ impl Interpreter {
 
     fn line(&mut self, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         if w.polar_radius.is_some() || w.polar_angle.is_some() || w.clockwise.is_some() {
-            return Err(Fault::new(codes::CONFLICT, span, "words of a polar or circular path stand in a straight block")
-                .help("write LP, CP or C"));
+            return Err(Fault::new(
+                codes::CONFLICT,
+                span,
+                "words of a polar or circular path stand in a straight block",
+            )
+            .help("write LP, CP or C"));
         }
         if w.programmed == 0 {
             return Ok(());
@@ -365,10 +390,15 @@ impl Interpreter {
     }
 
     /// In a tilted plane without tool center point control, rotary axes move by themselves with the linear axes at rest.
-    fn turn_or_go(&mut self, goal: Goal, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
+    fn turn_or_go(&mut self, mut goal: Goal, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         let alone = w.programmed & ROTARY != 0 && w.programmed & !ROTARY == 0;
         if alone && self.state.frames.tilted() && !self.state.tcpm {
             self.tell_tcp_as(false);
+            for axis in 0..3 {
+                if self.position.work.get(axis).is_none() {
+                    goal.end.clear(axis);
+                }
+            }
             self.straight(goal, rapid, span)?;
             self.tell_tcp_as(true);
             self.position.forget(LINEAR);
@@ -390,7 +420,8 @@ impl Interpreter {
                 }
             }
             frame::unit(components).map(Some).ok_or_else(|| {
-                Fault::new(codes::ORIENTATION, span, "the vector has no length").help("give the components of a direction")
+                Fault::new(codes::ORIENTATION, span, "the vector has no length")
+                    .help("give the components of a direction")
             })
         };
         let (normal, axis) = (vector(&w.normal)?, vector(&w.vector)?);
@@ -402,8 +433,12 @@ impl Interpreter {
             ));
         }
         if axis.is_some() && !self.state.tcpm {
-            return Err(Fault::new(codes::ORIENTATION, span, "a tool vector is programmed and M128 or TCPM is not active")
-                .help("write M128 or FUNCTION TCPM before it"));
+            return Err(Fault::new(
+                codes::ORIENTATION,
+                span,
+                "a tool vector is programmed and M128 or TCPM is not active",
+            )
+            .help("write M128 or FUNCTION TCPM before it"));
         }
         let mut goal = self.goal(w, span)?;
         // Without TX TY TZ the control holds the tool normal to the surface while it controls the tool center point.
@@ -434,8 +469,12 @@ impl Interpreter {
         for (axis, c) in w.axes.iter().enumerate() {
             let Some(c) = c else { continue };
             if self.is_incremental(c.reference) {
-                return Err(Fault::new(codes::POSITION_UNKNOWN, span, "an increment in machine coordinates has no known start")
-                    .help("write the coordinate without I"));
+                return Err(Fault::new(
+                    codes::POSITION_UNKNOWN,
+                    span,
+                    "an increment in machine coordinates has no known start",
+                )
+                .help("write the coordinate without I"));
             }
             let value = self.coordinate(axis, self.variables.value(c.value, span)?);
             let shift = if w.has(92) { self.machine_datum(axis, span)? } else { 0.0 };

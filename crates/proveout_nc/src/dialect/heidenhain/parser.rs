@@ -91,8 +91,34 @@ fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), F
     ];
     for (name, path) in compact {
         let rest = word.strip_prefix(name).unwrap_or_default();
-        if matches!(rest, "X" | "Y" | "Z" | "A" | "B" | "C" | "U" | "V" | "W" | "IX" | "IY" | "IZ" | "IA" | "IB" | "IC" | "PR" | "PA" | "IPR" | "IPA" | "NX" | "DR" | "F" | "M" | "R" | "RL" | "RR")
-        {
+        if matches!(
+            rest,
+            "X" | "Y"
+                | "Z"
+                | "A"
+                | "B"
+                | "C"
+                | "U"
+                | "V"
+                | "W"
+                | "IX"
+                | "IY"
+                | "IZ"
+                | "IA"
+                | "IB"
+                | "IC"
+                | "PR"
+                | "PA"
+                | "IPR"
+                | "IPA"
+                | "NX"
+                | "DR"
+                | "F"
+                | "M"
+                | "R"
+                | "RL"
+                | "RR"
+        ) {
             x.set_pos(start + name.len());
             block.statement = Statement::Path(path);
             return path_words(x, block, path);
@@ -154,6 +180,15 @@ pub(crate) fn path_words(x: &mut Lexer<'_>, block: &mut Block, path: Path) -> Re
             return Ok(());
         }
         word(x, words, path)?;
+    }
+}
+
+/// A word without a value, as older controls write it: `L X+10 R F M`.
+fn empty(x: &Lexer<'_>) -> bool {
+    let mut probe = x.clone();
+    matches!(probe.s.peek(), b' ' | b'\t' | b'\n' | 0) && {
+        probe.blanks();
+        probe.s.at_end() || matches!(probe.peek(), b'F' | b'M') && !probe.at("MAX")
     }
 }
 
@@ -239,6 +274,9 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
         (b'R', _) => radius_word(x, words, path, start),
         (b'F', _) => {
             x.s.bump();
+            if empty(x) && x.peek() != 0 {
+                return Ok(());
+            }
             let feed = x.feed(start)?;
             set(&mut words.feed, feed, "F", x.span_from(start))
         }
@@ -250,8 +288,12 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
         }
         (b'N' | b'T', b'X' | b'Y' | b'Z') => {
             if path != Path::Normal {
-                return Err(Fault::new(codes::CONFLICT, Span::new(start, start + 2), "a vector stands in a block without LN")
-                    .help("write LN, or take the vector out"));
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    Span::new(start, start + 2),
+                    "a vector stands in a block without LN",
+                )
+                .help("write LN, or take the vector out"));
             }
             x.set_pos(start + 2);
             let value = x.need(start)?;
@@ -271,14 +313,20 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
 fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -> Result<(), Fault> {
     x.s.bump();
     let next = x.peek();
-    if matches!(next, b'L' | b'R') && !x.peek_at(1).is_ascii_alphabetic() || matches!(next, b'L' | b'R') && matches!(x.peek_at(1), b'F' | b'M') {
+    if empty(x) && matches!(path, Path::Line | Path::Arc | Path::PolarLine | Path::PolarArc | Path::Tangent) {
+        return Ok(());
+    }
+    if matches!(next, b'L' | b'R') {
         x.s.bump();
         let side = if next == b'L' { Side::Left } else { Side::Right };
         return set(&mut words.side, side, "radius compensation", x.span_from(start));
     }
     let takes_radius = matches!(
         path,
-        Path::Radius | Path::Round | Path::Approach(Lead::Circle | Lead::LineCircle) | Path::Depart(Lead::Circle | Lead::LineCircle)
+        Path::Radius
+            | Path::Round
+            | Path::Approach(Lead::Circle | Lead::LineCircle)
+            | Path::Depart(Lead::Circle | Lead::LineCircle)
     );
     if next == b'0' && !matches!(x.peek_at(1), b'0'..=b'9' | b'.') {
         x.s.bump();

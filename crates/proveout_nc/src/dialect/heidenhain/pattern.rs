@@ -16,8 +16,12 @@ impl Interpreter {
     pub(crate) fn pattern_cycle(&mut self, pattern: u32, p: &BTreeMap<u32, Setting>, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         let Some(Cycle::Drilling { number, mut values }) = self.state.cycle.clone() else {
-            return Err(Fault::new(codes::STRUCTURE, span, format!("CYCL DEF {pattern} has no drilling cycle before it"))
-                .help("define the drilling cycle first"));
+            return Err(Fault::new(
+                codes::STRUCTURE,
+                span,
+                format!("CYCL DEF {pattern} has no drilling cycle before it"),
+            )
+            .help("define the drilling cycle first"));
         };
         for key in [200, 203, 204] {
             if let Some(value) = p.get(&key) {
@@ -30,7 +34,8 @@ impl Interpreter {
             if (1.0..=MAX_HOLES).contains(&value) && value.fract() == 0.0 {
                 return Ok(value as u32);
             }
-            Err(Fault::new(codes::ARGUMENTS, span, format!("the pattern has {value} holes in a row")).help("write a whole number from 1"))
+            Err(Fault::new(codes::ARGUMENTS, span, format!("the pattern has {value} holes in a row"))
+                .help("write a whole number from 1"))
         };
         let mut points = Vec::new();
         let mut between_clear = false;
@@ -47,7 +52,11 @@ impl Interpreter {
                 step => step,
             };
             if self.cycle_number(p, 365, Some(0.0), span)? != 0.0 {
-                return Err(super::lexer::refused("Q365=1 (way between the holes on the circle)", span, "write Q365=0"));
+                return Err(super::lexer::refused(
+                    "Q365=1 (way between the holes on the circle)",
+                    span,
+                    "write Q365=0",
+                ));
             }
             for i in 0..holes {
                 let (s, c) = crate::frame::sin_cos_degrees(start + step * f64::from(i));
@@ -58,7 +67,8 @@ impl Interpreter {
             let (du, dv) = (need(237)? * unit, need(238)? * unit);
             let (columns, rows) = (count(need(242)?)?, count(need(243)?)?);
             if f64::from(columns) * f64::from(rows) > MAX_HOLES {
-                return Err(Fault::new(codes::ARGUMENTS, span, "the pattern has more than 100 000 holes").help("check Q242 and Q243"));
+                return Err(Fault::new(codes::ARGUMENTS, span, "the pattern has more than 100 000 holes")
+                    .help("check Q242 and Q243"));
             }
             let (s, c) = crate::frame::sin_cos_degrees(self.cycle_number(p, 224, Some(0.0), span)?);
             for row in 0..rows {
@@ -111,10 +121,13 @@ impl Interpreter {
     pub(crate) fn cycle_call_pattern(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
         let Some(Cycle::Drilling { number, values }) = self.state.cycle.clone() else {
-            return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no drilling cycle").help("write CYCL DEF before it"));
+            return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no drilling cycle")
+                .help("write CYCL DEF before it"));
         };
         if self.state.pattern.is_empty() {
-            return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no pattern").help("write PATTERN DEF before it"));
+            return Err(
+                Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no pattern").help("write PATTERN DEF before it")
+            );
         }
         self.functions_before(w, span)?;
         // Without F the tool moves between the points with the feed in force; FMAX is rapid.

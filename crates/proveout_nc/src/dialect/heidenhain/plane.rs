@@ -70,15 +70,18 @@ impl Interpreter {
         let value = |name: &str| -> Result<f64, Fault> { Ok(self.angle(plane, name, span)?.unwrap_or(0.0)) };
         let need = |name: &str| -> Result<f64, Fault> {
             self.angle(plane, name, span)?.ok_or_else(|| {
-                Fault::new(codes::MISSING_VALUE, span, format!("`{name}` is missing in the PLANE block")).help(format!("write {name}+0"))
+                Fault::new(codes::MISSING_VALUE, span, format!("`{name}` is missing in the PLANE block"))
+                    .help(format!("write {name}+0"))
             })
         };
-        let vector = |names: [&str; 3]| -> Result<[f64; 3], Fault> { Ok([need(names[0])?, need(names[1])?, need(names[2])?]) };
+        let vector =
+            |names: [&str; 3]| -> Result<[f64; 3], Fault> { Ok([need(names[0])?, need(names[1])?, need(names[2])?]) };
         match plane.kind {
             PlaneKind::Spatial => Ok(Frame::rpy([need("SPA")?, need("SPB")?, need("SPC")?])),
             PlaneKind::Relative => {
                 if plane.angles.len() != 1 {
-                    return Err(Fault::new(codes::BAD_VALUE, span, "PLANE RELATIVE takes one angle").help("write SPA, SPB or SPC"));
+                    return Err(Fault::new(codes::BAD_VALUE, span, "PLANE RELATIVE takes one angle")
+                        .help("write SPA, SPB or SPC"));
                 }
                 Ok(Frame::rpy([value("SPA")?, value("SPB")?, value("SPC")?]))
             }
@@ -92,9 +95,11 @@ impl Interpreter {
                 let x = frame::sub(b, a);
                 basis(x, frame::cross(x, frame::sub(c, a)), span)
             }
-            PlaneKind::Projected => {
-                Err(super::lexer::refused("PLANE PROJECTED", span, "write the plane with PLANE SPATIAL or PLANE VECTOR"))
-            }
+            PlaneKind::Projected => Err(super::lexer::refused(
+                "PLANE PROJECTED",
+                span,
+                "write the plane with PLANE SPATIAL or PLANE VECTOR",
+            )),
             PlaneKind::Axial => Err(super::lexer::refused(
                 "PLANE AXIAL",
                 span,
@@ -106,9 +111,14 @@ impl Interpreter {
 
     pub(crate) fn plane(&mut self, plane: &Plane, span: Span) -> Result<(), Fault> {
         let tilt = self.plane_rotation(plane, span)?;
-        let Some(positioning) = plane.positioning.or((plane.kind == PlaneKind::Reset).then_some(Positioning::Stay)) else {
-            return Err(Fault::new(codes::MISSING_VALUE, span, "the PLANE block does not say how the rotary axes move")
-                .help("write MOVE, TURN or STAY"));
+        let Some(positioning) = plane.positioning.or((plane.kind == PlaneKind::Reset).then_some(Positioning::Stay))
+        else {
+            return Err(Fault::new(
+                codes::MISSING_VALUE,
+                span,
+                "the PLANE block does not say how the rotary axes move",
+            )
+            .help("write MOVE, TURN or STAY"));
         };
         if !plane.options.is_empty() {
             self.note(format!("PLANE {}", plane.options.join(" ")));
@@ -156,8 +166,12 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         if !self.state.frames.tilt(tilt, relative) {
-            return Err(Fault::new(codes::NESTING_LIMIT, span, "more than 100 PLANE RELATIVE blocks act on each other")
-                .help("write PLANE RESET between them"));
+            return Err(Fault::new(
+                codes::NESTING_LIMIT,
+                span,
+                "more than 100 PLANE RELATIVE blocks act on each other",
+            )
+            .help("write PLANE RESET between them"));
         }
         self.state.plane_angles = true;
         for index in PLANE_PARAMS {
@@ -187,7 +201,13 @@ impl Interpreter {
     }
 
     /// Ends the tilted plane.
-    pub(crate) fn plane_reset(&mut self, positioning: Positioning, feed: Option<FeedWord>, word: &str, span: Span) -> Result<(), Fault> {
+    pub(crate) fn plane_reset(
+        &mut self,
+        positioning: Positioning,
+        feed: Option<FeedWord>,
+        word: &str,
+        span: Span,
+    ) -> Result<(), Fault> {
         let was = self.state.frames.tilted();
         self.state.frames.untilt();
         self.state.plane_angles = false;
@@ -226,7 +246,9 @@ impl Interpreter {
         }
         self.position.forget(ROTARY);
         let motion = match axis {
-            Some(axis) => self.complete(Goal { end: self.position.work, programmed: 0, tool_axis: Some(axis) }, span)?,
+            Some(axis) => {
+                self.complete(Goal { end: self.position.work, programmed: 0, tool_axis: Some(axis) }, span)?
+            }
             None => {
                 // Axes that the machine does not have are not programmed, so they are left alone.
                 let (mut end, mut base) = (self.position.work, self.position.base);
@@ -256,7 +278,8 @@ impl Interpreter {
 /// Rotation with z along `normal` and x along the part of `x` square to it.
 fn basis(x: [f64; 3], normal: [f64; 3], span: Span) -> Result<Frame, Fault> {
     let degenerate = || {
-        Fault::new(codes::ORIENTATION, span, "the vectors or points do not define a plane").help("check that they are not parallel")
+        Fault::new(codes::ORIENTATION, span, "the vectors or points do not define a plane")
+            .help("check that they are not parallel")
     };
     let z = frame::unit(normal).ok_or_else(degenerate)?;
     let y = frame::unit(frame::cross(z, frame::unit(x).ok_or_else(degenerate)?)).ok_or_else(degenerate)?;

@@ -18,8 +18,15 @@ pub(crate) fn plane(x: &mut Lexer<'_>, start: usize) -> Result<Plane, Fault> {
         "RESET" => PlaneKind::Reset,
         _ => return Err(unknown(&format!("PLANE {word}"), x.span_from(start))),
     };
-    let mut plane =
-        Plane { kind, angles: Vec::new(), positioning: None, distance: None, retract: None, feed: None, options: Vec::new() };
+    let mut plane = Plane {
+        kind,
+        angles: Vec::new(),
+        positioning: None,
+        distance: None,
+        retract: None,
+        feed: None,
+        options: Vec::new(),
+    };
     loop {
         x.blanks();
         if x.s.at_end() {
@@ -57,8 +64,8 @@ fn plane_word(x: &mut Lexer<'_>, plane: &mut Plane) -> Result<(), Fault> {
         return Ok(());
     }
     const NAMES: [&str; 30] = [
-        "PROPR", "PROMIN", "PROMAX", "PROROT", "ROT", "EULPR", "EULNU", "EULNUT", "EULROT", "SPA", "SPB", "SPC", "BX", "BY", "BZ",
-        "NX", "NY", "NZ", "P1X", "P1Y", "P1Z", "P2X", "P2Y", "P2Z", "P3X", "P3Y", "P3Z", "A", "B", "C",
+        "PROPR", "PROMIN", "PROMAX", "PROROT", "ROT", "EULPR", "EULNU", "EULNUT", "EULROT", "SPA", "SPB", "SPC", "BX",
+        "BY", "BZ", "NX", "NY", "NZ", "P1X", "P1Y", "P1Z", "P2X", "P2Y", "P2Z", "P3X", "P3Y", "P3Z", "A", "B", "C",
     ];
     // Longest name first, so that EULNUT is not read as EULNU.
     if let Some(name) = NAMES.iter().filter(|name| x.at(name)).max_by_key(|name| name.len()) {
@@ -91,7 +98,11 @@ pub(crate) fn function(x: &mut Lexer<'_>, start: usize) -> Result<Statement, Fau
         "MODE" => {
             if x.word("TURN") || x.word("GRIND") {
                 x.rest();
-                return Err(refused("FUNCTION MODE TURN", x.span_from(start), "milling programs are read: FUNCTION MODE MILL"));
+                return Err(refused(
+                    "FUNCTION MODE TURN",
+                    x.span_from(start),
+                    "milling programs are read: FUNCTION MODE MILL",
+                ));
             }
             Ok(Statement::Note(format!("FUNCTION MODE {}", x.rest())))
         }

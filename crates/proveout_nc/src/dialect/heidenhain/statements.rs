@@ -79,7 +79,9 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
             Statement::Assign(param, text)
         }
         "WMAT" | "STRUCTURE" => Statement::Note(format!("{word} {}", x.rest())),
-        "GLOBAL" => return Err(refused("GLOBAL DEF", x.span_from(start), "write the values into the cycles themselves")),
+        "GLOBAL" => {
+            return Err(refused("GLOBAL DEF", x.span_from(start), "write the values into the cycles themselves"));
+        }
         "TCH" => {
             x.rest();
             return Err(refused(
@@ -89,7 +91,11 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
             ));
         }
         "FL" | "FLT" | "FC" | "FCT" | "FPOL" | "FSELECT" => {
-            return Err(refused(word, x.span_from(start), "convert the free contour (FK) into L and C blocks on the control"));
+            return Err(refused(
+                word,
+                x.span_from(start),
+                "convert the free contour (FK) into L and C blocks on the control",
+            ));
         }
         "SPL" => return Err(refused(word, x.span_from(start), "write the path with L blocks")),
         "CONTOUR" | "POLARKIN" | "AFC" | "OPEN" | "TABDATA" | "CFGWRITE" | "FEED" | "SECTION" => {
@@ -224,7 +230,9 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
     }
     let remedy = match number {
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
-        208 | 251..=299 => "its path depends on the tool radius of the control's table: post the path as L and C blocks",
+        208 | 251..=299 => {
+            "its path depends on the tool radius of the control's table: post the path as L and C blocks"
+        }
         14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
         3..=6 | 15 | 16 => "post the path as L and C blocks",
         400..=499 => "what a probe finds is not known: take the cycle out and give its result in the settings",
@@ -254,8 +262,13 @@ fn old_cycle(x: &mut Lexer<'_>, number: u32, part: u32) -> Result<Statement, Fau
         }
         let start = x.pos();
         if !x.s.take(b'#') {
-            while x.peek().is_ascii_alphabetic() && !(x.peek() == b'Q' && (x.peek_at(1).is_ascii_digit() || matches!(x.peek_at(1), b'L' | b'R') && x.peek_at(2).is_ascii_digit()))
-                || x.pos() > start && (matches!(x.peek(), b'.' | b':') && !x.peek_at(1).is_ascii_digit() || x.peek() == b'-' && x.peek_at(1).is_ascii_alphabetic())
+            while x.peek().is_ascii_alphabetic()
+                && !(x.peek() == b'Q'
+                    && (x.peek_at(1).is_ascii_digit()
+                        || matches!(x.peek_at(1), b'L' | b'R') && x.peek_at(2).is_ascii_digit()))
+                || x.pos() > start
+                    && (matches!(x.peek(), b'.' | b':') && !x.peek_at(1).is_ascii_digit()
+                        || x.peek() == b'-' && x.peek_at(1).is_ascii_alphabetic())
             {
                 x.s.bump();
             }
@@ -315,7 +328,9 @@ fn cycle_value(x: &mut Lexer<'_>, start: usize) -> Result<CycleValue, Fault> {
         let text = x.quoted()?.unwrap_or_default();
         return Err(refused(&format!("\"{text}\""), x.span_from(start), "write a number"));
     }
-    for (word, value) in [("FMAX", CycleValue::Max), ("MAX", CycleValue::Max), ("FAUTO", CycleValue::Auto), ("AUTO", CycleValue::Auto)] {
+    for (word, value) in
+        [("FMAX", CycleValue::Max), ("MAX", CycleValue::Max), ("FAUTO", CycleValue::Auto), ("AUTO", CycleValue::Auto)]
+    {
         if x.word(word) {
             return Ok(value);
         }

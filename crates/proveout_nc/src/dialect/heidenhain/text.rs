@@ -42,7 +42,9 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
     // The common case first: nothing of a plain block looks like a continuation.
     let last = line.as_bytes().last().copied().unwrap_or(0);
     let joins = (last == b'~' || last == b' ' || last == b'\t') && continued(line);
-    let cycle = !joins && matches!(line.as_bytes().iter().find(|b| b.is_ascii_alphabetic()), Some(b'C' | b'c')) && open_cycle(line);
+    let cycle = !joins
+        && matches!(line.as_bytes().iter().find(|b| b.is_ascii_alphabetic()), Some(b'C' | b'c'))
+        && open_cycle(line);
     if !joins && !cycle {
         return Some(Text { text: line, next });
     }

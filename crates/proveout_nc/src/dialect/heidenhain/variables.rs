@@ -74,12 +74,10 @@ impl Variables {
                 self.texts.insert(param.index, text);
                 Ok(())
             }
-            (Kind::Text, Val::Number(_)) | (_, Val::Text(_)) => Err(Fault::new(
-                codes::TYPE,
-                span,
-                format!("the value does not fit the type of `{}`", param.name()),
-            )
-            .help("assign texts to QS, numbers to Q, QL and QR")),
+            (Kind::Text, Val::Number(_)) | (_, Val::Text(_)) => {
+                Err(Fault::new(codes::TYPE, span, format!("the value does not fit the type of `{}`", param.name()))
+                    .help("assign texts to QS, numbers to Q, QL and QR"))
+            }
             (_, Val::Number(number)) => self.set(param, number, span),
         }
     }
@@ -144,8 +142,10 @@ impl Variables {
     fn number(&self, expr: &Expr, span: Span) -> Result<f64, Fault> {
         match self.eval(expr, span)? {
             Val::Number(number) => Ok(number),
-            Val::Text(text) => Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
-                .help("use a number")),
+            Val::Text(text) => {
+                Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
+                    .help("use a number"))
+            }
         }
     }
 
