@@ -61,8 +61,10 @@ fn cases() -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
-/// Blocks with X and Y always, Z, C and F at will.
-fn blocks() -> impl Strategy<Value = Vec<(i32, i32, Option<i32>, Option<i32>, Option<i32>, bool)>> {
+/// X and Y always, Z, C and F at will, in thousandths; true for rapid.
+type Words = (i32, i32, Option<i32>, Option<i32>, Option<i32>, bool);
+
+fn blocks() -> impl Strategy<Value = Vec<Words>> {
     let opt = |r: std::ops::Range<i32>| prop::option::of(r);
     prop::collection::vec(
         (-99999..99999i32, -99999..99999i32, opt(-9999..9999), opt(-90000..90000), opt(1..9999), any::<bool>()),

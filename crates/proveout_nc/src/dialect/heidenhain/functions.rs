@@ -47,11 +47,7 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
                 x.need(at)?;
             }
         }
-        120 => {
-            if x.prefix("LA") {
-                m.value = Some(x.need(start)?);
-            }
-        }
+        120 if x.prefix("LA") => m.value = Some(x.need(start)?),
         112 | 124 => {
             while {
                 x.blanks();

@@ -53,7 +53,8 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
     let mut more = joins;
     while buffer.len() < MAX_BLOCK_BYTES {
         let Some((line, after)) = source.line(next) else { break };
-        if !more && !(cycle && parameter_line(line)) {
+        let belongs = more || cycle && parameter_line(line);
+        if !belongs {
             break;
         }
         buffer.push('\n');
