@@ -48,7 +48,7 @@ impl Interpreter {
                 let repeat = repeat.map(|value| self.variables.value(value, span)).transpose()?;
                 self.call_label(loaded, at, &label, repeat, span)
             }
-            Statement::Din(din) => self.din(loaded, at, &din, block),
+            Statement::Din(din) => self.din(&din, block),
             other => {
                 self.settle_contour(span)?;
                 self.settled(other, block)

@@ -238,8 +238,11 @@ impl Interpreter {
             self.tell_feed();
         }
         let known = self.position.base.xyz().zip(self.position.work.xyz());
+        // The tool stands along the tool axis of the plane, or upright where nothing has inclined it.
+        let upright = !self.state.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
+        let axis_known = !self.state.tcpm && (self.state.frames.tilted() || upright);
         match (distance, known) {
-            (Some(distance), Some((_, point))) if !self.state.tcpm => {
+            (Some(distance), Some((_, point))) if axis_known => {
                 let mut axis = [0.0; 3];
                 axis[self.state.normal] = 1.0;
                 let mut goal = super::motion::Goal { end: self.position.work, programmed: 0, tool_axis: None };

@@ -3,6 +3,8 @@
 2 L X+0 Y+0 Z+0 R0 FMAX
 3 L X+50 RL F300
 4 RND R10 F100
+FUNCTION MODE MILL
+; a note between the elements comes behind the corner
 ; feet (40, 0) and (50, 10), center (40, 10); the feed holds for the arc alone
 5 L Y+40
 6 CHF 5
