@@ -315,6 +315,9 @@ fn what_does_not_fit_is_an_error_that_names_it() {
         ("G1 G41 X0 Y0\nX10\nTRAORI\nX20 Y0\nM30\n", "tool center point control"),
         ("G1 G41 X0 Y0\nX10\nCIP X20 Z5 I1=15 J1=0 K1=1\nM30\n", "circle outside"),
         ("G1 G41 X0 Y0\nG40 X10\nM30\n", "no contour"),
+        // Left of a contour along X is above it; the entry comes from below.
+        ("KONT G1 G41 X0 Y0\nX10\nG40 Y20\nM30\n", "entry lies behind"),
+        ("KONT G0 Y40\nG1 G41 X0 Y0\nX10\nG40 Y-20\nM30\n", "exit lies behind"),
         ("T2 M6\nG0 X0 Y0\nG1 G41 X0 Y0\nX10\nM30\n", "not known (tool 2)"),
     ] {
         let error = fault(body, 2.0);
@@ -323,6 +326,16 @@ fn what_does_not_fit_is_an_error_that_names_it() {
     }
     let many = "G1 G41 X0 Y0\nX10\n".to_owned() + &"M123\n".repeat(1001) + "X20\nM30\n";
     assert!(fault(&many, 2.0).message.contains("1000 commands"));
+}
+
+#[test]
+fn kont_in_front_of_the_contour_is_norm() {
+    let text = |word: &str| format!("{HEAD}{word} G0 Y40\nG1 G41 X0 Y0\nX30\nY30\nX60\nG40 Y60\nM30\n");
+    let (norm, kont) = (path(&text("NORM"), &settings(3.0)).unwrap(), path(&text("KONT"), &settings(3.0)).unwrap());
+    assert_eq!(norm.len(), kont.len());
+    for (a, b) in norm.iter().zip(&kont) {
+        assert_eq!((a.at(0.0), a.at(1.0)), (b.at(0.0), b.at(1.0)));
+    }
 }
 
 #[test]

@@ -39,6 +39,7 @@
 //!   block of the contour that begins at the uncompensated point, and must be longer than the radius.
 //! * *Exit*: the last block ends beside its own end; the next straight block with a motion in the plane leads from there to
 //!   its programmed end. All four families do this with their standard settings.
+//!   With KONT the same, where they lie on the side of the tool; behind the contour is refused.
 //! * *Blocks without motion in the plane* are executed where the block before ends, ahead of the circle of the corner, as the
 //!   manual of Siemens says of G450.
 //! * *Another radius* while it is on: a straight block begins with the old one and ends with the new one.
@@ -121,6 +122,8 @@ pub(crate) struct Compensated {
     /// Tool center minus programmed point, in the plane.
     residual: Point,
     pending: Option<Pending>,
+    /// With KONT, behind G40: end of the contour, tangent and offset there.
+    exit: Option<(Point, Point, f64)>,
     /// Commands behind the pending block that do not move in the plane.
     held: Vec<Command>,
     // What the commands so far say.
@@ -158,6 +161,7 @@ impl Compensated {
             plane: None,
             residual: [0.0; 2],
             pending: None,
+            exit: None,
             held: Vec::new(),
             frame: Frame::IDENTITY,
             normal: 2,
@@ -349,6 +353,12 @@ impl Compensated {
                     plane.shift(&mut motion.end_base, self.residual);
                 }
             } else if straight {
+                if let Some((corner, tangent, offset)) = self.exit.take() {
+                    let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
+                    if emit::is_behind(end, corner, tangent, offset) {
+                        return Err(self.behind(&location, "exit"));
+                    }
+                }
                 self.residual = [0.0; 2];
             } else {
                 return Err(self.unfit(&location, "the first motion behind G40 is not straight"));
@@ -469,6 +479,13 @@ impl Compensated {
     fn unfit(&self, location: &Location, what: &str) -> Fault {
         let message = format!("{what}: this cannot be compensated");
         self.fault(codes::COMPENSATION, location, message, "write G40 (R0) before this block and begin anew behind it")
+    }
+
+    fn behind(&self, location: &Location, what: &str) -> Fault {
+        let message =
+            format!("the {what} lies behind the contour or its place is not known: KONT is not computed there");
+        let help = format!("use NORM, or put the {what} on the side of the contour where the tool runs");
+        self.fault(codes::COMPENSATION, location, message, help)
     }
 
     fn unknown(&self, location: &Location, missing: &str) -> Fault {

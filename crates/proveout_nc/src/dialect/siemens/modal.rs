@@ -95,8 +95,8 @@ pub(crate) struct Modal {
 pub(crate) struct Compensation {
     pub(crate) side: CompSide,
     pub(crate) style: CompStyle,
-    /// Word of G group 17 that is in force: NORM, KONT, KONTC, KONTT.
-    pub(crate) approach: &'static str,
+    /// KONTC or KONTT, while it is in force.
+    pub(crate) smooth_approach: Option<&'static str>,
     /// CUT2DF: the plane turns with the frame.
     pub(crate) plane_in_frame: bool,
     /// DISC=, percent.
@@ -110,8 +110,13 @@ impl Compensation {
     /// After reset: G40, NORM, G450, CFC, CUT2D.
     pub(crate) const RESET: Self = Self {
         side: CompSide::Off,
-        style: CompStyle { corner: Corner::Arc, entry: Entry::Perpendicular, feed: FeedAt::Contour },
-        approach: "NORM",
+        style: CompStyle {
+            corner: Corner::Arc,
+            entry: Entry::Perpendicular,
+            feed: FeedAt::Contour,
+            follow_contour: false,
+        },
+        smooth_approach: None,
         plane_in_frame: false,
         disc: 0.0,
     };
