@@ -62,6 +62,8 @@ pub(crate) mod contour;
 mod corner;
 mod emit;
 mod plane;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 

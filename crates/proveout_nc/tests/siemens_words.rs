@@ -1,0 +1,272 @@
+//! Laws of the words of the 840D: writing does not matter, corners are tangential, polar is Cartesian.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
+use std::fs;
+use std::path::Path;
+
+use proptest::prelude::*;
+use proveout_nc::{ArcMotion, Dialect, Op, Program, Settings, WorkOffset};
+
+fn settings() -> Settings {
+    let mut settings = Settings { dialect: Dialect::Siemens840d, ..Settings::default() };
+    settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
+    settings.variables.insert("R1".to_owned(), 1.0);
+    settings
+}
+
+fn ops(text: &str) -> Vec<Op> {
+    Program::from_text("p.mpf", text, &settings())
+        .unwrap()
+        .map(|c| c.unwrap_or_else(|e| panic!("{e}\n{text}")).op)
+        .collect()
+}
+
+/// Lower case outside of texts, with tabs for blanks and line numbers where there are none.
+fn rewritten(text: &str) -> String {
+    let mut out = String::new();
+    for (at, line) in text.lines().enumerate() {
+        let (code, _comment) = line.split_once(';').unwrap_or((line, ""));
+        let mut quoted = false;
+        let mut new = String::new();
+        for c in code.chars() {
+            quoted ^= c == '"';
+            match c {
+                ' ' if !quoted => new.push('\t'),
+                c if !quoted => new.push(c.to_ascii_lowercase()),
+                c => new.push(c),
+            }
+        }
+        let bare = new.trim_start();
+        let plain = !bare.is_empty() && !bare.starts_with(['/', '%', 'n', ':']);
+        out.push_str(&if plain { format!("N{}  {bare} ; again\r\n", 10_000 + at) } else { new + "\r\n" });
+    }
+    out
+}
+
+#[test]
+fn case_blanks_and_line_numbers_do_not_matter_for_any_word() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/siemens");
+    let mut count = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "mpf") {
+            let text = fs::read_to_string(&path).unwrap();
+            let (plain, other) = (ops(&text), ops(&rewritten(&text)));
+            // Texts of notes show words as they were written.
+            let shape = |ops: &[Op]| -> Vec<Op> {
+                let upper = |op: &Op| match op {
+                    Op::Note(note) => Op::Note(note.to_uppercase().replace('\t', " ")),
+                    other => other.clone(),
+                };
+                ops.iter().map(upper).collect()
+            };
+            assert_eq!(shape(&plain), shape(&other), "{}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count >= 15, "{count} programs");
+}
+
+/// Unit direction of an arc at a point of it.
+fn tangent(arc: &ArcMotion, p: [f64; 2]) -> [f64; 2] {
+    let r = [p[0] - arc.center_base[0], p[1] - arc.center_base[1]];
+    let s = arc.normal_base[2] / r[0].hypot(r[1]);
+    [-r[1] * s, r[0] * s]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Lines with RND: every arc leaves the line before along its direction, enters the next along its, has the radius, and
+    /// the path is shorter than the polygon by `2 r tan(a/2) - r a` at each corner that turns by a.
+    #[test]
+    fn roundings_are_tangential(points in prop::collection::vec((-100i32..100, -100i32..100), 3..8), radius in 0.1..3.0f64, modal in any::<bool>()) {
+        let points: Vec<[f64; 2]> = points.iter().map(|&(x, y)| [f64::from(x), f64::from(y)]).collect();
+        let direction = |a: [f64; 2], b: [f64; 2]| {
+            let l = (b[0] - a[0]).hypot(b[1] - a[1]);
+            ([(b[0] - a[0]) / l, (b[1] - a[1]) / l], l)
+        };
+        let (mut text, mut want) = (format!("G0 X{} Y{} Z0 F100\nG1\n", points[0][0], points[0][1]), 0.0);
+        if modal {
+            text.push_str(&format!("RNDM={radius}\n"));
+        }
+        let mut trims = vec![0.0; points.len()];
+        for i in 1..points.len() {
+            let (d, l) = direction(points[i - 1], points[i]);
+            prop_assume!(l > 1.0);
+            want += l;
+            if i + 1 < points.len() {
+                let (e, m) = direction(points[i], points[i + 1]);
+                prop_assume!(m > 1.0);
+                let turn = (d[0] * e[1] - d[1] * e[0]).abs().atan2(d[0] * e[0] + d[1] * e[1]);
+                prop_assume!(turn < 3.0 && (turn > 1e-3 || turn == 0.0));
+                trims[i] = radius * (0.5 * turn).tan();
+                want -= 2.0 * trims[i] - radius * turn;
+            }
+            prop_assume!(trims[i - 1] + trims[i] < l - 1e-6);
+            let word = if modal || i + 1 == points.len() { String::new() } else { format!(" RND={radius}") };
+            text.push_str(&format!("X{} Y{}{word}\n", points[i][0], points[i][1]));
+        }
+        let (mut at, mut heading, mut length) = (points[0], None::<[f64; 2]>, 0.0);
+        for op in ops(&text) {
+            let (end, start_direction, end_direction, piece) = match &op {
+                Op::Linear(m) => {
+                    let end = [m.end_base.get(0).unwrap(), m.end_base.get(1).unwrap()];
+                    let (d, l) = direction(at, end);
+                    (end, d, d, l)
+                }
+                Op::Arc(a) => {
+                    let end = [a.motion.end_base.get(0).unwrap(), a.motion.end_base.get(1).unwrap()];
+                    prop_assert!((a.radius - radius).abs() < 1e-12);
+                    (end, tangent(a, at), tangent(a, end), a.radius * a.sweep)
+                }
+                _ => continue,
+            };
+            if let Some(h) = heading {
+                // Straight corners are none; all others are rounded.
+                prop_assert!((h[0] - start_direction[0]).hypot(h[1] - start_direction[1]) < 1e-6, "{text}");
+            }
+            (at, heading) = (end, Some(end_direction));
+            length += piece;
+        }
+        prop_assert!((length - want).abs() < 1e-6, "{length} {want} {text}");
+    }
+
+    #[test]
+    fn polar_points_are_cartesian_points(radius in 0.1..100.0f64, angle in -360.0..360.0f64, pole in prop::array::uniform2(-50.0..50.0f64), plane in 0..3usize) {
+        let [u, v, w] = [["X", "Y", "Z"], ["Z", "X", "Y"], ["Y", "Z", "X"]][plane];
+        let head = format!("G{} G0 X0 Y0 Z0 F100\n", 17 + plane);
+        let polar = ops(&format!("{head}G111 {u}={} {v}={}\nG1 AP={angle} RP={radius} {w}=3\n", pole[0], pole[1]));
+        let (s, c) = angle.to_radians().sin_cos();
+        let plain = ops(&format!("{head}G1 {u}={} {v}={} {w}=3\n", pole[0] + radius * c, pole[1] + radius * s));
+        let (Some(Op::Linear(a)), Some(Op::Linear(b))) = (polar.last(), plain.last()) else { panic!("no motions") };
+        for i in 0..3 {
+            prop_assert!((a.end_base.get(i).unwrap() - b.end_base.get(i).unwrap()).abs() < 1e-9);
+        }
+    }
+
+    /// `CTRANS : CROT : CSCALE : CMIRROR` is TRANS, AROT, ASCALE, AMIRROR.
+    #[test]
+    fn frame_values_are_frame_words(shift in prop::array::uniform3(-99.0..99.0f64), turn in prop::array::uniform3(-180.0..180.0f64), scale in 0.2..4.0f64) {
+        let [x, y, z] = shift;
+        let [a, b, c] = turn;
+        let values = ops(&format!(
+            "DEF FRAME _T\n_T=CTRANS(X,{x},Y,{y},Z,{z}):CROT(X,{a},Y,{b},Z,{c})\n$P_PFRAME=_T:CSCALE(X,{scale},Y,{scale},Z,{scale}):CMIRROR(Y)\nG0 X1 Y2 Z3\n"
+        ));
+        let words = ops(&format!(
+            "TRANS X{x} Y{y} Z{z}\nAROT X{a} Y{b} Z{c}\nASCALE X{scale} Y{scale} Z{scale}\nAMIRROR Y0\nG0 X1 Y2 Z3\n"
+        ));
+        let (Some(Op::Rapid(a)), Some(Op::Rapid(b))) = (values.last(), words.last()) else { panic!("no motions") };
+        for i in 0..3 {
+            prop_assert!((a.end_base.get(i).unwrap() - b.end_base.get(i).unwrap()).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn new_words_never_panic(picks in prop::collection::vec(0..SOUP.len(), 0..60)) {
+        let text: String = picks.iter().map(|&i| SOUP[i]).collect();
+        let mut settings = settings();
+        settings.limits.max_loop_passes = 300;
+        settings.limits.max_idle_passes = 50;
+        let mut radii = proveout_nc::ToolRadii::default();
+        radii.by_tool.insert(proveout_nc::ToolName::Number(1), 1.0);
+        settings.compensation = proveout_nc::Compensation::ToolCenter(radii);
+        if let Ok(program) = Program::from_text("p.mpf", text.as_str(), &settings) {
+            for command in program {
+                let Ok(command) = command else { break };
+                if let Op::Rapid(m) | Op::Linear(m) = &command.op {
+                    prop_assert!(m.end_base.iter().all(|(_, v)| v.is_finite()), "{text}");
+                }
+                if let Op::Arc(a) = &command.op {
+                    prop_assert!(a.sweep > 0.0 && a.radius > 0.0 && a.center_base.iter().all(|v| v.is_finite()), "{text}");
+                }
+            }
+        }
+    }
+}
+
+const SOUP: &[&str] = &[
+    "T1 M6 D1\nG0 X0 Y0 Z0 F100 S100\n",
+    "\n",
+    "\n",
+    "\n",
+    "\n",
+    "\n",
+    "\n",
+    "G41 ",
+    "G42 ",
+    "G40 ",
+    "G451 ",
+    "G450 ",
+    "KONT ",
+    "NORM ",
+    "CUT2DF ",
+    "G1 X10 ",
+    "G1 Y10 ",
+    "G0 X20 Y5 ",
+    "G2 X=IC(5) Y=IC(5) CR=5 ",
+    "G3 X=IC(-5) Y=IC(5) I-5 J0 ",
+    "G3 I5 ",
+    "Z=IC(-1) ",
+    "D0 ",
+    "D2 ",
+    "RND=1 ",
+    "CHF=0.5 ",
+    "CHR=1 ",
+    "RNDM=0.5 ",
+    "RNDM=0 ",
+    "FRC=50 ",
+    "FRCM=20 ",
+    "G110 X1 Y1 ",
+    "G111 ",
+    "G112 X1 ",
+    "AP=30 ",
+    "RP=5 ",
+    "AP=IC(40) ",
+    "G18 ",
+    "G17 ",
+    "MIRROR X0 ",
+    "TRANS X5 ",
+    "AROT Z30 ",
+    "AROT X30 ",
+    "SCALE X2 Y2 Z2 ",
+    "SCALE X2 ",
+    "G58 X1 ",
+    "G59 Y1 ",
+    "$P_PFRAME=CTRANS(X,1):CROT(Z,20) ",
+    "DEF FRAME _F ",
+    "_F=$P_PFRAME:CMIRROR(X) ",
+    "$P_UIFR[1]=_F ",
+    "G54 ",
+    "R1=$P_EP[X] ",
+    "R2=$P_UIFR[1,X,TR] ",
+    "X=$P_GG[1] ",
+    "G33 Z=IC(-2) K1 ",
+    "G331 Z-1 K1 ",
+    "G332 Z1 K-1 ",
+    "G63 Z2 ",
+    "CYCLE84(10,0,1,-5,,,5,6,,,100) ",
+    "CYCLE840(10,0,1,-5) ",
+    "CYCLE86(10,0,1,-5,,1,3,1,1,1) ",
+    "CYCLE88(10,0,1,-5) ",
+    "MCALL CYCLE89(10,0,1,-5) ",
+    "MCALL ",
+    "FB=50 ",
+    "OVR=50 ",
+    "POS[B]=20 ",
+    "G25 X1 ",
+    "GOTOC AB ",
+    "GOTOS ",
+    "SUPA X5 ",
+    "TRAORI ",
+    "TRAFOOF ",
+    "A3=1 ",
+    "B10 ",
+    "M30 ",
+    "G91 ",
+    "G90 ",
+    "G93 ",
+    "G94 ",
+    "CIP X=IC(5) Y=IC(1) I1=IC(2) J1=IC(3) K1=IC(0) ",
+];
