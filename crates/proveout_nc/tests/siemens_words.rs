@@ -76,7 +76,7 @@ fn tangent(arc: &ArcMotion, p: [f64; 2]) -> [f64; 2] {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: std::env::var("PROVEOUT_CASES").ok().and_then(|v| v.parse().ok()).unwrap_or(200), max_global_rejects: 100_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Lines with RND: every arc leaves the line before along its direction, enters the next along its, has the radius, and
     /// the path is shorter than the polygon by `2 r tan(a/2) - r a` at each corner that turns by a.
@@ -270,3 +270,108 @@ const SOUP: &[&str] = &[
     "G94 ",
     "CIP X=IC(5) Y=IC(1) I1=IC(2) J1=IC(3) K1=IC(0) ",
 ];
+
+/// Words in backticks of the rows of the coverage table whose first cell starts so.
+fn table_words(first_cells: &[&str]) -> Vec<String> {
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let section = readme.split("## Coverage: Siemens 840D sl").nth(1).unwrap().split("\n## ").next().unwrap();
+    let mut words = Vec::new();
+    for row in section.lines().filter(|line| line.starts_with('|')) {
+        let mut cells = row.trim_matches('|').splitn(2, '|');
+        let (head, body) = (cells.next().unwrap_or("").trim(), cells.next().unwrap_or(""));
+        if first_cells.contains(&head) {
+            let quoted: Vec<&str> = body.split('`').skip(1).step_by(2).collect();
+            words.extend(quoted.iter().flat_map(|q| q.split_whitespace()).map(str::to_owned));
+        }
+    }
+    words
+}
+
+fn codes(line: &str) -> Vec<&'static str> {
+    let text = format!("T1 M6 D1\nG0 X0 Y0 Z0 F100 S100\n{line}\n");
+    proveout_nc::check_text("p.mpf", &text, &settings()).iter().map(|d| d.code).collect()
+}
+
+#[test]
+fn words_of_the_table_that_are_refused_are_refused_by_name() {
+    let mut count = 0;
+    for word in table_words(&["**refused by name**"]) {
+        let line = match word.as_str() {
+            // Refused in a state or with arguments that the table names beside them.
+            "KONTC" | "KONTT" => format!("{word}\nG1 G41 X10"),
+            "DISC=" => "DISC=50\nG1 G41 X10".to_owned(),
+            "CYCLE84" => "CYCLE84(10,0,2,-5,,,5,6,,,100,,,,,1)".to_owned(),
+            "CYCLE800" => "CYCLE800(0,\"T\",0,192,0,0,0,10,0,0,0,0,0,1)".to_owned(),
+            "DEF" | "AXIS" => "DEF AXIS _A".to_owned(),
+            "$AA_IM[X]" => "R1=$AA_IM[X]".to_owned(),
+            "$MA_" | "$MC_" => format!("R1={word}NAME[1]"),
+            "$" => "R1=$XY".to_owned(),
+            word if word.ends_with('=') => format!("{word}1"),
+            word => word.to_owned(),
+        };
+        let found = codes(&line);
+        assert!(found.contains(&"nc-unsupported-word"), "{line}: {found:?}");
+        count += 1;
+    }
+    assert!(count > 60, "{count} words");
+}
+
+#[test]
+fn words_of_the_table_that_are_read_are_neither_unknown_nor_refused() {
+    let rows = [
+        "motion",
+        "threads",
+        "offsets, frames",
+        "compensation",
+        "five axes",
+        "technology",
+        "path",
+        "cycles",
+        "**a note** (`Op::Note`, named and without effect)",
+        "control",
+        "system variables",
+    ];
+    let (mut count, mut wrong) = (0, Vec::new());
+    for word in table_words(&rows) {
+        let line = match word.as_str() {
+            // Parts of statements, tried in the case folders.
+            "IF" | "ELSE" | "ENDIF" | "FOR" | "WHILE" | "REPEAT" | "UNTIL" | "LOOP" | "CASE" | "GOTO" | "GOTOF"
+            | "GOTOB" | "GOTOS" | "LABEL" | "REPEATB" | "PROC" | "VAR" | "SAVE" | "L100" | "P3" | "CALL"
+            | "\"NAME\"" | "EXTERN" | "\"" | "Op::Note" | "TR" | "RT" | "P" | "R" => continue,
+            "MSG" => "MSG(\"A\")".to_owned(),
+            "GOTOC" => "GOTOC AB".to_owned(),
+            "T=\"" => "T=\"A\"".to_owned(),
+            word if word.starts_with('$') => {
+                format!("R1={}", word.replace("[n]", "[1,X,TR]").replace("$P_GG[1,X,TR]", "$P_GG[1]"))
+                    .replace("$P_IFRAME", "$P_IFRAME[X,TR]")
+                    .replace("$P_PFRAME", "$P_PFRAME[X,TR]")
+                    .replace("$P_BFRAME", "$P_BFRAME[X,TR]")
+                    .replace("$P_ACTFRAME", "$P_ACTFRAME[X,TR]")
+                    .replace("FRAME[0]", "FRAME[0,X,TR]")
+                    .replace("CHBFR[0]", "CHBFR[0,X,TR]")
+            }
+            word if word.ends_with("()") => format!("B={}", word.replace("()", "(1)")),
+            word if word.ends_with('=') => format!("{word}1"),
+            // Functions of frames.
+            word if word.starts_with('C') && ["CTRANS", "CROT", "CSCALE", "CFINE"].contains(&word) => {
+                format!("$P_PFRAME={word}(X,1)")
+            }
+            "CMIRROR" => "$P_PFRAME=CMIRROR(X)".to_owned(),
+            "CRPL" => "$P_PFRAME=CRPL(0,5)".to_owned(),
+            word if word.len() == 1 => format!("{word}1"),
+            word => word.to_owned(),
+        };
+        // $P_TOOLR needs the radii of the tools, $AA_IM a rotary axis.
+        if word == "$P_TOOLR" || word == "$P_DRYRUN" && line.is_empty() {
+            continue;
+        }
+        let line = if word.starts_with("$AA_IM") { format!("G0 B0\n{line}") } else { line };
+        let found = codes(&line);
+        if found.iter().any(|c| matches!(*c, "nc-unknown-word" | "nc-unsupported-word" | "nc-unknown-variable")) {
+            wrong.push(format!("{line}: {found:?}"));
+        }
+        count += 1;
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(count > 150, "{count} words");
+}
