@@ -237,15 +237,13 @@ impl Compensated {
                 }
                 self.frame = frame;
             }
-            Op::Tcp(tcp) => {
-                if tcp.on != self.tcp {
-                    if self.is_active() {
-                        let message = "tool center point control is switched while cutter compensation is on";
-                        return Err(self.unfit(&command.location, message));
-                    }
-                    self.tcp = tcp.on;
-                    self.position = AxisValues::NONE;
+            Op::Tcp(tcp) if tcp.on != self.tcp => {
+                if self.is_active() {
+                    let message = "tool center point control is switched while cutter compensation is on";
+                    return Err(self.unfit(&command.location, message));
                 }
+                self.tcp = tcp.on;
+                self.position = AxisValues::NONE;
             }
             Op::Offset(Offset::ToolEdge { .. }) if !self.is_active() => {
                 // The tip is another point; the coordinates that this leaves known come with the next motion.

@@ -134,7 +134,7 @@ impl Compensation {
 /// Frames of the control from the base to the work coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
-    /// $P_BFRAME.
+    /// `$P_BFRAME`.
     pub(crate) base: Frame,
     /// G54 and the like.
     pub(crate) settable: Frame,
