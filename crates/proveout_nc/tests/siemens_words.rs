@@ -300,7 +300,8 @@ fn words_of_the_table_that_are_refused_are_refused_by_name() {
             // Refused in a state or with arguments that the table names beside them.
             "KONTC" | "KONTT" => format!("{word}\nG1 G41 X10"),
             "DISC=" => "DISC=50\nG1 G41 X10".to_owned(),
-            "CYCLE84" => "CYCLE84(10,0,2,-5,,,5,6,,,100,,,,,1)".to_owned(),
+            "CYCLE81" => "CYCLE81(10,0,2,-5,,1,0,0)".to_owned(),
+            "GMODE" | "DMODE" => continue,
             "CYCLE800" => "CYCLE800(0,\"T\",0,192,0,0,0,10,0,0,0,0,0,1)".to_owned(),
             "DEF" | "AXIS" => "DEF AXIS _A".to_owned(),
             "$AA_IM[X]" => "R1=$AA_IM[X]".to_owned(),
