@@ -377,6 +377,29 @@ fn star(radii: &[f64], bulges: &[f64]) -> String {
     text
 }
 
+#[test]
+fn small_tools_nearly_always_fit() {
+    // Errors must not be the easy way out: of 200 contours with sharp inside corners, a tool of 1 mm fits into most.
+    let mut state = 1u64;
+    let mut random = |low: f64, high: f64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((state >> 33) as f64 / f64::from(1u32 << 31))
+    };
+    let mut fits = 0;
+    for i in 0..200 {
+        let radii: Vec<f64> = (0..8).map(|_| random(25.0, 40.0)).collect();
+        let bulges: Vec<f64> = (0..8).map(|_| random(-0.6, 0.6)).collect();
+        let (side, from) = if i % 2 == 0 { ("G42", radii[0] + 20.0) } else { ("G41", 0.0) };
+        let text = format!(
+            "G17 T1 M6 D1 F1000\nG0 X{from:.6} Y0 Z0\n{side} G1 X{:.6} Y0\n{}G40 G1 X{from:.6} Y0\nM30\n",
+            radii[0],
+            star(&radii, &bulges)
+        );
+        fits += usize::from(path(&text, &settings(1.0)).is_ok());
+    }
+    assert!(fits >= 180, "{fits} of 200");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig {
         cases: std::env::var("PROVEOUT_CASES").ok().and_then(|v| v.parse().ok()).unwrap_or(60),

@@ -62,7 +62,7 @@ impl Interpreter {
             if state.disc != 0.0 {
                 return refuse("cutter compensation with `DISC=` above zero is not supported".to_owned(), "use DISC=0");
             }
-            let (normal, linear) = (self.modal.normal, self.modal.frames.programmable.linear);
+            let (normal, linear) = (self.modal.normal, self.modal.frames.without_swivel().linear);
             let square = linear.iter().enumerate().all(|(row, factors)| row == normal || factors[normal].abs() < 1e-9);
             if !square && !state.plane_in_frame && !self.technology.swiveled {
                 return refuse(

@@ -58,7 +58,8 @@ impl Interpreter {
                     "CYCLE87" | "CYCLE88" => self.boring_with_stop(name, planes, &values, span)?,
                     "CYCLE89" => self.boring_in_and_out(planes, &values, span)?,
                     name => {
-                        let dwell = if name == "CYCLE82" { number(&values, 5, name, span)? } else { None };
+                        let dwell =
+                            if name == "CYCLE82" || values.len() > 8 { number(&values, 5, name, span)? } else { None };
                         let dwell = in_revolutions(dwell, number(&values, 8, name, span)?);
                         self.along(planes.start, true, span)?;
                         self.along(planes.depth, false, span)?;

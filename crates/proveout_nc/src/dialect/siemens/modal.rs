@@ -147,6 +147,11 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
+    /// The frames that do not come with a swiveled tool.
+    pub(crate) fn without_swivel(&self) -> Frame {
+        self.base.then(&self.settable).then(&self.programmable)
+    }
+
     pub(crate) fn total(&self) -> Frame {
         self.base.then(&self.settable).then(&self.swivel).then(&self.programmable)
     }
