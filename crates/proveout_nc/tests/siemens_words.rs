@@ -133,6 +133,59 @@ proptest! {
         prop_assert!((length - want).abs() < 1e-6, "{length} {want} {text}");
     }
 
+    /// The same at circles: line to circle, circle to circle, circle to line, in both senses.
+    #[test]
+    fn roundings_at_circles_are_tangential(
+        ends in prop::array::uniform3(prop::array::uniform2(-30.0..30.0f64)), bend in prop::array::uniform2(-1.4..1.4f64), radius in 0.1..2.0f64,
+    ) {
+        let mut text = format!("RNDM={radius}\nG0 X-40 Y0 Z0 F100\nG1 X0 Y0\n");
+        let mut at = [0.0, 0.0];
+        for i in 0..2 {
+            let chord = (ends[i][0] - at[0]).hypot(ends[i][1] - at[1]);
+            prop_assume!(chord > 5.0 && bend[i].abs() > 0.2);
+            let word = if bend[i] > 0.0 { "G3" } else { "G2" };
+            text.push_str(&format!("{word} X{:.6} Y{:.6} CR={:.9}\n", ends[i][0], ends[i][1], 0.5 * chord / bend[i].abs().sin()));
+            at = ends[i];
+        }
+        prop_assume!((ends[2][0] - at[0]).hypot(ends[2][1] - at[1]) > 5.0);
+        text.push_str(&format!("G1 X{:.6} Y{:.6}\n", ends[2][0], ends[2][1]));
+        let commands: Result<Vec<Op>, _> =
+            Program::from_text("p.mpf", text.as_str(), &settings()).unwrap().map(|c| c.map(|c| c.op)).collect();
+        let Ok(commands) = commands else {
+            // Sharp corners between short blocks do not take every radius; the error says so.
+            return Ok(());
+        };
+        let (mut at, mut heading, mut pieces) = ([f64::NAN; 2], None::<[f64; 2]>, 0);
+        for op in commands {
+            let (motion, arc) = match &op {
+                Op::Rapid(m) | Op::Linear(m) => (m, None),
+                Op::Arc(a) => (&a.motion, Some(a)),
+                _ => continue,
+            };
+            let end = [motion.end_base.get(0).unwrap(), motion.end_base.get(1).unwrap()];
+            let line = || {
+                let l = (end[0] - at[0]).hypot(end[1] - at[1]);
+                [(end[0] - at[0]) / l, (end[1] - at[1]) / l]
+            };
+            let (first, last) = arc.map_or_else(|| (line(), line()), |a| (tangent(a, at), tangent(a, end)));
+            if let (Some(h), Op::Linear(_) | Op::Arc(_)) = (heading, &op) {
+                // Six decimals of the ends and of CR on blocks of 5 mm and more turn tangents by less than 1e-5.
+                prop_assert!((h[0] - first[0]).hypot(h[1] - first[1]) < 1e-5, "{text}");
+            }
+            if let Some(a) = arc {
+                // The sweep leads from where the block before ended to the end.
+                let r = [at[0] - a.center_base[0], at[1] - a.center_base[1]];
+                let (s, c) = (a.sweep * a.normal_base[2]).sin_cos();
+                let reached = [a.center_base[0] + c * r[0] - s * r[1], a.center_base[1] + s * r[0] + c * r[1]];
+                prop_assert!((reached[0] - end[0]).hypot(reached[1] - end[1]) < 1e-5, "{text}");
+            }
+            heading = if matches!(op, Op::Rapid(_)) { None } else { Some(last) };
+            pieces += usize::from(arc.is_some_and(|a| (a.radius - radius).abs() < 1e-12));
+            at = end;
+        }
+        prop_assert!(pieces == 3, "{pieces} roundings in {text}");
+    }
+
     #[test]
     fn polar_points_are_cartesian_points(radius in 0.1..100.0f64, angle in -360.0..360.0f64, pole in prop::array::uniform2(-50.0..50.0f64), plane in 0..3usize) {
         let [u, v, w] = [["X", "Y", "Z"], ["Z", "X", "Y"], ["Y", "Z", "X"]][plane];
