@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::*;
-use crate::Op;
+use crate::{Location, Op};
 
 #[derive(Debug)]
 struct Script(VecDeque<Command>);
