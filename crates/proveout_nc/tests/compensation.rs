@@ -264,11 +264,10 @@ fn a_mirrored_program_gives_the_mirrored_path_and_a_scaled_one_keeps_the_radius(
 #[test]
 fn a_tilted_plane_is_compensated_in_itself() {
     let body = "G1 G41 X0 Y0\nX30 Y10\nG3 X10 Y30 I-20 J0\nG1 X0\nX-10 Y20\nG40 Y-20\nM30\n";
-    let flat = commands(&format!("{HEAD}{body}"), &settings(3.0)).unwrap();
-    let tilted =
-        commands(&format!("{HEAD}TRANS X5 Y6 Z7\nAROT X35\nCUT2DF G0 X-40 Y-40 Z0\n{body}"), &settings(3.0)).unwrap();
-    let ends = |ops: &[Op]| -> Vec<[f64; 3]> {
-        ops.iter()
+    let ends = |text: &str| -> Vec<[f64; 3]> {
+        commands(text, &settings(3.0))
+            .unwrap()
+            .iter()
             .filter_map(|op| match op {
                 Op::Linear(m) => m.end_base.xyz(),
                 Op::Arc(a) => a.motion.end_base.xyz(),
@@ -277,12 +276,16 @@ fn a_tilted_plane_is_compensated_in_itself() {
             .collect()
     };
     let (s, c) = 35f64.to_radians().sin_cos();
-    let (flat, tilted) = (ends(&flat), ends(&tilted));
-    assert_eq!(flat.len(), tilted.len());
-    for (p, q) in flat.iter().zip(&tilted) {
-        let want = [p[0] + 5.0, c * p[1] - s * p[2] + 6.0, s * p[1] + c * p[2] + 7.0];
-        for i in 0..3 {
-            assert!((want[i] - q[i]).abs() < 1e-12, "{want:?} {q:?}");
+    let flat = ends(&format!("{HEAD}{body}"));
+    // By words of frames, and with the tool swiveled upright on the plane.
+    for tilt in ["TRANS X5 Y6 Z7\nAROT X35\nCUT2DF\n", "CYCLE800(0,\"T\",100000,57,5,6,7,35,0,0,0,0,0,1)\n"] {
+        let tilted = ends(&format!("{HEAD}{tilt}G0 X-40 Y-40 Z0\n{body}"));
+        assert_eq!(flat.len(), tilted.len());
+        for (p, q) in flat.iter().zip(&tilted) {
+            let want = [p[0] + 5.0, c * p[1] - s * p[2] + 6.0, s * p[1] + c * p[2] + 7.0];
+            for i in 0..3 {
+                assert!((want[i] - q[i]).abs() < 1e-12, "{want:?} {q:?}");
+            }
         }
     }
 }
