@@ -145,11 +145,26 @@ fn euler_angles_of_a_tilted_plane() {
 
 #[test]
 fn a_held_rapid_is_made_with_the_next_one() {
-    let ops =
-        read(Dialect::Fanuc, "G21\nG68.2 X0. Y0. Z0. I0. J90. K0.\nG53.1\nG0 X1. Y2.\nG43 H1 Z3.\nG1 Z0. F100.\n");
-    // RX 90: (x, y, z) is (x, -z, y).
-    assert_eq!(ends(&ops), [[1.0, -3.0, 2.0], [1.0, 0.0, 2.0]]);
-    assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("together with the next one"))));
+    for angle in [30.0_f64, 90.0] {
+        let text = format!(
+            "G21\nG68.2 X0. Y0. Z0. I0. J{angle:.1} K0.\nG53.1\nG0 X1. Y2.\nG43 H1 Z3.\nG1 Z0. F100.\nG2 I1.\n"
+        );
+        let ops = read(Dialect::Fanuc, &text);
+        let (s, c) = angle.to_radians().sin_cos();
+        // RX: (x, y c - z s, y s + z c). The arc needs all of its start.
+        let want = [[1.0, 2.0 * c - 3.0 * s, 2.0 * s + 3.0 * c], [1.0, 2.0 * c, 2.0 * s], [1.0, 2.0 * c, 2.0 * s]];
+        let got = ends(&ops);
+        assert!(got.len() == 3 && got.iter().zip(want).all(|(a, b)| close(*a, b)), "{got:?}");
+        assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("together with the next one"))));
+    }
+}
+
+#[test]
+fn a_tool_length_moves_only_the_tip_along_the_tool() {
+    // Under a rotation of the plane X and Y stay known when the length changes.
+    let ops = read(Dialect::Fanuc, "G21 G0 X1. Y2. Z9.\nG68 X0. Y0. R30.\nG43 H1 Z3.\nG3 I1. F100.\n");
+    let got = ends(&ops);
+    assert!(got.len() == 3 && got.iter().all(|p| close([p[0], p[1], 0.0], [1.0, 2.0, 0.0])), "{got:?}");
 }
 
 #[test]
@@ -271,7 +286,6 @@ fn the_table_of_the_readme_tells_the_truth() {
             .collect();
         assert!(read.iter().filter(|w| is_g_word(w)).count() > 30, "{flavor}");
         for word in read.iter().filter(|w| is_g_word(w)) {
-            // G44 is supported for lengths of the program only, and names no offset here.
             assert_eq!(code(word), None, "{flavor} {word}");
         }
         // A word that stands nowhere is unknown.

@@ -244,7 +244,8 @@ impl Interpreter {
             let depth = if last { levels.depth } else { levels.r - reached };
             self.along(depth, false, span)?;
             if last {
-                self.wait(self.cycle.p);
+                // The peck cycles of LinuxCNC take no P.
+                self.wait(self.cycle.p.filter(|_| !self.flavor.is_linuxcnc()));
                 return Ok(());
             }
             if code == 730 {

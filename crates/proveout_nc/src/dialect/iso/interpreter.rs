@@ -92,8 +92,8 @@ pub(crate) struct Interpreter {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
-    /// Reference points that a note has named.
-    pub(crate) noted_references: bool,
+    /// First parameter of the reference points that a note has named.
+    pub(crate) noted_references: Vec<u32>,
 }
 
 impl Interpreter {
@@ -148,7 +148,7 @@ impl Interpreter {
             sequence: 0,
             started: false,
             noted_integers: false,
-            noted_references: false,
+            noted_references: Vec::new(),
             settings: settings.clone(),
         };
         interpreter.load_offset("G54");

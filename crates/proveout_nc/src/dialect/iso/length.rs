@@ -125,9 +125,8 @@ impl Interpreter {
         }
         self.modal.frames.length = shift;
         if edge(before) != edge(length) {
-            // The tool stands still and its tip is now another point.
-            let turned = self.modal.in_table() || self.position.frame().is_rotated();
-            self.position.forget(if turned { LINEAR } else { 0b100 });
+            // The tool stands still and its tip is now another point along it.
+            self.position.forget(if self.modal.in_table() { LINEAR } else { 0b100 });
         }
         self.begin();
         self.frames_changed("G43");

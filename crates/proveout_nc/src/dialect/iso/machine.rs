@@ -148,7 +148,8 @@ impl Interpreter {
             let value = value.unwrap_or(0.0);
             end.put(axis, if (3..6).contains(&axis) { value.to_radians() } else { value });
         }
-        if !given && !std::mem::replace(&mut self.noted_references, true) {
+        if !given && !self.noted_references.contains(&first) {
+            self.noted_references.push(first);
             self.note(format!(
                 "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
             ));

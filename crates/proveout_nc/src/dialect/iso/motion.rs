@@ -205,7 +205,7 @@ impl Interpreter {
             }
         }
         let tilted = matches!(self.modal.plane, Plane::Engaged | Plane::Dynamic);
-        if tilted && end.xyz().is_none() && self.position.base_of(&end, programmed).is_err() {
+        if tilted && programmed & LINEAR != 0 && end.xyz().is_none() {
             for axis in 0..3 {
                 if let Some(value) = end.get(axis).filter(|_| programmed >> axis & 1 == 1) {
                     self.held.put(axis, value);
