@@ -206,13 +206,14 @@ pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
 }
 
 /// The number of a work offset, counted from 1 on every control: G54 to G59 are 1 to 6, `G54.1 P1` is 7 (G59.1 of
-/// `LinuxCNC` too), G505 of an 840D is 5, row 1 of a preset table is 1.
+/// `LinuxCNC` and `G154 P1` of a Haas too), G505 of an 840D is 5, row 1 of a preset table is 1.
 pub(crate) fn offset_number(word: &str) -> Option<u32> {
     let number = |text: &str| text.parse::<u32>().ok();
     if let Some(row) = word.strip_prefix("PRESET") {
         return number(row).filter(|n| *n > 0);
     }
-    if let Some(more) = word.strip_prefix("G54.1 P").or(word.strip_prefix("G54.1P")) {
+    let pages = ["G54.1 P", "G54.1P", "G154 P", "G154P"];
+    if let Some(more) = pages.iter().find_map(|page| word.strip_prefix(page)) {
         return number(more).map(|n| n + 6);
     }
     if let Some(more) = word.strip_prefix("G59.") {

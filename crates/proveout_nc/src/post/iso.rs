@@ -45,7 +45,7 @@ pub struct IsoPost<W> {
     selected: Option<ToolName>,
     pub(crate) frames: Frames,
     pub(crate) way: Way,
-    tilted: bool,
+    pub(crate) tilted: bool,
     shifted: bool,
     /// G53.1 has turned the tool upright on the tilted plane, and switched tool center point control on.
     swiveled: bool,
@@ -260,7 +260,8 @@ impl<W: Write> IsoPost<W> {
         let text = match (offset_number(word), self.dialect) {
             (Some(number @ 1..=6), _) => format!("G{}", number + 53),
             (Some(number @ 7..=9), Dialect::LinuxCnc) => format!("G59.{}", number - 6),
-            (Some(number), Dialect::Fanuc | Dialect::Haas) if number <= 306 => format!("G54.1 P{}", number - 6),
+            (Some(number), Dialect::Haas) if number <= 105 => format!("G154 P{}", number - 6),
+            (Some(number), Dialect::Fanuc) if number <= 306 => format!("G54.1 P{}", number - 6),
             _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59")),
         };
         let settings = std::mem::take(&mut self.out.settings);
