@@ -23,6 +23,7 @@ pub struct SiemensPost<W> {
     coolant: Coolant,
     tcp: Option<Tcp>,
     tool: Option<ToolName>,
+    selected: Option<ToolName>,
     pub(crate) settable: Frame,
     /// CYCLE800.
     pub(crate) swivel: Frame,
@@ -52,6 +53,7 @@ impl<W: Write> SiemensPost<W> {
             coolant: Coolant { flood: false, mist: false },
             tcp: None,
             tool: None,
+            selected: None,
             settable: Frame::IDENTITY,
             swivel: Frame::IDENTITY,
             waiting: None,
@@ -127,11 +129,16 @@ impl<W: Write> SiemensPost<W> {
                     _ => self.line(m),
                 }
             }
-            Op::Tool(ToolAction::Select(ToolName::Empty)) => self.line("T0"),
-            Op::Tool(ToolAction::Select(ToolName::Number(number))) => self.line(&format!("T{number}")),
-            Op::Tool(ToolAction::Select(ToolName::Name(name))) => self.line(&format!("T=\"{}\"", plain(name))),
+            Op::Tool(ToolAction::Select(tool)) => {
+                self.selected = Some(tool.clone());
+                self.line(&tool_word(tool))
+            }
             Op::Tool(ToolAction::Change(tool)) => {
-                self.tool = Some(tool.clone());
+                let selected = std::mem::replace(&mut self.tool, Some(tool.clone()));
+                let ready = self.selected.take().or(selected);
+                if ready.as_ref() != Some(tool) {
+                    self.line(&tool_word(tool))?;
+                }
                 self.line("M6")
             }
             Op::Plane(normal) => {
@@ -399,6 +406,14 @@ impl<W: Write> Post for SiemensPost<W> {
 /// A motion that only turns the tool upright on the new frame.
 fn is_swivel(motion: &Motion) -> bool {
     motion.programmed == 0 && motion.tool_axis.is_some_and(|axis| axis[2] > 1.0 - 1e-9)
+}
+
+fn tool_word(tool: &ToolName) -> String {
+    match tool {
+        ToolName::Empty => "T0".to_owned(),
+        ToolName::Number(number) => format!("T{number}"),
+        ToolName::Name(name) => format!("T=\"{}\"", plain(name)),
+    }
 }
 
 /// The word of a work offset on an 840D.
