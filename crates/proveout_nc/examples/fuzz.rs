@@ -30,7 +30,7 @@ fn peak_kib() -> u64 {
     line.split_whitespace().next().and_then(|n| n.parse().ok()).unwrap_or(0)
 }
 
-/// The memory in use now is the peak again (proc(5), clear_refs).
+/// The memory in use now is the peak again (proc(5)).
 fn reset_peak() {
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }

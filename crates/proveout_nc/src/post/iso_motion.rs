@@ -71,7 +71,7 @@ impl<W: Write> IsoPost<W> {
                 (self.written[axis], self.at[axis]) = (None, None);
             } else {
                 // What the control takes is the rounded value.
-                let unit = if axis >= 3 && axis < 6 {
+                let unit = if (3..6).contains(&axis) {
                     1f64.to_radians()
                 } else if self.out.settings.inches {
                     25.4

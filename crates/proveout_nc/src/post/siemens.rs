@@ -134,7 +134,7 @@ impl<W: Write> SiemensPost<W> {
                 self.line(&tool_word(tool))
             }
             Op::Tool(ToolAction::Change(tool)) => {
-                let selected = std::mem::replace(&mut self.tool, Some(tool.clone()));
+                let selected = self.tool.replace(tool.clone());
                 let ready = self.selected.take().or(selected);
                 if ready.as_ref() != Some(tool) {
                     self.line(&tool_word(tool))?;
