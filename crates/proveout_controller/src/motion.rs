@@ -71,6 +71,12 @@ impl Context<'_> {
     /// Joint of each axis letter that moves in this motion, with its target in base coordinates.
     fn targets(&self, motion: &Motion, position: &Position) -> Result<Vec<(usize, usize, f64)>, Box<ControlError>> {
         let mut targets = Vec::with_capacity(6);
+        let linear = |values: &proveout_nc::AxisValues| (0..3).any(|axis| values.get(axis).is_some());
+        if motion.programmed & 0b111 != 0 && linear(&motion.end) && !linear(&motion.end_base) {
+            let message = "in the turned frame this motion needs a coordinate that the program has not set".to_owned();
+            let help = "program X, Y and Z in the first block of the tilted plane";
+            return Err(self.fail("control-unsupported", message, help));
+        }
         for (letter_index, &letter) in AXIS_LETTERS.iter().enumerate() {
             let Some(value) = motion.end_base.get(letter_index) else { continue };
             if !value.is_finite() {

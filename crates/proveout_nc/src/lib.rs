@@ -18,8 +18,9 @@
 //! sl, NC programming*, chapters on frames, control structures, transformations, cycles. The README's table says word by word
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!
-//! **Limits.** Cutter radius compensation, splines, threads and polar coordinates are refused by name. Rounding of corners is
-//! handed on as a tolerance. What a machine builder puts behind an M word is named in a note and not executed.
+//! **Limits.** The README says word by word what each dialect supports. Rounding of corners is handed on as a tolerance. What
+//! a machine builder puts behind an M word is named in a note and not executed. Cutter radius compensation checks only blocks
+//! that follow each other.
 
 /// The example of the README.
 #[cfg(doctest)]

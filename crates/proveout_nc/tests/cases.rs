@@ -44,6 +44,13 @@ fn settings(dialect: Dialect) -> Settings {
     let mut settings = Settings { dialect, ..Settings::default() };
     settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
     settings.variables.insert("R1".to_owned(), 1.0);
+    // Of a Heidenhain control: a row of the preset table, one of the datum table, the machine builder's datum.
+    settings
+        .work_offsets
+        .insert("PRESET1".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
+    settings.work_offsets.insert("DATUM5".to_owned(), WorkOffset { translation: [1.0, 2.0, 3.0], rotary: [0.0; 3] });
+    settings.variables.insert("M92_Z".to_owned(), 400.0);
+    settings.variables.insert("Q108".to_owned(), 6.0);
     settings
 }
 

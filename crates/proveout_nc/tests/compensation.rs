@@ -264,11 +264,10 @@ fn a_mirrored_program_gives_the_mirrored_path_and_a_scaled_one_keeps_the_radius(
 #[test]
 fn a_tilted_plane_is_compensated_in_itself() {
     let body = "G1 G41 X0 Y0\nX30 Y10\nG3 X10 Y30 I-20 J0\nG1 X0\nX-10 Y20\nG40 Y-20\nM30\n";
-    let flat = commands(&format!("{HEAD}{body}"), &settings(3.0)).unwrap();
-    let tilted =
-        commands(&format!("{HEAD}TRANS X5 Y6 Z7\nAROT X35\nCUT2DF G0 X-40 Y-40 Z0\n{body}"), &settings(3.0)).unwrap();
-    let ends = |ops: &[Op]| -> Vec<[f64; 3]> {
-        ops.iter()
+    let ends = |text: &str| -> Vec<[f64; 3]> {
+        commands(text, &settings(3.0))
+            .unwrap()
+            .iter()
             .filter_map(|op| match op {
                 Op::Linear(m) => m.end_base.xyz(),
                 Op::Arc(a) => a.motion.end_base.xyz(),
@@ -277,12 +276,16 @@ fn a_tilted_plane_is_compensated_in_itself() {
             .collect()
     };
     let (s, c) = 35f64.to_radians().sin_cos();
-    let (flat, tilted) = (ends(&flat), ends(&tilted));
-    assert_eq!(flat.len(), tilted.len());
-    for (p, q) in flat.iter().zip(&tilted) {
-        let want = [p[0] + 5.0, c * p[1] - s * p[2] + 6.0, s * p[1] + c * p[2] + 7.0];
-        for i in 0..3 {
-            assert!((want[i] - q[i]).abs() < 1e-12, "{want:?} {q:?}");
+    let flat = ends(&format!("{HEAD}{body}"));
+    // By words of frames, and with the tool swiveled upright on the plane.
+    for tilt in ["TRANS X5 Y6 Z7\nAROT X35\nCUT2DF\n", "CYCLE800(0,\"T\",100000,57,5,6,7,35,0,0,0,0,0,1)\n"] {
+        let tilted = ends(&format!("{HEAD}{tilt}G0 X-40 Y-40 Z0\n{body}"));
+        assert_eq!(flat.len(), tilted.len());
+        for (p, q) in flat.iter().zip(&tilted) {
+            let want = [p[0] + 5.0, c * p[1] - s * p[2] + 6.0, s * p[1] + c * p[2] + 7.0];
+            for i in 0..3 {
+                assert!((want[i] - q[i]).abs() < 1e-12, "{want:?} {q:?}");
+            }
         }
     }
 }
@@ -315,6 +318,9 @@ fn what_does_not_fit_is_an_error_that_names_it() {
         ("G1 G41 X0 Y0\nX10\nTRAORI\nX20 Y0\nM30\n", "tool center point control"),
         ("G1 G41 X0 Y0\nX10\nCIP X20 Z5 I1=15 J1=0 K1=1\nM30\n", "circle outside"),
         ("G1 G41 X0 Y0\nG40 X10\nM30\n", "no contour"),
+        // Left of a contour along X is above it; the entry comes from below.
+        ("KONT G1 G41 X0 Y0\nX10\nG40 Y20\nM30\n", "entry lies behind"),
+        ("KONT G0 Y40\nG1 G41 X0 Y0\nX10\nG40 Y-20\nM30\n", "exit lies behind"),
         ("T2 M6\nG0 X0 Y0\nG1 G41 X0 Y0\nX10\nM30\n", "not known (tool 2)"),
     ] {
         let error = fault(body, 2.0);
@@ -323,6 +329,16 @@ fn what_does_not_fit_is_an_error_that_names_it() {
     }
     let many = "G1 G41 X0 Y0\nX10\n".to_owned() + &"M123\n".repeat(1001) + "X20\nM30\n";
     assert!(fault(&many, 2.0).message.contains("1000 commands"));
+}
+
+#[test]
+fn kont_in_front_of_the_contour_is_norm() {
+    let text = |word: &str| format!("{HEAD}{word} G0 Y40\nG1 G41 X0 Y0\nX30\nY30\nX60\nG40 Y60\nM30\n");
+    let (norm, kont) = (path(&text("NORM"), &settings(3.0)).unwrap(), path(&text("KONT"), &settings(3.0)).unwrap());
+    assert_eq!(norm.len(), kont.len());
+    for (a, b) in norm.iter().zip(&kont) {
+        assert_eq!((a.at(0.0), a.at(1.0)), (b.at(0.0), b.at(1.0)));
+    }
 }
 
 #[test]
@@ -362,6 +378,29 @@ fn star(radii: &[f64], bulges: &[f64]) -> String {
         text.push_str(&format!("{word} X{:.6} Y{:.6}\n", b[0], b[1]));
     }
     text
+}
+
+#[test]
+fn small_tools_nearly_always_fit() {
+    // Errors must not be the easy way out: of 200 contours with sharp inside corners, a tool of 1 mm fits into most.
+    let mut state = 1u64;
+    let mut random = |low: f64, high: f64| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((state >> 33) as f64 / f64::from(1u32 << 31))
+    };
+    let mut fits = 0;
+    for i in 0..200 {
+        let radii: Vec<f64> = (0..8).map(|_| random(25.0, 40.0)).collect();
+        let bulges: Vec<f64> = (0..8).map(|_| random(-0.6, 0.6)).collect();
+        let (side, from) = if i % 2 == 0 { ("G42", radii[0] + 20.0) } else { ("G41", 0.0) };
+        let text = format!(
+            "G17 T1 M6 D1 F1000\nG0 X{from:.6} Y0 Z0\n{side} G1 X{:.6} Y0\n{}G40 G1 X{from:.6} Y0\nM30\n",
+            radii[0],
+            star(&radii, &bulges)
+        );
+        fits += usize::from(path(&text, &settings(1.0)).is_ok());
+    }
+    assert!(fits >= 180, "{fits} of 200");
 }
 
 proptest! {

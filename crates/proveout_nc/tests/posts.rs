@@ -16,7 +16,10 @@ const TARGETS: [Dialect; 6] =
 fn settings(dialect: Dialect) -> Settings {
     let mut settings = Settings { dialect, ..Settings::default() };
     let offset = WorkOffset { translation: [100.0, -20.0, 30.0], rotary: [0.0; 3] };
-    settings.work_offsets.insert("G54".to_owned(), offset);
+    // The first offset has another name on a TNC.
+    for word in ["G54", "PRESET1"] {
+        settings.work_offsets.insert(word.to_owned(), offset);
+    }
     settings
 }
 
@@ -35,6 +38,11 @@ fn formats(from: Dialect, to: Dialect) -> Vec<PostSettings> {
 fn round_trip(from: Dialect, text: &str, to: Dialect) {
     let first = ops(from, text, &settings(from));
     for format in formats(from, to) {
+        if to == Dialect::Heidenhain && format.inches && text.contains("MMPR") {
+            let error = post(&first, to, format).unwrap_err().to_string();
+            assert!(error.contains("feed per revolution in inch"), "{error}");
+            continue;
+        }
         let written = post(&first, to, format.clone()).unwrap_or_else(|e| panic!("{to:?}: {e}\n{text}"));
         let second = ops(to, &written, &settings(to));
         // Half of the last decimal, of an inch where that is the unit; rounding adds up in sums of two.

@@ -10,6 +10,8 @@ pub(crate) struct CompStyle {
     pub(crate) corner: Corner,
     pub(crate) entry: Entry,
     pub(crate) feed: FeedAt,
+    /// KONT: entry and exit go around the contour where they lie behind it. Where they lie in front, as NORM.
+    pub(crate) follow_contour: bool,
 }
 
 /// Outside corners.
@@ -56,7 +58,8 @@ pub(crate) enum FeedAt {
 
 impl CompStyle {
     /// Circles at outside corners, perpendicular entry, feed of the tool center.
-    pub(crate) const PLAIN: Self = Self { corner: Corner::Arc, entry: Entry::Perpendicular, feed: FeedAt::Center };
+    pub(crate) const PLAIN: Self =
+        Self { corner: Corner::Arc, entry: Entry::Perpendicular, feed: FeedAt::Center, follow_contour: false };
 
     /// Fanuc: intersection up to a right angle, a chamfer beyond; start-up and cancel of type A.
     pub(crate) const FANUC: Self =

@@ -1,6 +1,6 @@
 //! Hands blocks of the contour out as motions of the tool center.
 
-use super::contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
+use super::contour::{Element, Point, SAME_POINT_MM, Shape, cross, norm, sub};
 use super::corner::{self, Entry, FeedAt, Join, Piece};
 use super::plane::Plane;
 use super::{Compensated, Fault, Pending, State, motion_mut, motion_of};
@@ -29,9 +29,18 @@ impl Compensated {
             }
             None => {
                 let end = pending.element.offset_end(offset);
+                let follow = self.reader.comp_style().unwrap_or(self.default_style).follow_contour;
+                self.exit = follow.then(|| (pending.element.end, pending.element.last_tangent(), offset));
                 Join { end, pieces: Vec::new(), start: end }
             }
             Some((element, _)) if pending.entry && pending.style.entry == Entry::Perpendicular => {
+                if pending.style.follow_contour {
+                    let from = pending.element.start;
+                    let known = norm(sub(from, pending.element.end)) > SAME_POINT_MM;
+                    if !known || is_behind(from, element.start, element.first_tangent(), offset) {
+                        return Err(self.behind(&pending.command.location, "entry"));
+                    }
+                }
                 corner::perpendicular_entry(element, offset)
             }
             Some((element, command)) => {
@@ -158,6 +167,11 @@ impl Compensated {
             sweep,
         })))
     }
+}
+
+/// True when a point lies on the other side of the contour than the tool, by the tangent at its start or end.
+pub(super) fn is_behind(point: Point, corner: Point, tangent: Point, offset: f64) -> bool {
+    offset * cross(tangent, sub(point, corner)) < -offset.abs() * SAME_POINT_MM
 }
 
 fn straight(motion: Motion, rapid: bool) -> Op {

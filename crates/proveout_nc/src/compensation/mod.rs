@@ -10,14 +10,16 @@
 //! point of the contour with the unit tangent `t`, the tool center is at `point + o * left(t)`.
 //!
 //! ```text
-//!   outside corner                     inside corner                 arc, tool on the side of the center
+//!   outside corner, tool on the left       inside corner, tool on the left
 //!
-//!          , - ~ .                     o - - - - - - X               contour  __________
-//!        '         \  circle about     |  equi-      .                      /  R         \
-//!   - - p     P     q the corner P,    |  distants   . o             - - -/-.- - - - - - .\- -
-//!   ----------o     '  or the point    |  meet in X  .                   |   R - o         |
-//!             |     '  where the       --------------+ P                 |        c        |
-//!             |     '  tangents meet                 |
+//!     equidistant                                  :     |
+//!   - - - - - - - p - .                            :     | contour
+//!                 :     ' .  circle                :     |
+//!                 : o      ' about P    - - - - - -X     |
+//!                 :         '             equidistant    |
+//!   --------------P         q                            |
+//!       contour   |         :           -----------------P
+//!                 |         :                 contour
 //! ```
 //!
 //! * The equidistant of a line is the parallel line; of an arc, the circle about the same center with the radius `R - o`
@@ -39,6 +41,7 @@
 //!   block of the contour that begins at the uncompensated point, and must be longer than the radius.
 //! * *Exit*: the last block ends beside its own end; the next straight block with a motion in the plane leads from there to
 //!   its programmed end. All four families do this with their standard settings.
+//!   With KONT the same, where they lie on the side of the tool; behind the contour is refused.
 //! * *Blocks without motion in the plane* are executed where the block before ends, ahead of the circle of the corner, as the
 //!   manual of Siemens says of G450.
 //! * *Another radius* while it is on: a straight block begins with the old one and ends with the new one.
@@ -57,14 +60,19 @@
 //! Manual Fundamentals* (G40 to G42, G450, G451); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
 //! 2000, appendix on cutter radius compensation. Fanuc and Heidenhain from general knowledge of their manuals.
 
+mod blocks;
 pub(crate) mod contour;
 mod corner;
 mod emit;
+mod faults;
 mod plane;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 
-use contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
+use contour::{Element, Point};
+pub(crate) use faults::line_of;
 use plane::Plane;
 
 pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
@@ -72,10 +80,9 @@ pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Reader;
-use crate::frame::{self, Frame};
+use crate::frame::Frame;
 use crate::settings::{Compensation, Dialect, Settings, ToolRadii};
-use crate::source::{Mark, Source};
-use crate::{AxisValues, Command, CompSide, CutterComp, Feed, Location, Motion, Offset, Op, ToolAction, ToolName};
+use crate::{AxisValues, Command, CompSide, CutterComp, Feed, Motion, Offset, Op, ToolAction, ToolName};
 
 /// Most commands between two blocks with a motion in the plane.
 pub(crate) const LOOK_AHEAD: usize = 1000;
@@ -121,6 +128,8 @@ pub(crate) struct Compensated {
     /// Tool center minus programmed point, in the plane.
     residual: Point,
     pending: Option<Pending>,
+    /// With KONT, behind G40: end of the contour, tangent and offset there.
+    exit: Option<(Point, Point, f64)>,
     /// Commands behind the pending block that do not move in the plane.
     held: Vec<Command>,
     // What the commands so far say.
@@ -158,6 +167,7 @@ impl Compensated {
             plane: None,
             residual: [0.0; 2],
             pending: None,
+            exit: None,
             held: Vec::new(),
             frame: Frame::IDENTITY,
             normal: 2,
@@ -231,15 +241,13 @@ impl Compensated {
                 }
                 self.frame = frame;
             }
-            Op::Tcp(tcp) => {
-                if tcp.on != self.tcp {
-                    if self.is_active() {
-                        let message = "tool center point control is switched while cutter compensation is on";
-                        return Err(self.unfit(&command.location, message));
-                    }
-                    self.tcp = tcp.on;
-                    self.position = AxisValues::NONE;
+            Op::Tcp(tcp) if tcp.on != self.tcp => {
+                if self.is_active() {
+                    let message = "tool center point control is switched while cutter compensation is on";
+                    return Err(self.unfit(&command.location, message));
                 }
+                self.tcp = tcp.on;
+                self.position = AxisValues::NONE;
             }
             Op::Offset(Offset::ToolEdge { .. }) if !self.is_active() => {
                 // The tip is another point; the coordinates that this leaves known come with the next motion.
@@ -299,223 +307,6 @@ impl Compensated {
             "cutter compensation {word} of the contour with the radius {radius} mm: base coordinates are those of the tool center"
         )))
     }
-
-    fn radius(&self, comp: CutterComp, location: &Location) -> Result<f64, Fault> {
-        let radii = self.radii.as_ref();
-        let by_offset = |d: u32| radii.and_then(|r| r.by_offset.get(&d).copied()).or((d == 0).then_some(0.0));
-        let by_tool = || radii.and_then(|r| r.by_tool.get(&self.tool).copied());
-        let radius = comp.radius.or_else(|| comp.offset.and_then(by_offset)).or_else(by_tool);
-        let tool = match &self.tool {
-            ToolName::Empty => "no tool in the spindle".to_owned(),
-            ToolName::Number(number) => format!("tool {number}"),
-            ToolName::Name(name) => format!("tool \"{name}\""),
-        };
-        let offset = comp.offset.map_or(String::new(), |d| format!(", offset D{d}"));
-        match radius {
-            Some(radius) if radius.is_finite() => Ok(radius),
-            Some(radius) => {
-                let message = format!("the radius for cutter compensation is {radius} ({tool}{offset})");
-                Err(self.fault(codes::COMPENSATION, location, message, "correct the radius in the tool table"))
-            }
-            None => {
-                let message = format!("the radius for cutter compensation is not known ({tool}{offset})");
-                let help = "give the radius of this tool or offset in the tool table, or write the path of the tool center with G40";
-                Err(self.fault(codes::COMPENSATION, location, message, help))
-            }
-        }
-    }
-
-    fn motion(&mut self, mut command: Command) -> Result<(), Fault> {
-        let location = command.location.clone();
-        let Some(motion) = motion_of(&command.op) else { return self.pass(command) };
-        let (end_base, programmed, machine) = (motion.end_base, motion.programmed, motion.machine_coordinates);
-        let start = self.position;
-        // What the program knows of the position behind a motion is what the motion names.
-        self.position = if machine { AxisValues::NONE } else { end_base };
-        let straight = matches!(command.op, Op::Rapid(_) | Op::Linear(_));
-        let Some(plane) = self.plane.filter(|_| self.is_active() || self.residual != [0.0; 2]) else {
-            return self.pass(command);
-        };
-        if machine {
-            if self.is_active() {
-                return Err(self.unfit(&location, "a motion in machine coordinates while cutter compensation is on"));
-            }
-            return self.pass(command);
-        }
-        if !self.is_active() {
-            // Behind G40: the next straight block in the plane leads back to the programmed point.
-            if programmed & plane.axes == 0 && straight {
-                if let Some(motion) = motion_mut(&mut command.op) {
-                    plane.shift(&mut motion.end_base, self.residual);
-                }
-            } else if straight {
-                self.residual = [0.0; 2];
-            } else {
-                return Err(self.unfit(&location, "the first motion behind G40 is not straight"));
-            }
-            return self.pass(command);
-        }
-        if let Some(axis) = motion.tool_axis_base
-            && frame::norm(frame::cross(axis, plane.normal)) > 1e-6
-        {
-            return Err(self.unfit(&location, "the tool axis is not square to the plane of cutter compensation"));
-        }
-        let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
-        let entering = self.state == State::Entering;
-        let from = match &self.pending {
-            Some(pending) if !entering => Some(pending.element.end),
-            _ => plane.project(&start).ok(),
-        };
-        let is_arc = matches!(command.op, Op::Arc(_));
-        let moves = is_arc
-            || from.map_or(programmed & plane.axes != 0, |from| norm(sub(end, from)) > SAME_POINT_MM)
-            || entering && programmed & plane.axes != 0;
-        if !moves {
-            if entering
-                && self.residual != [0.0; 2]
-                && let Some(motion) = motion_mut(&mut command.op)
-            {
-                plane.shift(&mut motion.end_base, self.residual);
-            }
-            return self.pass(command);
-        }
-        if !straight && !is_arc {
-            let message = "a spline, thread or probing motion in the plane of cutter compensation";
-            return Err(self.unfit(&location, message));
-        }
-        if matches!(self.feed, Some(Feed::InverseTime(_))) {
-            return Err(self.unfit(&location, "inverse time feed (G93) with cutter compensation"));
-        }
-        if entering {
-            return self.enter(command, from, end, plane);
-        }
-        let Some(from) = from else { return Err(self.unknown(&location, "the plane")) };
-        let shape = self.shape(&command.op, &plane, &location)?;
-        self.follow(command, Element { start: from, end, shape })
-    }
-
-    fn shape(&self, op: &Op, plane: &Plane, location: &Location) -> Result<Shape, Fault> {
-        let Op::Arc(arc) = op else { return Ok(Shape::Line) };
-        let sense = frame::dot(arc.normal_base, plane.normal);
-        if sense.abs() < 1.0 - 1e-9 {
-            return Err(self.unfit(location, "a circle outside of the plane of cutter compensation"));
-        }
-        let center = plane.project_point(arc.center_base);
-        let shape = Shape::Arc { center, radius: arc.radius, counter_clockwise: sense > 0.0, sweep: arc.sweep };
-        let probe = Element { start: [0.0; 2], end: [0.0; 2], shape };
-        if let Some(pending) = &self.pending
-            && pending.offset != self.offset
-        {
-            return Err(self.unfit(location, "the radius of cutter compensation changes in an arc"));
-        }
-        if probe.offset_radius(self.offset).is_some_and(|r| r <= SAME_POINT_MM) {
-            let message = format!(
-                "the tool of radius {} mm does not fit into the arc of radius {:.4} mm",
-                self.offset.abs(),
-                arc.radius
-            );
-            let help = format!("use a tool with a radius below {:.4} mm", arc.radius);
-            return Err(self.fault(codes::COMPENSATION, location, message, help));
-        }
-        Ok(shape)
-    }
-
-    /// The straight block that leads onto the contour.
-    fn enter(&mut self, command: Command, from: Option<Point>, end: Point, plane: Plane) -> Result<(), Fault> {
-        let location = command.location.clone();
-        if matches!(command.op, Op::Arc(_)) {
-            return Err(self.unfit(&location, "cutter compensation begins with an arc"));
-        }
-        let style = self.reader.comp_style().unwrap_or(self.default_style);
-        let from = from.map(|p| [p[0] + self.residual[0], p[1] + self.residual[1]]);
-        let from = match (style.entry, from) {
-            (Entry::Perpendicular, from) => from.unwrap_or(end),
-            (Entry::Parallel, Some(from)) if norm(sub(end, from)) > self.offset.abs() => from,
-            (Entry::Parallel, Some(from)) => {
-                let message = format!(
-                    "the entry move is {:.4} mm long, not longer than the tool radius {} mm",
-                    norm(sub(end, from)),
-                    self.offset.abs()
-                );
-                return Err(self.fault(codes::COMPENSATION, &location, message, "begin farther from the contour"));
-            }
-            (Entry::Parallel, None) => {
-                let missing = plane.project(&AxisValues::NONE).err().unwrap_or_default();
-                return Err(self.unknown(&location, &missing));
-            }
-        };
-        let element = Element { start: from, end, shape: Shape::Line };
-        self.state = State::On;
-        let rest = element.extent();
-        self.pending =
-            Some(Pending { command, element, offset: self.offset, rest, entry: true, feed: self.feed, style });
-        Ok(())
-    }
-
-    /// A block of the contour: the end of the one before is known now.
-    fn follow(&mut self, command: Command, element: Element) -> Result<(), Fault> {
-        let start = self.settle(Some((&element, &command)))?;
-        let offset_at_start = start.map_or(self.offset, |(_, offset)| offset);
-        let rest = match start {
-            Some((point, _)) => element.extent() - element.on_from_start(point, offset_at_start),
-            None => element.extent(),
-        };
-        let style = self.reader.comp_style().unwrap_or(self.default_style);
-        self.pending =
-            Some(Pending { command, element, offset: self.offset, rest, entry: false, feed: self.feed, style });
-        Ok(())
-    }
-
-    fn unfit(&self, location: &Location, what: &str) -> Fault {
-        let message = format!("{what}: this cannot be compensated");
-        self.fault(codes::COMPENSATION, location, message, "write G40 (R0) before this block and begin anew behind it")
-    }
-
-    fn unknown(&self, location: &Location, missing: &str) -> Fault {
-        let message = format!("cutter compensation needs the position of {missing}, which the program has not set");
-        self.fault(codes::POSITION_UNKNOWN, location, message, "program all axes of the plane before G41 and G42")
-    }
-
-    fn fault(
-        &self,
-        code: &'static str,
-        location: &Location,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Fault {
-        let source_line = self
-            .reader
-            .source_line(&location.file, location.line)
-            .or_else(|| line_of_file(&location.file, location.line))
-            .unwrap_or_default();
-        Box::new(Diagnostic {
-            code,
-            message: message.into(),
-            file: location.file.clone(),
-            line: location.line,
-            column: location.column,
-            length: location.length,
-            help: Some(help.into()),
-            source_line,
-        })
-    }
-}
-
-/// Reads a line of a program file again, for a message.
-fn line_of_file(file: &str, line: u32) -> Option<String> {
-    line_of(&Source::read(std::path::Path::new(file)).ok()?, line)
-}
-
-/// Text of a line of a program, from 1.
-pub(crate) fn line_of(source: &Source, line: u32) -> Option<String> {
-    let mut at = Mark::START;
-    while let Some((text, next)) = source.line(at) {
-        if at.line == line {
-            return Some(text.to_owned());
-        }
-        at = next;
-    }
-    None
 }
 
 fn motion_of(op: &Op) -> Option<&Motion> {

@@ -3,7 +3,7 @@
 
 use std::io::Write;
 
-use super::format::{Frames, Lines, full_turns, one_line, speed};
+use super::format::{Frames, Lines, full_turns, offset_number, one_line, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame;
 use crate::{
@@ -27,6 +27,7 @@ pub struct AptPost<W> {
     length_on: bool,
     at: Option<[f64; 3]>,
     coolant: Coolant,
+    offset_told: bool,
 }
 
 impl<W: Write> AptPost<W> {
@@ -45,6 +46,7 @@ impl<W: Write> AptPost<W> {
             length_on: false,
             at: None,
             coolant: Coolant { flood: false, mist: false },
+            offset_told: false,
         }
     }
 
@@ -60,10 +62,6 @@ impl<W: Write> AptPost<W> {
         }
         let name = one_line(&self.out.settings.program_name.clone(), &[]);
         self.out.plain(&format!("PARTNO/{name}"))?;
-        let settings = std::mem::take(&mut self.out.settings);
-        // CL data without another word counts from G54.
-        self.frames.offset("G54", &settings);
-        self.out.settings = settings;
         self.out.plain(if self.out.settings.inches { "UNITS/INCHES" } else { "UNITS/MM" })
     }
 
@@ -100,6 +98,7 @@ impl<W: Write> AptPost<W> {
         if !self.begun {
             self.begin()?;
         }
+        self.frames.before_motion(op, &self.out.settings, "G54")?;
         self.waiting(op)?;
         match op {
             Op::Rapid(motion) => self.straight(motion, true),
@@ -286,13 +285,20 @@ impl<W: Write> AptPost<W> {
     }
 
     fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
-        let code = word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok());
-        let Some(code) = code.filter(|c| matches!(c, 54..=59 | 500 | 505..=599)) else {
-            return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59"));
+        let code = match offset_number(word) {
+            _ if word == "G500" => 500,
+            Some(number @ 1..=6) => number + 53,
+            Some(number @ 7..=99) => number + 500,
+            _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);
         self.out.settings = settings;
+        // CL data counts from G54 where it says nothing else.
+        if code == 54 && !std::mem::replace(&mut self.offset_told, true) {
+            return Ok(());
+        }
+        self.offset_told = true;
         self.out.plain(&format!("PREFUN/{code}"))
     }
 

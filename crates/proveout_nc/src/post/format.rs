@@ -5,7 +5,7 @@ use std::io::Write;
 
 use super::{EdgeNumbers, PostSettings, Unsaid, positive};
 use crate::frame::{self, Frame};
-use crate::{ArcMotion, FrameChange, ToolName};
+use crate::{ArcMotion, FrameChange, Op, ToolName};
 
 /// Lines of text.
 #[derive(Debug)]
@@ -125,14 +125,39 @@ pub(crate) struct Frames {
     pub(crate) settable: Frame,
     /// From work coordinates of the commands to the coordinates of the work offset.
     pub(crate) above: Frame,
+    /// A work offset has been called.
+    called: bool,
 }
 
 impl Frames {
     pub(crate) fn new() -> Self {
-        Self { settable: Frame::IDENTITY, above: Frame::IDENTITY }
+        Self { settable: Frame::IDENTITY, above: Frame::IDENTITY, called: false }
+    }
+
+    /// A motion of a program that has called no work offset: the control has one in force from the start, so its values
+    /// must be zero. 840D programs can do without any, and a TNC has row 0 of its presets.
+    pub(crate) fn before_motion(&mut self, op: &Op, settings: &PostSettings, word: &str) -> Result<(), Unsaid> {
+        let motion = match op {
+            _ if self.called => return Ok(()),
+            Op::Rapid(motion) | Op::Linear(motion) => motion,
+            Op::Arc(arc) => &arc.motion,
+            Op::Spline(spline) => &spline.motion,
+            Op::Probe(probe) => &probe.motion,
+            Op::Thread(thread) => &thread.motion,
+            _ => return Ok(()),
+        };
+        let zero = settings.work_offsets.get(word).is_none_or(|o| o.translation == [0.0; 3] && o.rotary == [0.0; 3]);
+        if motion.machine_coordinates || zero {
+            return Ok(());
+        }
+        Err(Unsaid::new(
+            format!("coordinates without a work offset: {word} is in force from the start, and not zero"),
+            "call the work offset in the program, G54",
+        ))
     }
 
     pub(crate) fn offset(&mut self, word: &str, settings: &PostSettings) {
+        self.called = true;
         let values = settings.work_offsets.get(word).copied().unwrap_or_default();
         self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
     }
@@ -178,6 +203,27 @@ pub(crate) fn radius_word(arc: &ArcMotion, settings: &PostSettings) -> Option<f6
 pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
     let axis = direction.iter().position(|v| v.abs() > 1.0 - 1e-9)?;
     Some((axis, direction[axis].signum()))
+}
+
+/// The number of a work offset, counted from 1 on every control: G54 to G59 are 1 to 6, `G54.1 P1` is 7 (G59.1 of
+/// `LinuxCNC` and `G154 P1` of a Haas too), G505 of an 840D is 5, row 1 of a preset table is 1.
+pub(crate) fn offset_number(word: &str) -> Option<u32> {
+    let number = |text: &str| text.parse::<u32>().ok();
+    if let Some(row) = word.strip_prefix("PRESET") {
+        return number(row).filter(|n| *n > 0);
+    }
+    let pages = ["G54.1 P", "G54.1P", "G154 P", "G154P"];
+    if let Some(more) = pages.iter().find_map(|page| word.strip_prefix(page)) {
+        return number(more).map(|n| n + 6);
+    }
+    if let Some(more) = word.strip_prefix("G59.") {
+        return number(more).filter(|n| matches!(n, 1..=3)).map(|n| n + 6);
+    }
+    match number(word.strip_prefix('G')?)? {
+        code @ 54..=59 => Some(code - 53),
+        code @ 505..=599 => Some(code - 500),
+        _ => None,
+    }
 }
 
 /// Text without line ends and without the characters that end a comment.

@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::format::{Frames, Lines, along_axis, full_turns, one_line, radius_word, speed};
+use super::format::{Frames, Lines, along_axis, full_turns, offset_number, one_line, radius_word, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame::Frame;
 use crate::{
@@ -107,6 +107,7 @@ impl<W: Write> HeidenhainPost<W> {
         if !self.begun {
             self.begin()?;
         }
+        self.frames.before_motion(op, &self.out.settings, "PRESET0")?;
         let swivel = matches!(op, Op::Rapid(m) if m.programmed == 0 && m.tool_axis.is_some());
         if let Some(angles) = self.tilt.take() {
             self.plane(angles, swivel)?;
@@ -196,8 +197,10 @@ impl<W: Write> HeidenhainPost<W> {
     }
 
     fn coordinates(&mut self, motion: &Motion, forced: u16) -> Result<String, Unsaid> {
+        let tilted = self.tilted && !motion.machine_coordinates && motion.programmed & 0b111 != 0;
         for axis in 0..9 {
-            if motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none() {
+            let lost = motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none();
+            if lost || tilted && motion.end_base.xyz().is_none() {
                 return Err(Unsaid::new(
                     "a point in a turned frame of which not all coordinates are known",
                     "program X, Y and Z in the first block behind the frame",
@@ -258,7 +261,9 @@ impl<W: Write> HeidenhainPost<W> {
 
     fn feed_text(&self, feed: f64) -> String {
         let decimals = self.out.settings.feed_decimals + if self.per_revolution { 3 } else { 0 };
-        self.out.above_zero(self.out.in_unit(feed), decimals)
+        // A TNC counts the feed of an inch program in tenths of an inch.
+        let tenths = if self.out.settings.inches { 10.0 } else { 1.0 };
+        self.out.above_zero(self.out.in_unit(feed) * tenths, decimals)
     }
 
     fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unsaid> {
@@ -351,6 +356,9 @@ impl<W: Write> HeidenhainPost<W> {
 
     fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
         let per_revolution = matches!(feed, Feed::PerRevolution(_));
+        if per_revolution && self.out.settings.inches {
+            return Err(Unsaid::new("a feed per revolution in inch", "write the program in mm"));
+        }
         if per_revolution != self.per_revolution {
             self.per_revolution = per_revolution;
             self.told_feed = None;
@@ -397,19 +405,30 @@ impl<W: Write> HeidenhainPost<W> {
     }
 
     fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
-        let number = match word.trim_start_matches("Q339=").parse::<u32>() {
-            Ok(number) if word.starts_with("Q339=") => number,
-            _ => match word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok()) {
-                Some(code @ 54..=59) => code - 53,
-                Some(code @ 505..=599) => code - 500,
-                _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59 or G505 to G599")),
-            },
+        let number = match offset_number(word) {
+            Some(number) => number,
+            None if word == "PRESET0" => 0,
+            None => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59 or G505 to G599")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);
         self.out.settings = settings;
         self.forget();
-        self.block(&format!("CYCL DEF 247 DATUM SETTING Q339=+{number}"))
+        self.block(&format!("CYCL DEF 247 DATUM SETTING Q339=+{number}"))?;
+        // A preset ends the datum shift; a frame that goes on is written again.
+        let above = std::mem::replace(&mut self.frames.above, Frame::IDENTITY);
+        self.shifted = false;
+        if above == Frame::IDENTITY {
+            return Ok(());
+        }
+        let total = self.frames.settable.then(&above);
+        let change = FrameChange {
+            word: word.to_owned(),
+            rotation: total.linear,
+            translation: total.translation,
+            rotary: total.rotary,
+        };
+        self.frame(&change)
     }
 
     fn frame(&mut self, change: &FrameChange) -> Result<(), Unsaid> {

@@ -6,7 +6,7 @@
 
 use std::io::Write;
 
-use super::format::{Frames, Lines, full_turns, one_line, speed};
+use super::format::{Frames, Lines, full_turns, offset_number, one_line, speed};
 use super::{Post, PostError, PostSettings, Unsaid};
 use crate::frame;
 use crate::settings::Dialect;
@@ -45,7 +45,7 @@ pub struct IsoPost<W> {
     selected: Option<ToolName>,
     pub(crate) frames: Frames,
     pub(crate) way: Way,
-    tilted: bool,
+    pub(crate) tilted: bool,
     shifted: bool,
     /// G53.1 has turned the tool upright on the tilted plane, and switched tool center point control on.
     swiveled: bool,
@@ -118,6 +118,7 @@ impl<W: Write> IsoPost<W> {
         if !self.begun {
             self.begin()?;
         }
+        self.frames.before_motion(op, &self.out.settings, "G54")?;
         match op {
             Op::Rapid(motion) if motion.programmed == 0 && motion.tool_axis.is_some() => self.swivel(motion),
             Op::Rapid(motion) => self.straight("G0", motion),
@@ -256,17 +257,12 @@ impl<W: Write> IsoPost<W> {
     }
 
     fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
-        let known = matches!(word, "G54" | "G55" | "G56" | "G57" | "G58" | "G59")
-            || word.starts_with("G54.1")
-            || self.dialect == Dialect::LinuxCnc && matches!(word, "G59.1" | "G59.2" | "G59.3");
-        let text = match word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok()) {
-            _ if known => word.to_owned(),
-            // G505 of an 840D is the fifth offset; G54 to G57 are the first four.
-            Some(code @ 505..=506) => format!("G{}", code - 505 + 58),
-            Some(code @ 507..=554) if self.dialect != Dialect::LinuxCnc => format!("G54.1 P{}", code - 506),
-            _ => {
-                return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59"));
-            }
+        let text = match (offset_number(word), self.dialect) {
+            (Some(number @ 1..=6), _) => format!("G{}", number + 53),
+            (Some(number @ 7..=9), Dialect::LinuxCnc) => format!("G59.{}", number - 6),
+            (Some(number), Dialect::Haas) if number <= 105 => format!("G154 P{}", number - 6),
+            (Some(number), Dialect::Fanuc) if number <= 306 => format!("G54.1 P{}", number - 6),
+            _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);

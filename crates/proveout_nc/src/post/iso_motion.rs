@@ -42,8 +42,10 @@ impl<W: Write> IsoPost<W> {
 
     /// Coordinates of a motion, `forced` axes also where they have not changed.
     fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) -> Result<(), Unsaid> {
+        let tilted = self.tilted && !motion.machine_coordinates && motion.programmed & 0b111 != 0;
         for axis in 0..9 {
-            if motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none() {
+            let lost = motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none();
+            if lost || tilted && motion.end_base.xyz().is_none() {
                 return Err(Unsaid::new(
                     "a point in a turned frame of which not all coordinates are known",
                     "program X, Y and Z in the first block behind the frame",
@@ -69,7 +71,7 @@ impl<W: Write> IsoPost<W> {
                 (self.written[axis], self.at[axis]) = (None, None);
             } else {
                 // What the control takes is the rounded value.
-                let unit = if axis >= 3 && axis < 6 {
+                let unit = if (3..6).contains(&axis) {
                     1f64.to_radians()
                 } else if self.out.settings.inches {
                     25.4

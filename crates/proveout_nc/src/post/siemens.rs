@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::format::{Lines, full_turns, radius_word};
+use super::format::{Lines, full_turns, offset_number, radius_word};
 use super::{Post, PostError, PostSettings, Unsaid, decimal};
 use crate::frame::{self, Frame};
 use crate::{
@@ -23,6 +23,7 @@ pub struct SiemensPost<W> {
     coolant: Coolant,
     tcp: Option<Tcp>,
     tool: Option<ToolName>,
+    selected: Option<ToolName>,
     pub(crate) settable: Frame,
     /// CYCLE800.
     pub(crate) swivel: Frame,
@@ -52,6 +53,7 @@ impl<W: Write> SiemensPost<W> {
             coolant: Coolant { flood: false, mist: false },
             tcp: None,
             tool: None,
+            selected: None,
             settable: Frame::IDENTITY,
             swivel: Frame::IDENTITY,
             waiting: None,
@@ -127,11 +129,16 @@ impl<W: Write> SiemensPost<W> {
                     _ => self.line(m),
                 }
             }
-            Op::Tool(ToolAction::Select(ToolName::Empty)) => self.line("T0"),
-            Op::Tool(ToolAction::Select(ToolName::Number(number))) => self.line(&format!("T{number}")),
-            Op::Tool(ToolAction::Select(ToolName::Name(name))) => self.line(&format!("T=\"{}\"", plain(name))),
+            Op::Tool(ToolAction::Select(tool)) => {
+                self.selected = Some(tool.clone());
+                self.line(&tool_word(tool))
+            }
             Op::Tool(ToolAction::Change(tool)) => {
-                self.tool = Some(tool.clone());
+                let selected = self.tool.replace(tool.clone());
+                let ready = self.selected.take().or(selected);
+                if ready.as_ref() != Some(tool) {
+                    self.line(&tool_word(tool))?;
+                }
                 self.line("M6")
             }
             Op::Plane(normal) => {
@@ -376,7 +383,8 @@ impl<W: Write> SiemensPost<W> {
                 ("G332", if inward == SpindleDirection::CounterClockwise { "-" } else { "" })
             }
         };
-        let words = self.motion_words(word, &thread.motion, 1 << axis);
+        let alone = Motion { programmed: 1 << axis, ..thread.motion.clone() };
+        let words = self.motion_words(word, &alone, 0);
         self.line(&format!("{words} {letter}{sign}{pitch}"))
     }
 }
@@ -400,17 +408,21 @@ fn is_swivel(motion: &Motion) -> bool {
     motion.programmed == 0 && motion.tool_axis.is_some_and(|axis| axis[2] > 1.0 - 1e-9)
 }
 
+fn tool_word(tool: &ToolName) -> String {
+    match tool {
+        ToolName::Empty => "T0".to_owned(),
+        ToolName::Number(number) => format!("T{number}"),
+        ToolName::Name(name) => format!("T=\"{}\"", plain(name)),
+    }
+}
+
 /// The word of a work offset on an 840D.
 fn offset_word(word: &str) -> Result<String, Unsaid> {
-    let code = word.strip_prefix('G').and_then(|n| n.parse::<u32>().ok());
-    match code {
-        Some(54..=57 | 500 | 505..=599) => Ok(word.to_owned()),
-        // The fifth and sixth offset.
-        Some(code @ 58..=59) => Ok(format!("G{}", code - 58 + 505)),
-        _ => match word.strip_prefix("G54.1 P").and_then(|n| n.parse::<u32>().ok()) {
-            Some(number @ 1..=93) => Ok(format!("G{}", 506 + number)),
-            _ => Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
-        },
+    match offset_number(word) {
+        _ if word == "G500" => Ok(word.to_owned()),
+        Some(number @ 1..=4) => Ok(format!("G{}", number + 53)),
+        Some(number @ 5..=99) => Ok(format!("G{}", number + 500)),
+        _ => Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
     }
 }
 

@@ -245,13 +245,12 @@ impl AptReader {
     fn tool_path(&mut self, source: &Source, st: &Statement) {
         let name =
             st.items.iter().skip(1).position(|i| Self::word(source, i) == "TOOL").and_then(|at| st.items.get(at + 2));
-        if let Some(name) = name.map(|i| unquoted(i.place.text(source)).to_owned()) {
-            if self.path_tool.as_deref() != Some(&name) {
-                if !self.loaded {
-                    self.pending_tool = Some(name.clone());
-                }
-                self.path_tool = Some(name);
+        let name = name.map(|i| unquoted(i.place.text(source)).to_owned());
+        if let Some(name) = name.filter(|name| self.path_tool.as_ref() != Some(name)) {
+            if !self.loaded {
+                self.pending_tool = Some(name.clone());
             }
+            self.path_tool = Some(name);
         }
         let operation = st.items.first().map_or("", |i| i.place.text(source));
         self.note(format!("TOOL PATH/{operation}"));

@@ -185,6 +185,37 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_table_of_the_readme_is_true() {
+        let readme = include_str!("../../../README.md");
+        let (_, section) = readme.split_once("## Coverage: APT CL").unwrap_or_default();
+        let (section, _) = section.split_once("\n## ").unwrap_or_default();
+        let row = |title: &str| section.lines().find(|l| l.starts_with(&format!("| **{title}**"))).unwrap_or_default();
+        let words = |text: &'static str| {
+            let quoted = text.split('`').skip(1).step_by(2).filter(|q| !q.contains(['/', ':', ',']));
+            quoted.flat_map(str::split_whitespace).collect::<Vec<_>>()
+        };
+        let noted = words(row("a note"));
+        assert!(noted.len() > 15, "{noted:?}");
+        for word in noted.into_iter().filter(|w| *w != "INSERT") {
+            assert_eq!(classify(word), Class::Note, "{word}");
+        }
+        // Words of single statements that are executed otherwise.
+        let minors = ["INSERT", "ORIGIN", "SPINDL", "SFM", "SMM", "ORIENT", "CYCLE", "CSINK", "THRU", "MANUAL"];
+        let refused = words(row("refused by name"));
+        assert!(refused.len() > 15, "{refused:?}");
+        for word in refused.into_iter().filter(|w| !minors.contains(w)) {
+            assert!(matches!(classify(word), Class::Refused(_)), "{word}");
+        }
+        for word in [
+            "GOTO", "FROM", "RAPID", "FEDRAT", "LOADTL", "SPINDL", "COOLNT", "CIRCLE", "CYCLE", "MULTAX", "UNITS",
+            "PPRINT", "GODLTA",
+        ] {
+            assert_eq!(classify(word), Class::Done);
+            assert!(section.contains(word), "{word}");
+        }
+    }
+
+    #[test]
     fn the_lists_are_sorted_and_apart() {
         let refused: Vec<&str> = REFUSED.iter().map(|(word, _)| *word).collect();
         for list in [&DONE[..], &NOTES[..], &refused[..]] {

@@ -3,33 +3,29 @@
 //! Words after HEIDENHAIN, *TNC 640 DIN/ISO programming*, "Overview of G functions": path functions are modal, I J K set the pole
 //! (as CC), R and H are polar radius and angle, `L1,3` repeats, `D00` to `D14` calculate and jump, `%NAME` calls a program.
 
-use std::sync::Arc;
-
-use super::interpreter::{Interpreter, Loaded};
 use super::lexer::{Lexer, refused, unknown};
-use super::statements;
 use super::words::{
     Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side,
     Statement, ToolCall, ToolRef, Value,
 };
+use super::{cycle_words, q_functions, statements};
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::source::Mark;
 
 /// A block of path functions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct DinBlock {
     /// Path function of this block, if it has one.
-    path: Option<u32>,
+    pub(crate) path: Option<u32>,
     /// G90 (false) or G91 (true).
-    incremental: Option<bool>,
+    pub(crate) incremental: Option<bool>,
     /// I, J, K.
-    pole: [Option<Value>; 3],
+    pub(crate) pole: [Option<Value>; 3],
     /// G29
-    pole_here: bool,
-    radius: Option<Value>,
-    angle: Option<Value>,
+    pub(crate) pole_here: bool,
+    pub(crate) radius: Option<Value>,
+    pub(crate) angle: Option<Value>,
 }
 
 /// Everything of a block before its meaning is known.
@@ -103,7 +99,12 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
     let (first, second) = (x.peek(), x.peek_at(1));
     if let Some(axis) = AxisValues::index(char::from(first)) {
         x.s.bump();
-        let value = x.need(start)?;
+        let value = if raw.g.iter().any(|(g, _)| *g == 28) {
+            // G28 names axes to mirror.
+            x.value()?.unwrap_or(Value::Number(0.0))
+        } else {
+            x.need(start)?
+        };
         if block.words.programmed >> axis & 1 == 1 {
             return Err(Fault::new(
                 codes::CONFLICT,
@@ -139,6 +140,13 @@ fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault
         (b'D', b'0'..=b'9') => {
             x.s.bump();
             let number = x.s.integer().unwrap_or(99);
+            if !matches!(number, 0..=16 | 19 | 20 | 29 | 37 | 38) {
+                return Err(refused(
+                    &format!("D{number:02}"),
+                    x.span_from(start),
+                    "assign the value to the Q parameter",
+                ));
+            }
             let target = if matches!(number, 0..=8 | 13) { x.param()? } else { None };
             raw.function = Some((number, target));
         }
@@ -383,7 +391,7 @@ fn special_function(
             _ => return Err(missing("L with the label")),
         },
         200..=299 => {
-            statements::known(code, &statements::CYCLES, at)?;
+            cycle_words::known(code, &cycle_words::CYCLES, at)?;
             Statement::Cycle { number: code, values: raw.settings }
         }
         14 | 20..=23 | 34 | 35 | 37 | 43 | 44 | 55..=59 | 74..=78 | 83..=89 | 120..=136 | 300..=499 => {
@@ -407,7 +415,7 @@ fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result
         0..=8 | 13 => {
             let target = target.ok_or_else(missing)?;
             let first = value(0)?;
-            statements::arithmetic(number, first, raw.values.get(1).copied())
+            q_functions::arithmetic(number, first, raw.values.get(1).copied())
                 .map(|formula| Statement::Assign(target, formula))
                 .ok_or_else(missing)
         }
@@ -423,90 +431,5 @@ fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result
         14 => Ok(Statement::Error(value(0)?)),
         15 | 16 | 19 | 20 | 29 | 37 | 38 => Ok(Statement::Note(format!("D{number:02}"))),
         _ => Err(refused(&format!("D{number:02}"), span, "assign the value to the Q parameter")),
-    }
-}
-
-impl Interpreter {
-    /// Executes a block of path functions.
-    pub(crate) fn din(
-        &mut self,
-        _loaded: &Arc<Loaded>,
-        _at: Mark,
-        din: &DinBlock,
-        block: &mut Block,
-    ) -> Result<(), Fault> {
-        let span = block.span;
-        if let Some(incremental) = din.incremental {
-            self.state.incremental = incremental;
-        }
-        if let Some(path) = din.path {
-            self.state.din_path = path;
-        }
-        let [u, v, _] = self.state.plane_axes();
-        if din.pole_here {
-            self.state.pole = Some(self.flat(span)?);
-        }
-        if din.pole.iter().any(Option::is_some) {
-            let mut pole = self.state.pole.unwrap_or_default();
-            for (slot, axis) in pole.iter_mut().zip([u, v]) {
-                let Some(value) = din.pole[axis] else { continue };
-                let value = self.variables.value(value, span)? * self.state.unit();
-                *slot = if self.state.incremental {
-                    let now = self.flat(span)?;
-                    value + now[usize::from(axis == v)]
-                } else {
-                    value
-                };
-            }
-            self.state.pole = Some(pole);
-        }
-        let moves = block.words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
-        let arc = matches!(self.state.din_path, 2 | 3 | 5);
-        let full = arc && din.path.is_some() && din.pole.iter().any(Option::is_some);
-        let path = if moves || full { self.din_path_of(din, block, span)? } else { Path::Nothing };
-        self.path(path, &block.words, span)
-    }
-
-    fn din_path_of(&mut self, din: &DinBlock, block: &mut Block, span: Span) -> Result<Path, Fault> {
-        let w = &mut block.words;
-        let code = self.state.din_path;
-        match code {
-            2 | 12 => self.state.din_clockwise = Some(true),
-            3 | 13 => self.state.din_clockwise = Some(false),
-            _ => {}
-        }
-        let polar = |value: Value| Coordinate { value, reference: Reference::Modal };
-        if matches!(code, 2 | 3 | 5 | 12 | 13 | 15) {
-            w.clockwise = self.state.din_clockwise;
-        }
-        if matches!(code, 0 | 10) {
-            w.feed = Some(FeedWord::Max);
-        }
-        let has_polar = din.radius.is_some() || din.angle.is_some();
-        Ok(match code {
-            0 | 1 if !has_polar => Path::Line,
-            2 | 3 | 5 if din.angle.is_none() => match din.radius {
-                Some(radius) => {
-                    w.radius = Some(radius);
-                    Path::Radius
-                }
-                None => Path::Arc,
-            },
-            6 if !has_polar => Path::Tangent,
-            10 | 11 | 16 => {
-                w.polar_radius = din.radius.map(polar);
-                w.polar_angle = din.angle.map(polar);
-                if code == 16 { Path::PolarTangent } else { Path::PolarLine }
-            }
-            12 | 13 | 15 => {
-                w.polar_angle = din.angle.map(polar);
-                w.polar_radius = din.radius.map(polar);
-                Path::PolarArc
-            }
-            _ => {
-                return Err(Fault::new(codes::CONFLICT, span, format!("R or H stands with G{code:02}"))
-                    .help("write G10, G11, G12, G13, G15 or G16 for polar coordinates"));
-            }
-        })
     }
 }

@@ -48,7 +48,7 @@ impl Interpreter {
                 let repeat = repeat.map(|value| self.variables.value(value, span)).transpose()?;
                 self.call_label(loaded, at, &label, repeat, span)
             }
-            Statement::Din(din) => self.din(loaded, at, &din, block),
+            Statement::Din(din) => self.din(&din, block),
             other => {
                 self.settle_contour(span)?;
                 self.settled(other, block)
@@ -157,6 +157,10 @@ impl Interpreter {
             ToolRef::Text(param) => ToolName::Name(self.variables.text(*param, span)?.to_owned()),
             ToolRef::Number(value) => {
                 let number = self.variables.value(*value, span)?;
+                if number > 0.0 && (number * 10.0).fract() == 0.0 && number.fract() != 0.0 {
+                    // `TOOL CALL 5.2`: an index of the tool table, a tool of its own.
+                    return Ok(ToolName::Name(format!("{number}")));
+                }
                 if !(0.0..=4_294_967_295.0).contains(&number) || number.fract() != 0.0 {
                     return Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is no tool number"))
                         .help("write a whole number"));

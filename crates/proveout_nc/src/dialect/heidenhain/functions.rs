@@ -10,9 +10,16 @@ use crate::diagnostic::{Fault, Span};
 use crate::frame::add_scaled;
 use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
 
+/// Code of an `M` without a number.
+pub(crate) const NOTHING: u32 = u32::MAX;
+
 /// Reads the number behind an `M` that began at `start`, and the words that belong to the function.
 pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     x.blanks();
+    if x.s.at_end() || x.peek().is_ascii_alphabetic() {
+        // `M` alone, as older controls write a block without functions.
+        return Ok(MWord { code: NOTHING, value: None, max: false, feed: None, axes: 0, span: x.span_from(start) });
+    }
     let Some(code) = x.s.integer() else {
         return Err(Fault::new(codes::MISSING_VALUE, x.span_from(start), "`M` has no number").help("write M3"));
     };
@@ -40,11 +47,7 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
                 x.need(at)?;
             }
         }
-        120 => {
-            if x.prefix("LA") {
-                m.value = Some(x.need(start)?);
-            }
-        }
+        120 if x.prefix("LA") => m.value = Some(x.need(start)?),
         112 | 124 => {
             while {
                 x.blanks();
@@ -120,8 +123,10 @@ impl Interpreter {
                 126 => self.state.shortest = true,
                 128 => {
                     if let Some(feed) = m.feed {
-                        let feed = self.feed_of(feed, m.span)?;
-                        self.note(format!("M128 feed of the compensating motions: {feed:?}"));
+                        // It bounds the compensating motions of the linear axes, which the machine's limits bound too.
+                        if let Some(crate::Feed::PerTime(feed)) = self.feed_of(feed, m.span)? {
+                            self.note(format!("M128 F{}", (feed * 60.0 * 1e6).round() / 1e6));
+                        }
                     }
                     self.state.spatial = false;
                     self.state.interpolation = crate::OrientationInterpolation::Axes;
@@ -133,6 +138,12 @@ impl Interpreter {
                     }
                     self.state.per_revolution = true;
                     self.state.feed = None;
+                }
+                137 => {
+                    if self.state.per_revolution {
+                        self.state.feed = None;
+                    }
+                    self.state.per_revolution = false;
                 }
                 140 => {
                     let distance = match m.value {
@@ -147,7 +158,7 @@ impl Interpreter {
                     self.position.forget(axes & super::motion::ROTARY);
                     self.note("M94");
                 }
-                0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | 137 => {}
+                0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | NOTHING => {}
                 code => self.note(format!("M{code}")),
             }
         }
@@ -166,10 +177,6 @@ impl Interpreter {
                 }
                 127 => self.state.shortest = false,
                 129 => self.set_tcpm(false),
-                137 => {
-                    self.state.per_revolution = false;
-                    self.state.feed = None;
-                }
                 _ => {}
             }
         }
@@ -231,8 +238,11 @@ impl Interpreter {
             self.tell_feed();
         }
         let known = self.position.base.xyz().zip(self.position.work.xyz());
+        // The tool stands along the tool axis of the plane, or upright where nothing has inclined it.
+        let upright = !self.state.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
+        let axis_known = !self.state.tcpm && (self.state.frames.tilted() || upright);
         match (distance, known) {
-            (Some(distance), Some((_, point))) if !self.state.tcpm => {
+            (Some(distance), Some((_, point))) if axis_known => {
                 let mut axis = [0.0; 3];
                 axis[self.state.normal] = 1.0;
                 let mut goal = super::motion::Goal { end: self.position.work, programmed: 0, tool_axis: None };

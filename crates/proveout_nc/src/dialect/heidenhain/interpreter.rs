@@ -83,6 +83,8 @@ struct Level {
     program: bool,
     /// Repetitions still to do, by the place of their CALL LBL block.
     repetitions: BTreeMap<usize, u64>,
+    /// Unit of the calling program.
+    inch: bool,
 }
 
 #[derive(Debug)]
@@ -91,7 +93,8 @@ pub(crate) struct Interpreter {
     folders: Vec<PathBuf>,
     files: BTreeMap<PathBuf, Arc<Loaded>>,
     stack: Vec<Level>,
-    block: Block,
+    /// Boxed, because it is taken out for every block.
+    block: Option<Box<Block>>,
     buffer: String,
     pub(crate) queue: VecDeque<Command>,
     pub(crate) location: Location,
@@ -118,12 +121,12 @@ impl Interpreter {
     ) -> Result<Self, Diagnostics> {
         let loaded = Arc::new(Loaded::new(source, dialect == Dialect::HeidenhainIso)?);
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
-        let level = Level { loaded, cursor: Mark::START, program: true, repetitions: BTreeMap::new() };
+        let level = Level { loaded, cursor: Mark::START, program: true, repetitions: BTreeMap::new(), inch: false };
         Ok(Self {
             folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
             files: BTreeMap::new(),
             stack: vec![level],
-            block: Block::default(),
+            block: None,
             buffer: String::new(),
             queue: VecDeque::new(),
             location,
@@ -170,19 +173,19 @@ impl Interpreter {
         let at = level.cursor;
         let loaded = Arc::clone(&level.loaded);
         let mut buffer = std::mem::take(&mut self.buffer);
-        let mut block = std::mem::take(&mut self.block);
+        let mut block = self.block.take().unwrap_or_default();
         let result = match text::block(&loaded.source, at, &mut buffer) {
             None => self.end_of_text().map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, ""))),
             Some(found) => {
                 if let Some(level) = self.stack.last_mut() {
                     level.cursor = found.next;
                 }
-                self.run(&loaded, found.text, at, &mut block)
+                self.run(&loaded, &found, at, &mut block)
                     .map_err(|fault| Box::new(text::locate(fault, &loaded.source, at, found.text)))
             }
         };
         self.buffer = buffer;
-        self.block = block;
+        self.block = Some(block);
         result
     }
 
@@ -207,14 +210,17 @@ impl Interpreter {
             self.stack.pop();
         }
         if self.stack.len() > 1 {
-            self.stack.pop();
+            if let Some(level) = self.stack.pop() {
+                self.state.inch = level.inch;
+            }
             self.variables.leave();
         } else {
             self.end_of_program();
         }
     }
 
-    fn run(&mut self, loaded: &Arc<Loaded>, text: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
+    fn run(&mut self, loaded: &Arc<Loaded>, found: &text::Text<'_>, at: Mark, block: &mut Block) -> Result<(), Fault> {
+        let text = found.text;
         self.din_now = loaded.din;
         if loaded.din {
             din::parse(text, block)?
@@ -224,11 +230,14 @@ impl Interpreter {
         if block.statement == Statement::Empty || block.skip && self.settings.skipped_levels & 1 == 1 {
             return Ok(());
         }
-        let first = text.split('\n').next().unwrap_or(text);
+        // The place of a joined block is that of its first line.
+        let first = if found.joined { text.split('\n').next().unwrap_or(text) } else { text };
         let (column, length) = column_and_length(first, block.span);
         let depth = self.stack.len().saturating_sub(1) as u32;
         // What an earlier block left open is told with the place of that block.
-        if self.state.pending_cycle.is_some() && !matches!(block.statement, Statement::OldCycle { part: 1.., .. }) {
+        if self.state.pending_cycle.is_some()
+            && !matches!(block.statement, Statement::OldCycle { part: 1.., .. } | Statement::OldCycleProgram(_))
+        {
             self.finish_old_cycle()?;
         }
         if Arc::ptr_eq(&self.location.file, &loaded.source.name) {
@@ -304,8 +313,13 @@ impl Interpreter {
         let target = Self::label_target(loaded, &self.key(label, span)?, span)?;
         let Some(repeat) = repeat else {
             self.room(span)?;
-            let level =
-                Level { loaded: Arc::clone(loaded), cursor: target, program: false, repetitions: BTreeMap::new() };
+            let level = Level {
+                loaded: Arc::clone(loaded),
+                cursor: target,
+                program: false,
+                repetitions: BTreeMap::new(),
+                inch: self.state.inch,
+            };
             self.stack.push(level);
             return Ok(());
         };
@@ -374,7 +388,13 @@ impl Interpreter {
         let loaded = self.find_program(name, span)?;
         self.room(span)?;
         self.variables.enter();
-        self.stack.push(Level { loaded, cursor: Mark::START, program: true, repetitions: BTreeMap::new() });
+        self.stack.push(Level {
+            loaded,
+            cursor: Mark::START,
+            program: true,
+            repetitions: BTreeMap::new(),
+            inch: self.state.inch,
+        });
         Ok(())
     }
 
@@ -422,7 +442,7 @@ impl Iterator for Interpreter {
         loop {
             // The last motion of a contour is held back until its corner is known.
             let held = self.state.held && !self.done;
-            let waits = self.state.approach.is_some() && !self.done;
+            let waits = (self.state.approach.is_some() || self.state.corner.is_some()) && !self.done;
             if !waits && self.queue.len() > usize::from(held) {
                 return self.queue.pop_front().map(Ok);
             }

@@ -197,10 +197,12 @@ impl<'a> Lexer<'a> {
 
     /// Feed behind the `F` that was taken at `start`.
     pub(crate) fn feed(&mut self, start: usize) -> Result<FeedWord, Fault> {
-        if self.word("MAX") {
+        self.blanks();
+        let timed = self.at("MAXT") && !matches!(self.peek_at(4), b'X' | b'Y' | b'Z');
+        if !timed && self.prefix("MAX") {
             return Ok(FeedWord::Max);
         }
-        if self.word("AUTO") {
+        if self.prefix("AUTO") {
             return Ok(FeedWord::Auto);
         }
         if self.at("U") && !self.peek_at(1).is_ascii_alphabetic() || self.at("UQ") {

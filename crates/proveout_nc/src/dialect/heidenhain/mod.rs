@@ -1,8 +1,9 @@
 //! Heidenhain TNC: Klartext and DIN/ISO.
 //!
-//! Text runs through [`text`] (lines to blocks), [`parser`] (Klartext; [`statements`], [`plane_words`], [`expr`] for its parts) or
+//! Text runs through [`text`] (lines to blocks), [`parser`] (Klartext; [`statements`], [`cycle_words`], [`plane_words`],
+//! [`q_functions`], [`expr`] for its parts) or
 //! [`din`] (DIN/ISO) into the words of [`words`], and [`interpreter`] (labels, jumps, program calls), which executes paths in
-//! [`motion`], [`circle`], [`corner`] and [`approach`], everything else in [`execute`], [`functions`], [`frames`], [`plane`],
+//! [`motion`], [`positioning`], [`circle`], [`corner`] and [`approach`], everything else in [`execute`], [`functions`], [`frames`], [`plane`],
 //! [`cycle`], [`drilling`] and [`pattern`].
 //!
 //! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining cycles* (34059x), and the
@@ -12,7 +13,9 @@ mod approach;
 mod circle;
 mod corner;
 mod cycle;
+mod cycle_words;
 mod din;
+mod din_path;
 mod drilling;
 mod execute;
 mod expr;
@@ -25,6 +28,8 @@ mod parser;
 mod pattern;
 mod plane;
 mod plane_words;
+mod positioning;
+mod q_functions;
 mod state;
 mod statements;
 mod text;

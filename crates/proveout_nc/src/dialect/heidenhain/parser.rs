@@ -183,6 +183,15 @@ pub(crate) fn path_words(x: &mut Lexer<'_>, block: &mut Block, path: Path) -> Re
     }
 }
 
+/// A word without a value, as older controls write it: `L X+10 R F M`.
+fn empty(x: &Lexer<'_>) -> bool {
+    let mut probe = x.clone();
+    matches!(probe.s.peek(), b' ' | b'\t' | b'\n' | 0) && {
+        probe.blanks();
+        probe.s.at_end() || matches!(probe.peek(), b'F' | b'M') && !probe.at("MAX")
+    }
+}
+
 /// Index of an axis letter.
 fn axis(byte: u8) -> Option<usize> {
     Some(match byte {
@@ -265,6 +274,9 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
         (b'R', _) => radius_word(x, words, path, start),
         (b'F', _) => {
             x.s.bump();
+            if empty(x) && x.peek() != 0 {
+                return Ok(());
+            }
             let feed = x.feed(start)?;
             set(&mut words.feed, feed, "F", x.span_from(start))
         }
@@ -301,9 +313,10 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
 fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -> Result<(), Fault> {
     x.s.bump();
     let next = x.peek();
-    if matches!(next, b'L' | b'R') && !x.peek_at(1).is_ascii_alphabetic()
-        || matches!(next, b'L' | b'R') && matches!(x.peek_at(1), b'F' | b'M')
-    {
+    if empty(x) && matches!(path, Path::Line | Path::Arc | Path::PolarLine | Path::PolarArc | Path::Tangent) {
+        return Ok(());
+    }
+    if matches!(next, b'L' | b'R') {
         x.s.bump();
         let side = if next == b'L' { Side::Left } else { Side::Right };
         return set(&mut words.side, side, "radius compensation", x.span_from(start));

@@ -39,6 +39,8 @@ pub(crate) struct State {
     pub(crate) spatial: bool,
     pub(crate) interpolation: OrientationInterpolation,
     pub(crate) told_tcp: Option<Tcp>,
+    /// A rotary axis or the tool axis was programmed, so that the tool may stand inclined.
+    pub(crate) inclined: bool,
     /// M126
     pub(crate) shortest: bool,
     /// Last positioning block had FMAX.
@@ -93,6 +95,7 @@ impl State {
             spatial: false,
             interpolation: OrientationInterpolation::Axes,
             told_tcp: None,
+            inclined: false,
             shortest: false,
             rapid_before: false,
             held: false,

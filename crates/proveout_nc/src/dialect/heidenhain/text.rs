@@ -12,6 +12,8 @@ pub(crate) struct Text<'a> {
     /// The line itself, or the joined lines of `buffer`.
     pub(crate) text: &'a str,
     pub(crate) next: Mark,
+    /// The block has several lines.
+    pub(crate) joined: bool,
 }
 
 fn continued(line: &str) -> bool {
@@ -46,14 +48,15 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
         && matches!(line.as_bytes().iter().find(|b| b.is_ascii_alphabetic()), Some(b'C' | b'c'))
         && open_cycle(line);
     if !joins && !cycle {
-        return Some(Text { text: line, next });
+        return Some(Text { text: line, next, joined: false });
     }
     buffer.clear();
     buffer.push_str(line);
     let mut more = joins;
     while buffer.len() < MAX_BLOCK_BYTES {
         let Some((line, after)) = source.line(next) else { break };
-        if !more && !(cycle && parameter_line(line)) {
+        let belongs = more || cycle && parameter_line(line);
+        if !belongs {
             break;
         }
         buffer.push('\n');
@@ -61,7 +64,7 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
         next = after;
         more = continued(line);
     }
-    Some(Text { text: buffer, next })
+    Some(Text { text: buffer, next, joined: true })
 }
 
 /// Line of the block, counted from its first, and the span in it.

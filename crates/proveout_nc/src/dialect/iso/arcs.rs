@@ -1,4 +1,4 @@
-//! G2 and G3: centers (I J K), radius (R), helices, several turns (P of LinuxCNC).
+//! G2 and G3: centers (I J K), radius (R), helices, several turns (P of `LinuxCNC`).
 
 use std::f64::consts::TAU;
 

@@ -2,7 +2,7 @@
 //!
 //! Order within a block, whatever the order of the words: modal words, macro call, feed, speed, tool, functions before the
 //! motion, dwell, compensation and length, work offset, path mode, rotation and plane, words that act once, motion, functions
-//! behind it (on a LinuxCNC only the stops), subprogram call, end of program.
+//! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
 
 use super::calls::whole;
 use super::interpreter::Interpreter;
@@ -170,6 +170,7 @@ impl Interpreter {
             }
         }
         if p.has_m(2) || p.has_m(30) {
+            self.nothing_held(span)?;
             self.end_of_program();
         }
         if self.modal.feed_mode == FeedMode::InverseTime {
@@ -253,7 +254,7 @@ impl Interpreter {
         }
     }
 
-    /// G4. Fanuc: P in milliseconds, X or U in seconds; Haas: P in milliseconds, with a decimal point in seconds; LinuxCNC: P
+    /// G4. Fanuc: P in milliseconds, X or U in seconds; Haas: P in milliseconds, with a decimal point in seconds; `LinuxCNC`: P
     /// in seconds.
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
@@ -272,7 +273,7 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
                 .help("write G4 in a block of its own"));
         }
-        if !(seconds >= 0.0) {
+        if seconds.is_nan() || seconds < 0.0 {
             return Err(Fault::new(codes::BAD_VALUE, span, "the dwell must not be negative").help("write G4 P500"));
         }
         self.emit(Op::Dwell(Dwell::Seconds(seconds)));

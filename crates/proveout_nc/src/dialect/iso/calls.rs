@@ -1,6 +1,6 @@
 //! Subprograms and macros: M98 M97 M99, G65 G66 G67, O CALL.
 //!
-//! Sources: Fanuc, *Custom macro B* (argument specification I and II); LinuxCNC, *O codes*; Haas, *M97, M98*.
+//! Sources: Fanuc, *Custom macro B* (argument specification I and II); `LinuxCNC`, *O codes*; Haas, *M97, M98*.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -8,8 +8,8 @@
 //!   depth Z        ___________v
 //! ```
 //!
-//! Sources: Fanuc, *Series 30i operator's manual*, "Canned cycle for drilling"; Haas, *Mill operator's manual*; LinuxCNC,
-//! *G-code reference*, "Canned cycles". With G91, R counts from the initial level and Z from R; on a LinuxCNC R counts from
+//! Sources: Fanuc, *Series 30i operator's manual*, "Canned cycle for drilling"; Haas, *Mill operator's manual*; `LinuxCNC`,
+//! *G-code reference*, "Canned cycles". With G91, R counts from the initial level and Z from R; on a `LinuxCNC` R counts from
 //! where the tool stands.
 
 use super::block::g_name;
@@ -95,10 +95,10 @@ impl Interpreter {
     fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         let normal = self.modal.normal;
         if p.any_free(&[AXES[normal]]) {
-            self.cycle.z = self.length_of(p, AXES[normal]);
+            self.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
         }
         if p.any_free(b"R") {
-            self.cycle.r = self.length_of(p, b'R');
+            self.cycle.r = self.length_of(p, b'R').map(|r| (r, self.modal.incremental));
         }
         if p.any_free(b"Q") {
             self.cycle.q = self.length_of(p, b'Q');
@@ -145,19 +145,18 @@ impl Interpreter {
         };
         let z = self.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
         let r = self.cycle.r.ok_or_else(|| missing('R'))?;
-        let levels = if self.modal.incremental {
-            let reference = reference.ok_or_else(|| {
-                Fault::new(
-                    codes::POSITION_UNKNOWN,
-                    span,
-                    format!("{name} with G91 needs the level of the tool, which the program has not set"),
-                )
-                .help("program Z before the cycle")
-            })?;
-            Levels { initial: self.cycle.initial, r: reference + r, depth: reference + r + z }
+        // LinuxCNC reads the stored numbers as G90 or G91 says now, the others as it said where they stood.
+        let linuxcnc = self.flavor.is_linuxcnc();
+        let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };
+        let level = if incremental(r) {
+            let message = format!("{name} with G91 needs the level of the tool, which the program has not set");
+            let unknown = Fault::new(codes::POSITION_UNKNOWN, span, message).help("program Z before the cycle");
+            reference.ok_or(unknown)? + r.0
         } else {
-            Levels { initial: self.cycle.initial, r, depth: z }
+            r.0
         };
+        let depth = if incremental(z) { level + z.0 } else { z.0 };
+        let levels = Levels { initial: self.cycle.initial, r: level, depth };
         let back = matches!(code, 770 | 870);
         if (levels.depth > levels.r) != back && levels.depth != levels.r
             || !levels.depth.is_finite()
@@ -245,7 +244,8 @@ impl Interpreter {
             let depth = if last { levels.depth } else { levels.r - reached };
             self.along(depth, false, span)?;
             if last {
-                self.wait(self.cycle.p);
+                // The peck cycles of LinuxCNC take no P.
+                self.wait(self.cycle.p.filter(|_| !self.flavor.is_linuxcnc()));
                 return Ok(());
             }
             if code == 730 {
@@ -403,11 +403,12 @@ impl Interpreter {
     }
 
     fn cycle_motion(&mut self, end: AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
-        if !rapid {
-            self.need_feed(programmed, span)?;
+        if rapid {
+            return self.rapid(end, programmed, false, span);
         }
+        self.need_feed(programmed, span)?;
         let motion = self.complete(end, programmed, false, span)?;
-        self.go(motion, rapid);
+        self.go(motion, false);
         Ok(())
     }
 }

@@ -7,7 +7,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
-/// LinuxCNC takes values nearer than this as equal (TOLERANCE_EQUAL of its interpreter).
+/// `LinuxCNC` takes values nearer than this as equal (`TOLERANCE_EQUAL` of its interpreter).
 const LINUXCNC_EQUAL: f64 = 1e-4;
 
 impl Interpreter {

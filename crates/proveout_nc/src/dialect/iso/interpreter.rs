@@ -68,7 +68,7 @@ pub(crate) struct Interpreter {
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
     pub(crate) variables: Variables,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
-    /// Rotations of work offsets (LinuxCNC), degrees.
+    /// Rotations of work offsets (`LinuxCNC`), degrees.
     pub(crate) turns: BTreeMap<String, f64>,
     /// Tool lengths that the program writes itself: geometry and wear, mm.
     pub(crate) lengths: BTreeMap<u32, (Option<f64>, f64)>,
@@ -80,6 +80,8 @@ pub(crate) struct Interpreter {
     pub(crate) technology: Technology,
     pub(crate) position: Position,
     pub(crate) cycle: CycleValues,
+    /// Coordinates of a rapid motion on a tilted plane that waits for the rest of its end.
+    pub(crate) held: crate::AxisValues,
     /// Control vector at the end of the last G5, for the next one.
     pub(crate) spline_end: Option<[f64; 2]>,
     pub(crate) modal_macro: Option<MacroCall>,
@@ -90,8 +92,8 @@ pub(crate) struct Interpreter {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
-    /// Reference points that a note has named.
-    pub(crate) noted_references: bool,
+    /// First parameter of the reference points that a note has named.
+    pub(crate) noted_references: Vec<u32>,
 }
 
 impl Interpreter {
@@ -139,13 +141,14 @@ impl Interpreter {
             technology: Technology::new(),
             position: Position::new(),
             cycle: CycleValues::default(),
+            held: crate::AxisValues::NONE,
             spline_end: None,
             modal_macro: None,
             moved_in_block: false,
             sequence: 0,
             started: false,
             noted_integers: false,
-            noted_references: false,
+            noted_references: Vec::new(),
             settings: settings.clone(),
         };
         interpreter.load_offset("G54");

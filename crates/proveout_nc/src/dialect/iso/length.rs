@@ -63,7 +63,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Number of the offset: H, else the one before, on a LinuxCNC the tool in the spindle.
+    /// Number of the offset: H, else the one before, on a `LinuxCNC` the tool in the spindle.
     fn length_number(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         if p.has(b'H') {
             return self.offset_number(p, b'H', span);
@@ -125,9 +125,8 @@ impl Interpreter {
         }
         self.modal.frames.length = shift;
         if edge(before) != edge(length) {
-            // The tool stands still and its tip is now another point.
-            let turned = self.modal.in_table() || self.position.frame().is_rotated();
-            self.position.forget(if turned { LINEAR } else { 0b100 });
+            // The tool stands still and its tip is now another point along it.
+            self.position.forget(if self.modal.in_table() { LINEAR } else { 0b100 });
         }
         self.begin();
         self.frames_changed("G43");
@@ -269,7 +268,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G10 L1 P Z R of LinuxCNC.
+    /// G10 L1 P Z R of `LinuxCNC`.
     pub(crate) fn write_tool_table(&mut self, number: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if let Some(radius) = self.length_of(p, b'R') {
             self.radii.insert(number, (Some(radius), 0.0));

@@ -8,7 +8,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Motion, Offset, Op};
 
-/// Numbers of the parameters that hold the reference points of G28 and G30 (LinuxCNC; the settings give them for the others).
+/// Numbers of the parameters that hold the reference points of G28 and G30 (`LinuxCNC`; the settings give them for the others).
 const FIRST_REFERENCE: u32 = 5161;
 const SECOND_REFERENCE: u32 = 5181;
 
@@ -74,6 +74,7 @@ impl Interpreter {
             let value = if rotary { p.take(letter).map(f64::to_radians) } else { self.length_of(p, letter) };
             end.put(axis, value.unwrap_or(0.0));
         }
+        self.nothing_held(span)?;
         self.begin_motion();
         if !rapid {
             self.need_feed(axes, span)?;
@@ -117,6 +118,7 @@ impl Interpreter {
                 .help("program the point with G53"));
         }
         let mut axes = p.axes();
+        self.nothing_held(span)?;
         self.begin_motion();
         if axes == 0 {
             if self.flavor == super::flavor::Flavor::Fanuc {
@@ -146,7 +148,8 @@ impl Interpreter {
             let value = value.unwrap_or(0.0);
             end.put(axis, if (3..6).contains(&axis) { value.to_radians() } else { value });
         }
-        if !given && !std::mem::replace(&mut self.noted_references, true) {
+        if !given && !self.noted_references.contains(&first) {
+            self.noted_references.push(first);
             self.note(format!(
                 "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
             ));

@@ -12,7 +12,7 @@ pub(crate) enum MotionMode {
     CounterClockwise,
     /// G33
     Thread,
-    /// G5, G5.1 of LinuxCNC.
+    /// G5, G5.1 of `LinuxCNC`.
     Spline,
     /// G38.2 to G38.5: the code times ten. The mode holds for one block.
     Probe,
@@ -47,7 +47,7 @@ fn shifted(shift: &Shift) -> Frame {
 ///
 /// ```text
 /// Fanuc, Haas  base = length * external * G54 * G92 * G52 * plane (G68.2, G254) * rotation (G68) * mirror * work
-/// LinuxCNC     base = length * G54 * rotation (G10 L2 R) * G92 * work
+/// `LinuxCNC`     base = length * G54 * rotation (G10 L2 R) * G92 * work
 /// ```
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
@@ -56,7 +56,7 @@ pub(crate) struct Frames {
     /// G10 L2 P0.
     pub(crate) external: Shift,
     pub(crate) settable: Shift,
-    /// Rotation of the work offset, degrees (LinuxCNC, G10 L2 R).
+    /// Rotation of the work offset, degrees (`LinuxCNC`, G10 L2 R).
     pub(crate) turn: f64,
     /// G92.
     pub(crate) shift: Shift,
@@ -101,7 +101,7 @@ impl Frames {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Modal {
-    /// None where no motion word is in force: at the start, on a LinuxCNC behind G80.
+    /// None where no motion word is in force: at the start, on a `LinuxCNC` behind G80.
     pub(crate) motion: Option<MotionMode>,
     /// Code of the motion or probing word, times ten.
     pub(crate) motion_code: u32,
@@ -200,9 +200,9 @@ impl Modal {
 /// Values of a drilling cycle that stay in force with it: mm, seconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CycleValues {
-    /// Word Z (depth), as programmed, mm.
-    pub(crate) z: Option<f64>,
-    pub(crate) r: Option<f64>,
+    /// Words Z (depth) and R as programmed, mm, and whether under G91.
+    pub(crate) z: Option<(f64, bool)>,
+    pub(crate) r: Option<(f64, bool)>,
     pub(crate) q: Option<f64>,
     pub(crate) p: Option<f64>,
     /// I, J, K of peck drilling (Haas) or of the shift of boring.

@@ -74,6 +74,9 @@ impl Interpreter {
         }
         let exact_stop = p.g(Group::ExactStop).is_some();
         self.surface_speed(end.get(0), span)?;
+        if rapid && vector.is_none() {
+            return self.rapid(end, programmed, exact_stop, span);
+        }
         if !rapid {
             self.need_feed(if vector.is_some() { LINEAR } else { programmed }, span)?;
         }
@@ -183,6 +186,53 @@ impl Interpreter {
         Ok(axes | 1 << u | 1 << v)
     }
 
+    /// A rapid motion. On a tilted plane programs position X and Y first, and Z behind the tool length: with Z unknown the
+    /// place in base coordinates is not defined yet. The motion is held back and made together with the one that tells the
+    /// rest.
+    pub(crate) fn rapid(
+        &mut self,
+        mut end: AxisValues,
+        mut programmed: u16,
+        exact_stop: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        for axis in 0..3 {
+            if let Some(value) = self.held.get(axis)
+                && programmed >> axis & 1 == 0
+            {
+                end.put(axis, value);
+                programmed |= 1 << axis;
+            }
+        }
+        let tilted = matches!(self.modal.plane, Plane::Engaged | Plane::Dynamic);
+        if tilted && programmed & LINEAR != 0 && end.xyz().is_none() {
+            for axis in 0..3 {
+                if let Some(value) = end.get(axis).filter(|_| programmed >> axis & 1 == 1) {
+                    self.held.put(axis, value);
+                }
+            }
+            self.note("the rapid motion is made together with the next one, which tells the rest of the position on the plane");
+            return Ok(());
+        }
+        self.held = AxisValues::NONE;
+        let motion = self.complete(end, programmed, exact_stop, span)?;
+        self.go(motion, true);
+        Ok(())
+    }
+
+    /// A rapid motion that was held back has never been made.
+    pub(crate) fn nothing_held(&self, span: Span) -> Result<(), Fault> {
+        if self.held.is_empty() {
+            return Ok(());
+        }
+        let letters: String = self.held.iter().map(|(letter, _)| letter).collect();
+        let message = format!(
+            "the rapid motion of {letters} on the tilted plane has no known end: the other coordinates are not set"
+        );
+        Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
+            .help("program X, Y and Z by rapid motions on the plane first"))
+    }
+
     /// Base coordinates of the end of a motion.
     pub(crate) fn complete(
         &self,
@@ -191,6 +241,7 @@ impl Interpreter {
         exact_stop: bool,
         span: Span,
     ) -> Result<Motion, Fault> {
+        self.nothing_held(span)?;
         let end_base = self.position.base_of(&end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
         Ok(Motion {
             end,
@@ -210,7 +261,7 @@ impl Interpreter {
         })
     }
 
-    /// G33 and G33.1: LinuxCNC with the pitch in K, Fanuc in F.
+    /// G33 and G33.1: `LinuxCNC` with the pitch in K, Fanuc in F.
     fn thread(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let letter = if self.flavor.is_linuxcnc() { b'K' } else { b'F' };
         let pitch = p.take(letter).map(|v| v * self.modal.unit());

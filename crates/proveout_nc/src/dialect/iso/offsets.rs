@@ -254,7 +254,7 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G10 L20 of LinuxCNC: the offset under which the tool stands at these coordinates.
+    /// G10 L20 of `LinuxCNC`: the offset under which the tool stands at these coordinates.
     fn offset_from_position(&mut self, number: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let values = self.shift_values(p, "G10 L20", span)?;
         let word = match number {

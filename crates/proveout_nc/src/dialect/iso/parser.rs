@@ -106,7 +106,7 @@ pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Resul
             }
             b'/' if first && block.skip.is_none() && block.number.is_none() => {
                 s.bump();
-                block.skip = Some(if matches!(s.peek(), b'0'..=b'9') {
+                block.skip = Some(if s.peek().is_ascii_digit() {
                     let level = s.peek() - b'0';
                     s.bump();
                     level

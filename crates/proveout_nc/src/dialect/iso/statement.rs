@@ -1,4 +1,4 @@
-//! Control structures: O words of LinuxCNC, macro B of Fanuc and Haas, program numbers.
+//! Control structures: O words of `LinuxCNC`, macro B of Fanuc and Haas, program numbers.
 
 use super::expr::{self, Expr, next_is};
 use super::flavor::Flavor;

@@ -139,7 +139,7 @@ impl Interpreter {
         Ok(Some(value))
     }
 
-    /// Value of a predefined named parameter of LinuxCNC; none where the name is none.
+    /// Value of a predefined named parameter of `LinuxCNC`; none where the name is none.
     pub(crate) fn system_named(&self, name: &str, span: Span) -> Result<Option<f64>, Fault> {
         let Some(short) = name.strip_prefix('_') else { return Ok(None) };
         let truth = |holds: bool| f64::from(u8::from(holds));

@@ -203,6 +203,7 @@ impl Interpreter {
         let tool = self.technology.selected.clone().ok_or_else(|| {
             Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
         })?;
+        self.nothing_held(span)?;
         self.change_to(tool);
         Ok(())
     }

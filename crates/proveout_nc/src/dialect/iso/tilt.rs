@@ -33,15 +33,17 @@ impl Interpreter {
 
     /// G68 G68.2 G69, G51.1 G50.1 G101 G100, G254 G255.
     pub(crate) fn rotation_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        if p.g(Group::Rotation).is_some() || p.g(Group::DynamicOffset).is_some() {
+            self.nothing_held(span)?;
+        }
         match p.g(Group::Rotation) {
             Some(680) => self.plane_rotation(p, span)?,
             Some(682) => self.tilted_plane(p, span)?,
             Some(_) => self.end_of_planes("G69"),
             None => {}
         }
-        match p.g(Group::Mirror) {
-            Some(code) => self.mirror(code, p, span)?,
-            None => {}
+        if let Some(code) = p.g(Group::Mirror) {
+            self.mirror(code, p, span)?;
         }
         match p.g(Group::DynamicOffset) {
             Some(2540) => self.dynamic_offset(span)?,
@@ -129,6 +131,7 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "G53.1 needs a plane of G68.2, without G43.4")
                 .help("write G68.2 before it"));
         }
+        self.nothing_held(span)?;
         if let Some(choice) = p.take(b'P').filter(|&choice| choice != 0.0) {
             self.note(format!("G53.1 P{choice}: of two positions of the rotary axes the machine file chooses"));
         }
@@ -183,8 +186,8 @@ impl Interpreter {
             return Err(Fault::new(codes::BAD_VALUE, span, "a mirror takes X, Y and Z").help("write G51.1 X0"));
         }
         let mut mirror = self.modal.frames.mirror;
-        for axis in 0..3usize {
-            let given = self.length_of(p, AXES[axis]);
+        for (axis, letter) in [b'X', b'Y', b'Z'].into_iter().enumerate() {
+            let given = self.length_of(p, letter);
             if on && let Some(at) = given {
                 mirror.linear[axis][axis] = -1.0;
                 // Haas mirrors about the work origin whatever the number is.

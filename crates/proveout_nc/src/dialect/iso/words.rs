@@ -3,7 +3,7 @@
 //! Codes are ten times the number of the word: `G38.2` is 382.
 //!
 //! Sources: Fanuc, *Series 30i operator's manual* (B-64484EN), list of G codes; Haas, *Mill operator's manual, NGC*, G codes;
-//! LinuxCNC, *G-code reference*, modal groups.
+//! `LinuxCNC`, *G-code reference*, modal groups.
 
 use super::flavor::Flavor;
 
@@ -74,7 +74,7 @@ pub(crate) fn classify(flavor: Flavor, code: u32) -> Class {
     }
 }
 
-/// On a LinuxCNC the cycles and G80 stand in the group of G0 and G1.
+/// On a `LinuxCNC` the cycles and G80 stand in the group of G0 and G1.
 fn cycle_group(flavor: Flavor) -> Group {
     if flavor.is_linuxcnc() { Group::Motion } else { Group::Cycle }
 }
@@ -177,7 +177,7 @@ pub(crate) enum Function {
     Orient,
     Call,
     Rigid,
-    /// State of the interpreter of LinuxCNC.
+    /// State of the interpreter of `LinuxCNC`.
     State,
     /// Function of the machine builder or without effect on the twin.
     Note,

@@ -59,7 +59,7 @@ impl Interpreter {
     }
 
     /// Coordinate with `AC()`, `IC()`, `DC()`, `ACP()`, `ACN()`.
-    fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
+    pub(super) fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
         if let Value::Number(value) = value {
             return Ok(Coordinate { value: *value, reference: Reference::Modal });
         }
@@ -176,99 +176,6 @@ impl Interpreter {
             Val::Number(number) => Err(Fault::new(codes::BAD_VALUE, span, format!("{number} is not a tool number"))
                 .help("write T5 or T=\"NAME\"")),
         }
-    }
-
-    fn assignment(
-        &mut self,
-        p: &mut Pending,
-        name: &str,
-        indices: &[Expr],
-        value: &Expr,
-        span: Span,
-        line: &str,
-    ) -> Result<(), Fault> {
-        if indices.is_empty() && !self.variables.is_defined(name) {
-            let slot = match name {
-                "CR" => Some(&mut p.radius),
-                "AR" => Some(&mut p.opening),
-                "TURN" => Some(&mut p.turns),
-                "RPL" => Some(&mut p.plane_angle),
-                "ADIS" => Some(&mut p.rounding),
-                "FB" => Some(&mut p.block_feed),
-                "CHF" => Some(&mut p.chamfer),
-                "CHR" => Some(&mut p.chamfer_leg),
-                "RND" => Some(&mut p.corner_radius),
-                "FRC" => Some(&mut p.corner_feed),
-                "OVR" => Some(&mut p.feed_override),
-                _ => None,
-            };
-            if let Some(slot) = slot {
-                *slot = Some(self.variables.number(value, span)?);
-                return Ok(());
-            }
-            if matches!(name, "AP" | "RP") {
-                let coordinate = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
-                *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
-                return Ok(());
-            }
-            if matches!(name, "RNDM" | "FRCM") {
-                let value = self.variables.number(value, span)?;
-                if name == "RNDM" {
-                    let radius = value * self.modal.units.length();
-                    self.modal.modal_rounding = (radius > 0.0).then_some(radius);
-                } else {
-                    self.modal.corner_feed = (value > 0.0).then_some(value);
-                }
-                return Ok(());
-            }
-            if name == "DISC" {
-                self.modal.compensation.disc = self.variables.number(value, span)?;
-                return Ok(());
-            }
-            if matches!(name, "CTOL" | "OTOL" | "ATOL") {
-                let value = self.variables.number(value, span)?;
-                return self.tolerance_word(name, value, span);
-            }
-        }
-        if self.is_frame(name) {
-            return self.assign_frame(name, indices, value, span);
-        }
-        if let ("POS", [Expr::Name(axis)]) = (name, indices) {
-            let index = match axis.as_bytes() {
-                [letter] => AxisValues::index(char::from(*letter)),
-                _ => None,
-            };
-            let Some(axis) = index else {
-                return Err(Fault::new(
-                    codes::UNKNOWN_WORD,
-                    span,
-                    format!("`POS[{axis}]` names no axis of the reader"),
-                )
-                .help("use X Y Z A B C U V W"));
-            };
-            p.axes[axis] = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
-            p.programmed |= 1 << axis;
-            p.positioning = true;
-            return Ok(());
-        }
-        match words::classify_assignment(name) {
-            Class::Note => {
-                self.note(word_text(span, line));
-                return Ok(());
-            }
-            Class::Refused(remedy) => return Err(refused(name, span, remedy)),
-            Class::Unknown => {}
-        }
-        if matches!(value, Expr::Call(function, _) if function == "SET" || function == "REP") {
-            return Err(refused("SET", span, "assign the elements one by one, or in DEF"));
-        }
-        let target = match (name, indices) {
-            ("R", [index]) => Expr::Param(Box::new(index.clone())),
-            (_, []) => Expr::Name(name.to_owned()),
-            _ => Expr::Element(name.to_owned(), indices.to_vec()),
-        };
-        let value = self.variables.eval(value, span)?;
-        self.assign_expr(&target, value, span)
     }
 
     fn g_word(&mut self, p: &mut Pending, value: &Value, span: Span) -> Result<(), Fault> {
@@ -423,7 +330,7 @@ pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
     Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
-fn word_text(span: Span, line: &str) -> String {
+pub(super) fn word_text(span: Span, line: &str) -> String {
     line.get(span.start as usize..span.end as usize).unwrap_or_default().trim().to_owned()
 }
 

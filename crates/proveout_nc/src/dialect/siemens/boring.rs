@@ -2,7 +2,7 @@
 //!
 //! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02): Boring 1 to 5.
 
-use super::drilling::Planes;
+use super::drilling::{Planes, in_revolutions};
 use super::eval::Val;
 use super::frames::number;
 use super::interpreter::Interpreter;
@@ -18,7 +18,7 @@ impl Interpreter {
         self.along(planes.start, true, span)?;
         self.cycle_feed(down);
         self.along(planes.depth, false, span)?;
-        self.wait(number(values, 5, "CYCLE85", span)?);
+        self.wait(in_revolutions(number(values, 5, "CYCLE85", span)?, number(values, 10, "CYCLE85", span)?));
         self.cycle_feed(up.or(down));
         self.along(planes.start, false, span)?;
         if self.technology.feed != before {
@@ -70,7 +70,7 @@ impl Interpreter {
         self.along(planes.start, true, span)?;
         self.cycle_spindle(value(6)?, NAME, span)?;
         self.along(planes.depth, false, span)?;
-        self.wait(value(5)?);
+        self.wait(in_revolutions(value(5)?, value(13)?));
         self.turn_spindle(SpindleDirection::Off);
         self.note(format!("CYCLE86 orients the spindle at {} degrees", value(10)?.unwrap_or(0.0)));
         let axes = self.modal.plane_axes();

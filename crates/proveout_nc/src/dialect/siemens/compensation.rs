@@ -36,10 +36,9 @@ impl Interpreter {
     pub(crate) fn compensation_name(&mut self, name: &str) -> bool {
         let state = &mut self.modal.compensation;
         match name {
-            "NORM" => state.approach = "NORM",
-            "KONT" => state.approach = "KONT",
-            "KONTC" => state.approach = "KONTC",
-            "KONTT" => state.approach = "KONTT",
+            "NORM" | "KONT" => (state.style.follow_contour, state.smooth_approach) = (name == "KONT", None),
+            "KONTC" => state.smooth_approach = Some("KONTC"),
+            "KONTT" => state.smooth_approach = Some("KONTT"),
             "CUT2D" => state.plane_in_frame = false,
             "CUT2DF" => state.plane_in_frame = true,
             "CFC" => state.style.feed = FeedAt::Contour,
@@ -57,13 +56,13 @@ impl Interpreter {
         if side != CompSide::Off {
             let refuse =
                 |message: String, help: &str| Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(help));
-            if state.approach != "NORM" {
-                return refuse(format!("cutter compensation with `{}` is not supported", state.approach), "use NORM");
+            if let Some(word) = state.smooth_approach {
+                return refuse(format!("cutter compensation with `{word}` is not supported"), "use NORM or KONT");
             }
             if state.disc != 0.0 {
                 return refuse("cutter compensation with `DISC=` above zero is not supported".to_owned(), "use DISC=0");
             }
-            let (normal, linear) = (self.modal.normal, self.modal.frames.programmable.linear);
+            let (normal, linear) = (self.modal.normal, self.modal.frames.without_swivel().linear);
             let square = linear.iter().enumerate().all(|(row, factors)| row == normal || factors[normal].abs() < 1e-9);
             if !square && !state.plane_in_frame && !self.technology.swiveled {
                 return refuse(

@@ -43,8 +43,9 @@ impl Interpreter {
             "CYCLE832" => self.cycle832(call, span)?,
             "CYCLE800" => self.cycle800(call, span)?,
             name if DRILLING.contains(&name) => {
-                let values = self.arguments(call, span)?;
-                let planes = self.planes(&call.name, &values, span)?;
+                let mut values = self.arguments(call, span)?;
+                self.take_modes(name, &mut values, span)?;
+                let planes = self.planes(name, &values, span)?;
                 if !matches!(name, "CYCLE84" | "CYCLE840") {
                     self.need_feed(span)?;
                 }
@@ -57,7 +58,9 @@ impl Interpreter {
                     "CYCLE87" | "CYCLE88" => self.boring_with_stop(name, planes, &values, span)?,
                     "CYCLE89" => self.boring_in_and_out(planes, &values, span)?,
                     name => {
-                        let dwell = if name == "CYCLE82" { number(&values, 5, name, span)? } else { None };
+                        let dwell =
+                            if name == "CYCLE82" || values.len() > 8 { number(&values, 5, name, span)? } else { None };
+                        let dwell = in_revolutions(dwell, number(&values, 8, name, span)?);
                         self.along(planes.start, true, span)?;
                         self.along(planes.depth, false, span)?;
                         self.wait(dwell);
@@ -70,6 +73,43 @@ impl Interpreter {
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// GMODE, DMODE and AMODE at the end of the argument list (Operate): another reference of the depth or another plane is
+    /// refused; AMODE says which depth counts (1 relative, 2 absolute) and that the dwell is in revolutions (tens 2).
+    fn take_modes(&self, name: &str, values: &mut [Option<Val>], span: Span) -> Result<(), Fault> {
+        let at = match name {
+            "CYCLE81" => 5,
+            "CYCLE82" => 6,
+            "CYCLE83" => 17,
+            "CYCLE84" => 21,
+            "CYCLE85" => 8,
+            "CYCLE86" => 11,
+            _ => return Ok(()),
+        };
+        let value = |at: usize| number(values, at, name, span).map(|v| v.unwrap_or(0.0));
+        // A call of CYCLE81 with a dwell in front of the modes is written by Operate, too.
+        let at = if name == "CYCLE81" && values.len() > 8 { 6 } else { at };
+        let (geometry, plane, alternative) = (value(at)?, value(at + 1)?, value(at + 2)?);
+        if geometry != 0.0 {
+            let message = format!("`{name}` with GMODE {geometry} (another reference of the depth) is not supported");
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("give the depth of the tip, GMODE 0"));
+        }
+        let digit = |number: f64, unit: f64| (number / unit).floor().rem_euclid(10.0);
+        if !matches!(digit(plane, 1.0), 0.0) && digit(plane, 1.0) != (3 - self.modal.normal) as f64 {
+            let message = format!("`{name}` in another plane than the active one (DMODE {plane}) is not supported");
+            return Err(
+                Fault::new(codes::UNSUPPORTED_WORD, span, message).help("choose the plane with G17, G18 or G19")
+            );
+        }
+        let depth = digit(alternative, 1.0);
+        let (absolute, relative) = (values.get(3).cloned().flatten(), values.get(4).cloned().flatten());
+        match (depth, values) {
+            (1.0, [_, _, _, slot, ..]) if relative.is_some() => *slot = None,
+            (2.0, [_, _, _, _, slot, ..]) if absolute.is_some() => *slot = None,
+            _ => {}
+        }
+        Ok(())
     }
 
     fn planes(&self, name: &str, values: &[Option<Val>], span: Span) -> Result<Planes, Fault> {
@@ -214,7 +254,8 @@ impl Interpreter {
                 self.technology.feed = feed;
                 self.tell_feed();
             }
-            self.wait(if last { value(15)?.or(at_depth) } else { at_depth });
+            // A dwell of zero at the final depth is the one of the other depths.
+            self.wait(if last { value(15)?.filter(|v| *v != 0.0).or(at_depth) } else { at_depth });
             if last {
                 break;
             }
@@ -281,6 +322,12 @@ impl Interpreter {
         )
         .help("use MCALL with a drilling cycle (CYCLE81 to CYCLE89)"))
     }
+}
+
+/// Dwell of a cycle with its AMODE: revolutions are below zero in the cycles.
+pub(crate) fn in_revolutions(dwell: Option<f64>, mode: Option<f64>) -> Option<f64> {
+    let revolutions = mode.is_some_and(|mode| (mode / 10.0).floor().rem_euclid(10.0) == 2.0);
+    if revolutions { dwell.map(|v| -v.abs()) } else { dwell }
 }
 
 fn hole_count(count: f64, name: &str, span: Span) -> Result<u32, Fault> {

@@ -1,10 +1,14 @@
 //! Siemens Sinumerik 840D sl.
 //!
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
-//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] collects
-//! their words, [`act`] does them with [`motion`], [`frames`], [`technology`], [`compensation`] and [`drilling`]. [`words`] lists what is read with a note or refused.
+//! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] and [`assignments`]
+//! collect their words, [`act`] does them with [`motion`], [`arcs`], [`polar`], [`frames`], [`technology`],
+//! [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
+//! motions, [`frame_values`] and [`system`] are variables of the control, [`words`] lists what is read with a note or refused.
 
 mod act;
+mod arcs;
+mod assignments;
 mod block;
 mod boring;
 mod compensation;

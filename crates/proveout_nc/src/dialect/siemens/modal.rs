@@ -95,8 +95,8 @@ pub(crate) struct Modal {
 pub(crate) struct Compensation {
     pub(crate) side: CompSide,
     pub(crate) style: CompStyle,
-    /// Word of G group 17 that is in force: NORM, KONT, KONTC, KONTT.
-    pub(crate) approach: &'static str,
+    /// KONTC or KONTT, while it is in force.
+    pub(crate) smooth_approach: Option<&'static str>,
     /// CUT2DF: the plane turns with the frame.
     pub(crate) plane_in_frame: bool,
     /// DISC=, percent.
@@ -110,8 +110,13 @@ impl Compensation {
     /// After reset: G40, NORM, G450, CFC, CUT2D.
     pub(crate) const RESET: Self = Self {
         side: CompSide::Off,
-        style: CompStyle { corner: Corner::Arc, entry: Entry::Perpendicular, feed: FeedAt::Contour },
-        approach: "NORM",
+        style: CompStyle {
+            corner: Corner::Arc,
+            entry: Entry::Perpendicular,
+            feed: FeedAt::Contour,
+            follow_contour: false,
+        },
+        smooth_approach: None,
         plane_in_frame: false,
         disc: 0.0,
     };
@@ -129,7 +134,7 @@ impl Compensation {
 /// Frames of the control from the base to the work coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Frames {
-    /// $P_BFRAME.
+    /// `$P_BFRAME`.
     pub(crate) base: Frame,
     /// G54 and the like.
     pub(crate) settable: Frame,
@@ -142,6 +147,11 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
+    /// The frames that do not come with a swiveled tool.
+    pub(crate) fn without_swivel(&self) -> Frame {
+        self.base.then(&self.settable).then(&self.programmable)
+    }
+
     pub(crate) fn total(&self) -> Frame {
         self.base.then(&self.settable).then(&self.swivel).then(&self.programmable)
     }

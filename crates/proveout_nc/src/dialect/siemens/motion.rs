@@ -5,12 +5,11 @@ use std::f64::consts::TAU;
 use super::interpreter::Interpreter;
 use super::modal::{Interpolation, OrientationAngles};
 use super::pending::{Coordinate, Pending, Reference};
-use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::state::MissingAxes;
-use crate::{AXIS_LETTERS, ArcMotion, AxisValues, Motion, Op};
+use crate::{AXIS_LETTERS, AxisValues, Motion, Op};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -141,7 +140,13 @@ impl Interpreter {
     }
 
     /// Base coordinates and orientation of the end of a motion.
-    fn complete(&self, p: &Pending, mut end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+    pub(super) fn complete(
+        &self,
+        p: &Pending,
+        mut end: AxisValues,
+        programmed: u16,
+        span: Span,
+    ) -> Result<Motion, Fault> {
         let mut end_base =
             self.position.base_of(&end, programmed).map_err(|missing| self.unknown_axes(&missing, span))?;
         let tool_axis = if p.has_orientation() { Some(self.tool_axis(p, span)?) } else { None };
@@ -279,211 +284,5 @@ impl Interpreter {
         };
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
         Ok(())
-    }
-
-    fn arc(&mut self, p: &Pending, mut end: AxisValues, span: Span) -> Result<(), Fault> {
-        let Some(start) = self.position.work.xyz() else {
-            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")
-                .help("program X, Y and Z before the arc"));
-        };
-        if self.modal.interpolation == Interpolation::Intermediate {
-            return self.intermediate_arc(p, start, end, span);
-        }
-        let [u, v, w] = self.modal.plane_axes();
-        let flat = |q: [f64; 3]| [q[u], q[v]];
-        let mut end_point = end.xyz().unwrap_or(start);
-        let mut programmed = p.programmed;
-        let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
-        let tolerance = self.settings.arc_tolerance_mm;
-        let result = if self.modal.interpolation == Interpolation::Tangential {
-            let Some(tangent) = self.tangent else {
-                return Err(Fault::new(
-                    codes::POSITION_UNKNOWN,
-                    span,
-                    "CT has no motion before it to be tangential to",
-                )
-                .help("program a motion in the same frame before it"));
-            };
-            let Some((arc, turned)) = arc::from_tangent(flat(start), flat(end_point), flat(tangent)) else {
-                // The end lies straight ahead: the circle has degenerated to a line.
-                let motion = self.complete(p, end, programmed, span)?;
-                self.go(motion, false);
-                return Ok(());
-            };
-            clockwise = turned;
-            Ok(arc)
-        } else if let Some(radius) = p.radius {
-            if p.has_center() || p.opening.is_some() {
-                return Err(
-                    Fault::new(codes::CONFLICT, span, "CR= stands with a center or an opening angle").help("keep one")
-                );
-            }
-            arc::from_radius(flat(start), flat(end_point), radius * self.modal.units.length(), clockwise, tolerance)
-        } else if let Some(opening) = p.opening {
-            let angle = opening.to_radians();
-            if !(angle > 0.0 && angle < TAU) {
-                let message = format!("AR= must lie between 0 and 360 degrees and is {opening}");
-                return Err(Fault::new(codes::BAD_VALUE, span, message).help("program a full circle with I J K"));
-            }
-            if p.has_center() {
-                let center = flat(self.arc_center(p, start, span)?);
-                let turned = arc::end_after(flat(start), center, angle, clockwise);
-                end_point[u] = turned[0];
-                end_point[v] = turned[1];
-                end.put(u, turned[0]);
-                end.put(v, turned[1]);
-                programmed |= 1 << u | 1 << v;
-                arc::from_center(flat(start), turned, center, clockwise, tolerance)
-            } else {
-                arc::from_angle(flat(start), flat(end_point), angle, clockwise)
-            }
-        } else if p.has_center() {
-            if p.center[w].is_some() {
-                let letter = ['I', 'J', 'K'][w];
-                let message = format!("`{letter}` does not lie in the working plane G{}", 19 - w);
-                return Err(
-                    Fault::new(codes::ARC_GEOMETRY, span, message).help("choose the plane with G17, G18 or G19")
-                );
-            }
-            let center = flat(self.arc_center(p, start, span)?);
-            arc::from_center(flat(start), flat(end_point), center, clockwise, tolerance)
-        } else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "the arc has no center and no radius")
-                .help("write I J K, CR= or AR="));
-        };
-        let mut arc = result.map_err(|fault| arc_fault(fault, tolerance, span))?;
-        arc.sweep += TAU * self.extra_turns(p, span)?;
-        let mut center = start;
-        center[u] = arc.center[0];
-        center[v] = arc.center[1];
-        let mut normal = [0.0; 3];
-        normal[w] = if clockwise { -1.0 } else { 1.0 };
-        self.go_arc(p, end, programmed, center, normal, arc, end_point, span)
-    }
-
-    fn extra_turns(&self, p: &Pending, span: Span) -> Result<f64, Fault> {
-        match p.turns {
-            None => Ok(0.0),
-            Some(turns) if turns.fract() == 0.0 && (0.0..=999.0).contains(&turns) => Ok(turns),
-            Some(turns) => {
-                Err(Fault::new(codes::BAD_VALUE, span, format!("TURN= takes an integer from 0 to 999 and has {turns}"))
-                    .help("write the number of additional full turns"))
-            }
-        }
-    }
-
-    /// I J K: from the start, or absolute with `AC()`.
-    fn arc_center(&self, p: &Pending, start: [f64; 3], span: Span) -> Result<[f64; 3], Fault> {
-        let mut center = start;
-        for (axis, coordinate) in p.center.iter().enumerate() {
-            let Some(coordinate) = coordinate else { continue };
-            let value = coordinate.value * self.modal.units.length();
-            center[axis] = match coordinate.reference {
-                Reference::Absolute => value,
-                Reference::Modal | Reference::Incremental => start[axis] + value,
-                _ => {
-                    return Err(
-                        Fault::new(codes::BAD_VALUE, span, "I, J and K take AC() or IC()").help("write I=AC(10)")
-                    );
-                }
-            };
-        }
-        Ok(center)
-    }
-
-    /// CIP: the circle through start, intermediate point and end, anywhere in space.
-    fn intermediate_arc(&mut self, p: &Pending, start: [f64; 3], end: AxisValues, span: Span) -> Result<(), Fault> {
-        if p.intermediate.iter().all(Option::is_none) {
-            return Err(
-                Fault::new(codes::ARC_GEOMETRY, span, "CIP has no intermediate point").help("write I1= J1= K1=")
-            );
-        }
-        let mut middle = start;
-        for (axis, coordinate) in p.intermediate.iter().enumerate() {
-            let Some(coordinate) = coordinate else { continue };
-            let value = coordinate.value * self.modal.units.length();
-            let incremental = match coordinate.reference {
-                Reference::Modal => self.modal.incremental,
-                reference => reference == Reference::Incremental,
-            };
-            middle[axis] = if incremental { start[axis] + value } else { value };
-        }
-        let end_point = end.xyz().unwrap_or(start);
-        let (a, b) = (frame::sub(middle, start), frame::sub(end_point, start));
-        let across = frame::cross(a, b);
-        let span_area = frame::norm(a) * frame::norm(b);
-        let Some(normal) = frame::unit(across).filter(|_| frame::norm(across) > 1e-9 * span_area) else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "start, intermediate point and end lie on one line")
-                .help("choose an intermediate point beside the line, or use G1"));
-        };
-        // Circumcenter of the triangle start, middle, end (standard vector form).
-        let (aa, bb) = (frame::dot(a, a), frame::dot(b, b));
-        let weighted: [f64; 3] = std::array::from_fn(|i| bb * a[i] - aa * b[i]);
-        let offset = frame::cross(across, weighted).map(|v| v / (2.0 * frame::dot(across, across)));
-        let center = frame::add_scaled(start, offset, 1.0);
-        let (from, to) = (frame::sub(start, center), frame::sub(end_point, center));
-        let angle = frame::dot(normal, frame::cross(from, to)).atan2(frame::dot(from, to));
-        let sweep = if angle > 0.0 { angle } else { angle + TAU } + TAU * self.extra_turns(p, span)?;
-        let plane_arc = PlaneArc { center: [0.0; 2], radius: frame::norm(from), sweep };
-        self.go_arc(p, end, p.programmed, center, normal, plane_arc, end_point, span)
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "the parts of one arc")]
-    fn go_arc(
-        &mut self,
-        p: &Pending,
-        end: AxisValues,
-        programmed: u16,
-        center: [f64; 3],
-        normal: [f64; 3],
-        arc: PlaneArc,
-        end_point: [f64; 3],
-        span: Span,
-    ) -> Result<(), Fault> {
-        let motion = self.complete(p, end, programmed, span)?;
-        let active = *self.position.frame();
-        let Some(scale) = active.uniform_scale() else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
-                .help("use equal scale factors for X, Y and Z, or write the path with G1"));
-        };
-        // A mirror reverses the sense of rotation about the image of the normal.
-        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
-        let outward = frame::sub(end_point, center);
-        self.tangent = frame::unit(frame::cross(normal, outward));
-        let op = ArcMotion {
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base,
-            radius: arc.radius * scale,
-            sweep: arc.sweep,
-            motion,
-        };
-        self.position.move_to(op.motion.end, op.motion.end_base);
-        self.moved();
-        self.emit(Op::Arc(op));
-        Ok(())
-    }
-}
-
-fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
-    match fault {
-        ArcFault::NoRadius => Fault::new(codes::ARC_GEOMETRY, span, "the center of the arc lies on its start or end, or the radius is zero")
-            .help("correct the center or the radius"),
-        ArcFault::Radii(start, end) => Fault::new(
-            codes::ARC_RADIUS,
-            span,
-            format!("the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"),
-        )
-        .help("correct the center or the end point"),
-        ArcFault::TooSmall(radius, half) => Fault::new(
-            codes::ARC_RADIUS,
-            span,
-            format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end"),
-        )
-        .help("correct the radius or the end point"),
-        ArcFault::SamePoint => Fault::new(codes::ARC_GEOMETRY, span, "start and end of the arc are the same point")
-            .help("program a full circle with I J K"),
     }
 }

@@ -41,6 +41,9 @@ const METRIC_COARSE: [(f64, f64); 24] = [
     (48.0, 5.0),
 ];
 
+/// Most infeeds of one thread.
+const MAX_TAPPING_STEPS: f64 = 1000.0;
+
 fn opposite(direction: SpindleDirection) -> SpindleDirection {
     match direction {
         SpindleDirection::Clockwise => SpindleDirection::CounterClockwise,
@@ -125,16 +128,11 @@ impl Interpreter {
     pub(crate) fn rigid_tapping(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
         const NAME: &str = "CYCLE84";
         let value = |at: usize| number(values, at, NAME, span);
-        for (at, what) in [(12, "another drilling axis (AXN)"), (15, "several infeeds (VARI)")] {
-            let plain = value(at)?.is_none_or(|v| v == 0.0 || at == 12 && v == 3.0);
-            if !plain {
-                return Err(Fault::new(
-                    codes::UNSUPPORTED_WORD,
-                    span,
-                    format!("`{NAME}` with {what} is not supported"),
-                )
-                .help("tap in one pass along the normal of the working plane"));
-            }
+        if value(12)?.is_some_and(|axis| axis != 0.0 && axis != 3.0) {
+            let message = format!("`{NAME}` with another drilling axis (AXN) is not supported");
+            return Err(
+                Fault::new(codes::UNSUPPORTED_WORD, span, message).help("choose the plane with G17, G18 or G19")
+            );
         }
         let unit = match value(13)?.unwrap_or(0.0) {
             0.0 | 1.0 => 1.0,
@@ -150,6 +148,12 @@ impl Interpreter {
             Fault::new(codes::ARGUMENTS, span, "`CYCLE84` has no pitch (MPIT or PIT)").help("write the pitch, mm")
         })?;
         let pitch = if unit.is_nan() { 25.4 / pitch } else { pitch * unit };
+        // Thousands of AMODE: 1 right-hand, 2 left-hand; without it the sign of the pitch says it.
+        let pitch = match value(23)?.map(|mode| (mode / 1000.0).floor().rem_euclid(10.0)) {
+            Some(1.0) => pitch.abs(),
+            Some(2.0) => -pitch.abs(),
+            _ => pitch,
+        };
         let speed = value(10)?.filter(|v| *v > 0.0).or(self.technology.speed).ok_or_else(|| {
             Fault::new(codes::ARGUMENTS, span, "`CYCLE84` has no spindle speed (SST)").help("write the speed, 1/min")
         })?;
@@ -159,9 +163,11 @@ impl Interpreter {
         if let Some(angle) = value(9)? {
             self.note(format!("CYCLE84 orients the spindle at {angle} degrees"));
         }
-        self.tap(planes.depth, pitch.abs(), turn, speed, span)?;
-        self.wait(value(5)?);
-        self.tap(planes.start, pitch.abs(), opposite(turn), back, span)?;
+        for (depth, up) in self.tapping_steps(planes, values, span)? {
+            self.tap(depth, pitch.abs(), turn, speed, span)?;
+            self.wait(value(5)?);
+            self.tap(up, pitch.abs(), opposite(turn), back, span)?;
+        }
         self.technology.direction = match value(6)?.unwrap_or(5.0) {
             3.0 => SpindleDirection::Clockwise,
             4.0 => SpindleDirection::CounterClockwise,
@@ -170,6 +176,39 @@ impl Interpreter {
         let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
         self.emit(Op::Spindle(spindle));
         self.along(planes.retraction, true, span)
+    }
+
+    /// Depths of CYCLE84, each with the coordinate to come back to: one (VARI 0), or infeeds of DAM with a retraction by VRT
+    /// (VARI 1) or to the start plane (VARI 2).
+    fn tapping_steps(&self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<Vec<(f64, f64)>, Fault> {
+        const NAME: &str = "CYCLE84";
+        let value = |at: usize| number(values, at, NAME, span);
+        let length = self.modal.units.length();
+        let variant = value(15)?.unwrap_or(0.0);
+        let infeed = value(16)?.unwrap_or(0.0).abs() * length;
+        if variant == 0.0 || infeed == 0.0 {
+            return Ok(vec![(planes.depth, planes.start)]);
+        }
+        if variant != 1.0 && variant != 2.0 {
+            return Err(Fault::new(codes::ARGUMENTS, span, format!("`{NAME}` has no machining type (VARI) {variant}"))
+                .help("write 0 for one pass, 1 for chip breaking, 2 for full retraction"));
+        }
+        let total = (planes.reference - planes.depth).abs();
+        let down = if planes.depth < planes.reference { -1.0 } else { 1.0 };
+        let count = (total / infeed - 1e-9).ceil();
+        if count > MAX_TAPPING_STEPS {
+            return Err(Fault::new(codes::ARGUMENTS, span, format!("`{NAME}` would need {count} infeeds"))
+                .help(format!("choose DAM so that there are at most {MAX_TAPPING_STEPS}")));
+        }
+        let back = value(17)?.filter(|v| *v > 0.0).map_or(1.0, |v| v * length);
+        let mut steps = Vec::new();
+        for i in 1..count as u32 {
+            let depth = planes.reference + down * infeed * f64::from(i);
+            let up = depth - down * back.min((depth - planes.start).abs());
+            steps.push((depth, if variant == 1.0 { up } else { planes.start }));
+        }
+        steps.push((planes.depth, planes.start));
+        Ok(steps)
     }
 
     /// Motion along the drilling axis coupled to the spindle.

@@ -1,3 +1,3 @@
 (nc-program-alarm)
-#3000=1(TOOL TOO SHORT)
-M30
+G0 X0
+#3000=12 (WRONG TOOL)

@@ -1,0 +1,164 @@
+//! Motions of the programmed contour: entry, blocks, exit, and those that do not move in the plane.
+
+use super::contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
+use super::corner::Entry;
+use super::plane::Plane;
+use super::{Compensated, Fault, Pending, State, emit, motion_mut, motion_of};
+use crate::codes;
+use crate::frame;
+use crate::{AxisValues, Command, Feed, Location, Op};
+
+impl Compensated {
+    pub(super) fn motion(&mut self, mut command: Command) -> Result<(), Fault> {
+        let location = command.location.clone();
+        let Some(motion) = motion_of(&command.op) else { return self.pass(command) };
+        let (end_base, programmed, machine) = (motion.end_base, motion.programmed, motion.machine_coordinates);
+        let start = self.position;
+        // What the program knows of the position behind a motion is what the motion names.
+        self.position = if machine { AxisValues::NONE } else { end_base };
+        let straight = matches!(command.op, Op::Rapid(_) | Op::Linear(_));
+        let Some(plane) = self.plane.filter(|_| self.is_active() || self.residual != [0.0; 2]) else {
+            return self.pass(command);
+        };
+        if machine {
+            if self.is_active() {
+                return Err(self.unfit(&location, "a motion in machine coordinates while cutter compensation is on"));
+            }
+            return self.pass(command);
+        }
+        if !self.is_active() {
+            // Behind G40: the next straight block in the plane leads back to the programmed point.
+            if programmed & plane.axes == 0 && straight {
+                if let Some(motion) = motion_mut(&mut command.op) {
+                    plane.shift(&mut motion.end_base, self.residual);
+                }
+            } else if straight {
+                if let Some((corner, tangent, offset)) = self.exit.take() {
+                    let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
+                    if emit::is_behind(end, corner, tangent, offset) {
+                        return Err(self.behind(&location, "exit"));
+                    }
+                }
+                self.residual = [0.0; 2];
+            } else {
+                return Err(self.unfit(&location, "the first motion behind G40 is not straight"));
+            }
+            return self.pass(command);
+        }
+        if let Some(axis) = motion.tool_axis_base
+            && frame::norm(frame::cross(axis, plane.normal)) > 1e-6
+        {
+            return Err(self.unfit(&location, "the tool axis is not square to the plane of cutter compensation"));
+        }
+        let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
+        let entering = self.state == State::Entering;
+        let from = match &self.pending {
+            Some(pending) if !entering => Some(pending.element.end),
+            _ => plane.project(&start).ok(),
+        };
+        let is_arc = matches!(command.op, Op::Arc(_));
+        let moves = is_arc
+            || from.map_or(programmed & plane.axes != 0, |from| norm(sub(end, from)) > SAME_POINT_MM)
+            || entering && programmed & plane.axes != 0;
+        if !moves {
+            if entering
+                && self.residual != [0.0; 2]
+                && let Some(motion) = motion_mut(&mut command.op)
+            {
+                plane.shift(&mut motion.end_base, self.residual);
+            }
+            return self.pass(command);
+        }
+        if !straight && !is_arc {
+            let message = "a spline, thread or probing motion in the plane of cutter compensation";
+            return Err(self.unfit(&location, message));
+        }
+        if matches!(self.feed, Some(Feed::InverseTime(_))) {
+            return Err(self.unfit(&location, "inverse time feed (G93) with cutter compensation"));
+        }
+        if entering {
+            return self.enter(command, from, end, plane);
+        }
+        let Some(from) = from else { return Err(self.unknown(&location, "the plane")) };
+        let shape = self.shape(&command.op, &plane, &location)?;
+        self.follow(command, Element { start: from, end, shape })
+    }
+
+    pub(super) fn shape(&self, op: &Op, plane: &Plane, location: &Location) -> Result<Shape, Fault> {
+        let Op::Arc(arc) = op else { return Ok(Shape::Line) };
+        let sense = frame::dot(arc.normal_base, plane.normal);
+        if sense.abs() < 1.0 - 1e-9 {
+            return Err(self.unfit(location, "a circle outside of the plane of cutter compensation"));
+        }
+        let center = plane.project_point(arc.center_base);
+        let shape = Shape::Arc { center, radius: arc.radius, counter_clockwise: sense > 0.0, sweep: arc.sweep };
+        let probe = Element { start: [0.0; 2], end: [0.0; 2], shape };
+        if let Some(pending) = &self.pending
+            && pending.offset != self.offset
+        {
+            return Err(self.unfit(location, "the radius of cutter compensation changes in an arc"));
+        }
+        if probe.offset_radius(self.offset).is_some_and(|r| r <= SAME_POINT_MM) {
+            let message = format!(
+                "the tool of radius {} mm does not fit into the arc of radius {:.4} mm",
+                self.offset.abs(),
+                arc.radius
+            );
+            let help = format!("use a tool with a radius below {:.4} mm", arc.radius);
+            return Err(self.fault(codes::COMPENSATION, location, message, help));
+        }
+        Ok(shape)
+    }
+
+    /// The straight block that leads onto the contour.
+    pub(super) fn enter(
+        &mut self,
+        command: Command,
+        from: Option<Point>,
+        end: Point,
+        plane: Plane,
+    ) -> Result<(), Fault> {
+        let location = command.location.clone();
+        if matches!(command.op, Op::Arc(_)) {
+            return Err(self.unfit(&location, "cutter compensation begins with an arc"));
+        }
+        let style = self.reader.comp_style().unwrap_or(self.default_style);
+        let from = from.map(|p| [p[0] + self.residual[0], p[1] + self.residual[1]]);
+        let from = match (style.entry, from) {
+            (Entry::Perpendicular, from) => from.unwrap_or(end),
+            (Entry::Parallel, Some(from)) if norm(sub(end, from)) > self.offset.abs() => from,
+            (Entry::Parallel, Some(from)) => {
+                let message = format!(
+                    "the entry move is {:.4} mm long, not longer than the tool radius {} mm",
+                    norm(sub(end, from)),
+                    self.offset.abs()
+                );
+                return Err(self.fault(codes::COMPENSATION, &location, message, "begin farther from the contour"));
+            }
+            (Entry::Parallel, None) => {
+                let missing = plane.project(&AxisValues::NONE).err().unwrap_or_default();
+                return Err(self.unknown(&location, &missing));
+            }
+        };
+        let element = Element { start: from, end, shape: Shape::Line };
+        self.state = State::On;
+        let rest = element.extent();
+        self.pending =
+            Some(Pending { command, element, offset: self.offset, rest, entry: true, feed: self.feed, style });
+        Ok(())
+    }
+
+    /// A block of the contour: the end of the one before is known now.
+    pub(super) fn follow(&mut self, command: Command, element: Element) -> Result<(), Fault> {
+        let start = self.settle(Some((&element, &command)))?;
+        let offset_at_start = start.map_or(self.offset, |(_, offset)| offset);
+        let rest = match start {
+            Some((point, _)) => element.extent() - element.on_from_start(point, offset_at_start),
+            None => element.extent(),
+        };
+        let style = self.reader.comp_style().unwrap_or(self.default_style);
+        self.pending =
+            Some(Pending { command, element, offset: self.offset, rest, entry: false, feed: self.feed, style });
+        Ok(())
+    }
+}

@@ -1,0 +1,212 @@
+//! Words of cycles, in the old form and with Q parameters, and of hole patterns.
+
+use super::lexer::{Lexer, refused, unknown};
+use super::words::{Block, CycleValue, OldWord, Param, Statement, Value};
+use crate::diagnostic::{Fault, Span};
+
+/// Cycles in the old form, `CYCL DEF 7.1`, that are read.
+const OLD_CYCLES: [u32; 14] = [1, 2, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
+/// Cycles in the form with Q parameters that are read.
+pub(crate) const CYCLES: [u32; 13] = [200, 201, 202, 203, 205, 206, 207, 209, 220, 221, 240, 241, 247];
+
+pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Result<(), Fault> {
+    x.blanks();
+    match x.letters().as_str() {
+        "CALL" => {
+            block.statement = if x.word("POS") {
+                Statement::CycleCallPos
+            } else if x.word("PAT") {
+                Statement::CycleCallPattern
+            } else {
+                Statement::CycleCall
+            };
+            let kind = if block.statement == Statement::CycleCallPos {
+                super::words::Path::Line
+            } else {
+                super::words::Path::Nothing
+            };
+            super::parser::path_words(x, block, kind)
+        }
+        "DEF" => {
+            x.blanks();
+            let Some(number) = x.s.integer() else { return Err(x.unexpected()) };
+            let span = x.span_from(start);
+            block.statement = if x.s.take(b'.') {
+                let part = x.s.integer().ok_or_else(|| x.unexpected())?;
+                known(number, &OLD_CYCLES, span)?;
+                old_cycle(x, number, part)?
+            } else {
+                known(number, &CYCLES, span)?;
+                Statement::Cycle { number, values: cycle_values(x)? }
+            };
+            Ok(())
+        }
+        _ => Err(unknown("CYCL", x.span_from(start))),
+    }
+}
+
+/// Refuses cycles that are not read, with a remedy for their kind.
+pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> {
+    if list.contains(&number) {
+        return Ok(());
+    }
+    let remedy = match number {
+        204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
+        208 | 251..=299 => {
+            "its path depends on the tool radius of the control's table: post the path as L and C blocks"
+        }
+        14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
+        3..=6 | 15 | 16 => "post the path as L and C blocks",
+        400..=499 => "what a probe finds is not known: take the cycle out and give its result in the settings",
+        _ => "write its motions with L blocks",
+    };
+    Err(refused(&format!("CYCL DEF {number}"), span, remedy))
+}
+
+fn old_cycle(x: &mut Lexer<'_>, number: u32, part: u32) -> Result<Statement, Fault> {
+    if part == 0 {
+        x.rest();
+        return Ok(Statement::OldCycle { number, part, words: Vec::new() });
+    }
+    if number == 12 {
+        x.word("PGM");
+        let name = match x.quoted()? {
+            Some(name) => name,
+            None => x.rest().to_owned(),
+        };
+        return Ok(Statement::OldCycleProgram(name));
+    }
+    let mut words = Vec::new();
+    loop {
+        x.blanks();
+        if x.s.at_end() {
+            return Ok(Statement::OldCycle { number, part, words });
+        }
+        let start = x.pos();
+        if !x.s.take(b'#') {
+            while x.peek().is_ascii_alphabetic()
+                && !(x.peek() == b'Q'
+                    && (x.peek_at(1).is_ascii_digit()
+                        || matches!(x.peek_at(1), b'L' | b'R') && x.peek_at(2).is_ascii_digit()))
+                || x.pos() > start
+                    && (matches!(x.peek(), b'.' | b':') && !x.peek_at(1).is_ascii_digit()
+                        || x.peek() == b'-' && x.peek_at(1).is_ascii_alphabetic())
+            {
+                x.s.bump();
+            }
+        }
+        let name = x.s.slice(start).to_ascii_uppercase();
+        x.s.take(b':');
+        let before = x.pos();
+        x.blanks();
+        let signed = matches!(x.s.peek(), b'+' | b'-' | b'0'..=b'9' | b'.' | b'Q' | b'q');
+        let value = if signed { x.value()? } else { None };
+        if value.is_none() {
+            x.set_pos(before);
+            if name.is_empty() {
+                return Err(x.unexpected());
+            }
+        }
+        words.push(OldWord { name, value, span: x.span_from(start) });
+    }
+}
+
+/// `Q200=+2 ;SET-UP CLEARANCE ~ ...`; the name of the cycle before them is skipped.
+pub(crate) fn cycle_values(x: &mut Lexer<'_>) -> Result<Vec<(Param, CycleValue, Span)>, Fault> {
+    let mut values = Vec::new();
+    loop {
+        x.blanks();
+        if x.s.at_end() {
+            return Ok(values);
+        }
+        let start = x.pos();
+        let assigned = match x.param() {
+            Ok(Some(param)) => {
+                x.blanks();
+                x.s.take(b'=').then_some(param)
+            }
+            _ => None,
+        };
+        let Some(param) = assigned else {
+            if values.is_empty() {
+                // Name of the cycle, in the language of the control.
+                x.set_pos(start);
+                while !x.s.at_end() && !matches!(x.s.peek(), b' ' | b'\t' | b'\n' | b';') {
+                    x.s.bump();
+                }
+                continue;
+            }
+            x.set_pos(start);
+            return Err(x.unexpected());
+        };
+        let value = cycle_value(x, start)?;
+        values.push((param, value, x.span_from(start)));
+    }
+}
+
+fn cycle_value(x: &mut Lexer<'_>, start: usize) -> Result<CycleValue, Fault> {
+    x.blanks();
+    if x.peek() == b'"' {
+        let text = x.quoted()?.unwrap_or_default();
+        return Err(refused(&format!("\"{text}\""), x.span_from(start), "write a number"));
+    }
+    for (word, value) in
+        [("FMAX", CycleValue::Max), ("MAX", CycleValue::Max), ("FAUTO", CycleValue::Auto), ("AUTO", CycleValue::Auto)]
+    {
+        if x.word(word) {
+            return Ok(value);
+        }
+    }
+    if x.word("PREDEF") {
+        return Err(refused("PREDEF", x.span_from(start), "write the value into the cycle"));
+    }
+    if x.prefix("FU") {
+        return Ok(CycleValue::PerRevolution(x.need(start)?));
+    }
+    if x.prefix("FZ") {
+        return Err(refused("FZ", x.span_from(start), "the number of teeth stands in the tool table: write mm/min"));
+    }
+    x.need(start).map(CycleValue::Value)
+}
+
+/// `POS1 (X+10 Y+20 Z+0) ~ POS2 (...)`.
+pub(crate) fn pattern(x: &mut Lexer<'_>, start: usize) -> Result<Statement, Fault> {
+    if !x.word("DEF") {
+        return Err(x.unexpected());
+    }
+    let mut points = Vec::new();
+    while !x.ended() {
+        if !x.prefix("POS") {
+            let mut probe = x.clone();
+            let word = probe.letters();
+            return Err(if word.is_empty() {
+                x.unexpected()
+            } else {
+                refused(&format!("PATTERN DEF {word}"), x.span_from(start), "write the points as POS1 ( X.. Y.. Z.. )")
+            });
+        }
+        x.s.integer();
+        x.blanks();
+        if !x.s.take(b'(') {
+            return Err(x.unexpected());
+        }
+        let mut point = [Value::Number(0.0); 3];
+        loop {
+            x.blanks();
+            if x.s.take(b')') {
+                break;
+            }
+            let at = x.pos();
+            let axis = match x.peek() {
+                b'X' => 0,
+                b'Y' => 1,
+                b'Z' => 2,
+                _ => return Err(x.unexpected()),
+            };
+            x.s.bump();
+            point[axis] = x.need(at)?;
+        }
+        points.push(point);
+    }
+    Ok(Statement::Pattern(points))
+}

@@ -1,0 +1,86 @@
+//! Executes path blocks of the DIN/ISO form: path functions are modal.
+
+use super::din::DinBlock;
+use super::interpreter::Interpreter;
+use super::words::{Block, Coordinate, FeedWord, Path, Reference, Value};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+
+impl Interpreter {
+    /// Executes a block of path functions.
+    pub(crate) fn din(&mut self, din: &DinBlock, block: &mut Block) -> Result<(), Fault> {
+        let span = block.span;
+        if let Some(incremental) = din.incremental {
+            self.state.incremental = incremental;
+        }
+        if let Some(path) = din.path {
+            self.state.din_path = path;
+        }
+        let [u, v, _] = self.state.plane_axes();
+        if din.pole_here {
+            self.state.pole = Some(self.flat(span)?);
+        }
+        if din.pole.iter().any(Option::is_some) {
+            let mut pole = self.state.pole.unwrap_or_default();
+            for (slot, axis) in pole.iter_mut().zip([u, v]) {
+                let Some(value) = din.pole[axis] else { continue };
+                let value = self.variables.value(value, span)? * self.state.unit();
+                *slot = if self.state.incremental {
+                    let now = self.flat(span)?;
+                    value + now[usize::from(axis == v)]
+                } else {
+                    value
+                };
+            }
+            self.state.pole = Some(pole);
+        }
+        let moves = block.words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
+        let arc = matches!(self.state.din_path, 2 | 3 | 5);
+        let full = arc && din.path.is_some() && din.pole.iter().any(Option::is_some);
+        let path = if moves || full { self.din_path_of(din, block, span)? } else { Path::Nothing };
+        self.path(path, &block.words, span)
+    }
+
+    fn din_path_of(&mut self, din: &DinBlock, block: &mut Block, span: Span) -> Result<Path, Fault> {
+        let w = &mut block.words;
+        let code = self.state.din_path;
+        match code {
+            2 | 12 => self.state.din_clockwise = Some(true),
+            3 | 13 => self.state.din_clockwise = Some(false),
+            _ => {}
+        }
+        let polar = |value: Value| Coordinate { value, reference: Reference::Modal };
+        if matches!(code, 2 | 3 | 5 | 12 | 13 | 15) {
+            w.clockwise = self.state.din_clockwise;
+        }
+        if matches!(code, 0 | 10) {
+            w.feed = Some(FeedWord::Max);
+        }
+        let has_polar = din.radius.is_some() || din.angle.is_some();
+        Ok(match code {
+            0 | 1 if !has_polar => Path::Line,
+            2 | 3 | 5 if din.angle.is_none() => match din.radius {
+                Some(radius) => {
+                    w.radius = Some(radius);
+                    Path::Radius
+                }
+                None => Path::Arc,
+            },
+            6 if !has_polar => Path::Tangent,
+            10 | 11 | 16 => {
+                w.polar_radius = din.radius.map(polar);
+                w.polar_angle = din.angle.map(polar);
+                if code == 16 { Path::PolarTangent } else { Path::PolarLine }
+            }
+            12 | 13 | 15 => {
+                w.polar_angle = din.angle.map(polar);
+                w.polar_radius = din.radius.map(polar);
+                Path::PolarArc
+            }
+            _ => {
+                return Err(Fault::new(codes::CONFLICT, span, format!("R or H stands with G{code:02}"))
+                    .help("write G10, G11, G12, G13, G15 or G16 for polar coordinates"));
+            }
+        })
+    }
+}

@@ -1,0 +1,2 @@
+(nc-bad-value)
+G1.25 X1.

@@ -1,0 +1,3 @@
+(nc-unsupported-word)
+G0 X0 Y0
+G1 X10. ,C1. F100.

@@ -1,0 +1,2 @@
+(nc-arithmetic)
+#1=1/0

@@ -1,0 +1,3 @@
+(nc-loop-limit)
+N1 #1=1
+GOTO 1

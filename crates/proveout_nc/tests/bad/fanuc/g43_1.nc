@@ -1,0 +1,2 @@
+(nc-unsupported-word)
+G43.1 H1

@@ -1,0 +1,2 @@
+(nc-position-unknown)
+G92 X0 Y0

@@ -1,0 +1,2 @@
+(nc-jump-target)
+GOTO 500

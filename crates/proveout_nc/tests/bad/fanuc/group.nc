@@ -1,0 +1,2 @@
+(nc-conflicting-words)
+G0 G1 X1.

@@ -1,0 +1,2 @@
+(nc-position-unknown)
+G91 G0 X5.

@@ -1,0 +1,2 @@
+(nc-unknown-word)
+G0 X1. Q5.

@@ -1,0 +1,3 @@
+(nc-structure)
+WHILE [#1 LT 3] DO 1
+M30

@@ -1,0 +1,2 @@
+(nc-conflicting-words)
+M3 M5 S100

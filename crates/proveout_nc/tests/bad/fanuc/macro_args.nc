@@ -1,0 +1,2 @@
+(nc-arguments)
+G65 P1 I1. I1. I1. I1. I1. I1. I1. I1. I1. I1. I1.

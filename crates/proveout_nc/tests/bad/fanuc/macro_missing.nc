@@ -1,0 +1,2 @@
+(nc-missing-value)
+G65 A1.

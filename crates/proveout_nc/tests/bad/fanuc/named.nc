@@ -1,0 +1,2 @@
+(nc-unsupported-word)
+#<a>=1

@@ -1,0 +1,2 @@
+(nc-no-feed)
+G1 X10.

@@ -1,0 +1,2 @@
+(nc-missing-value)
+G43 Z10.

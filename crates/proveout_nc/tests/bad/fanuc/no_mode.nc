@@ -1,0 +1,2 @@
+(nc-missing-value)
+X10. Y10.

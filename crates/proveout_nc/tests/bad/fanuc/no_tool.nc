@@ -1,0 +1,2 @@
+(nc-no-tool)
+M6

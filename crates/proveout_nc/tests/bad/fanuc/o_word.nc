@@ -1,0 +1,2 @@
+(nc-unsupported-word)
+O100 SUB

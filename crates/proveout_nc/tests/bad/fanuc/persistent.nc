@@ -1,0 +1,2 @@
+(nc-unknown-variable)
+G0 X#500

@@ -1,0 +1,7 @@
+(nc-nesting-limit)
+O1
+M98 P2
+M30
+O2
+M98 P2
+M99

@@ -1,0 +1,2 @@
+(nc-subprogram)
+M98 P777

@@ -1,0 +1,2 @@
+(nc-unsupported-word)
+G0 X#5061

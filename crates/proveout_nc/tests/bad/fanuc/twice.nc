@@ -1,0 +1,2 @@
+(nc-conflicting-words)
+G0 X1. X2.

@@ -1,0 +1,2 @@
+(nc-unknown-word)
+G999 X1.

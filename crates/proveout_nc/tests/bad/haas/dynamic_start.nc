@@ -1,0 +1,2 @@
+(nc-position-unknown)
+G254

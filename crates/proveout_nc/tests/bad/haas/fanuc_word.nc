@@ -1,0 +1,2 @@
+(nc-unknown-word)
+G68.2 X0

@@ -1,0 +1,2 @@
+(nc-unsupported-word)
+M96 P100 Q4

@@ -1,0 +1,4 @@
+; nc-no-feed
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+1 FAUTO

@@ -1,0 +1,7 @@
+; nc-arc-geometry
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+0 Y+0 Z+0 F100
+L X+10
+RND R50
+L Y+10

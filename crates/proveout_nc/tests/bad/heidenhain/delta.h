@@ -1,0 +1,5 @@
+; nc-unsupported-word
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+TOOL CALL 2 Z S100 DR+0.1
+LN X+1 Y+1 Z+1 NX+0 NY+0 NZ+1 FMAX

@@ -1,0 +1,6 @@
+; nc-conflicting-words
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+10 Y+0 Z+0 F100
+CC X+0 Y+0
+CP IPA+90 DR-

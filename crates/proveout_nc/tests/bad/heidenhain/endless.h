@@ -1,0 +1,5 @@
+; nc-loop-limit
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+LBL 1
+FN 9: IF +1 EQU +1 GOTO LBL 1

@@ -1,0 +1,4 @@
+; nc-bad-value
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+FN 14: ERROR = 1000

@@ -1,0 +1,4 @@
+; nc-jump-target
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+CALL LBL 7

@@ -1,0 +1,5 @@
+; nc-structure
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+LBL 1
+LBL 1

@@ -1,0 +1,4 @@
+; nc-missing-value
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X FMAX

@@ -1,0 +1,6 @@
+; nc-arc-geometry
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+1 Y+1 Z+0 F100
+CC X+0 Y+0
+C X-1 Y-1

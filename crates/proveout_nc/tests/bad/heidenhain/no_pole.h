@@ -1,0 +1,5 @@
+; nc-arc-geometry
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+1 Y+1 Z+0 F100
+C X+2 Y+1 DR+

@@ -1,0 +1,5 @@
+; nc-missing-value
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+0 Y+0 Z+0 F100
+RND F50

@@ -1,0 +1,6 @@
+; nc-nesting-limit
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+LBL 1
+CALL LBL 1
+LBL 0

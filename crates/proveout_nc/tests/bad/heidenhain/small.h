@@ -1,0 +1,5 @@
+; nc-arc-radius
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+L X+10 Y+0 Z+0 F100
+CR X+30 Y+0 R+5 DR+

@@ -1,0 +1,5 @@
+; nc-type
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+QS1 = "A"
+L X+QS1 FMAX

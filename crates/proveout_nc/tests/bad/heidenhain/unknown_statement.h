@@ -1,0 +1,4 @@
+; nc-unknown-word
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+HELLO WORLD

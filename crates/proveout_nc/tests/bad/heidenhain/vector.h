@@ -1,0 +1,4 @@
+; nc-orientation
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100
+LN X+1 Y+1 Z+1 TX+0 TY+0 TZ+1 FMAX

@@ -1,0 +1,2 @@
+(nc-syntax)
+G0 X1 ?

@@ -1,0 +1,2 @@
+(nc-syntax)
+IF [1 EQ 1]

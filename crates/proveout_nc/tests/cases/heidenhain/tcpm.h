@@ -1,0 +1,24 @@
+0 BEGIN PGM TCPM MM
+1 TOOL CALL 1 Z S1000 F500
+2 L X+0 Y+0 Z+100 R0 FMAX
+3 L M128 F1000
+; the linear axes are unknown now: base coordinates are those of the table
+4 L X+10 Y+20 Z+30 B+15 C-90 F2000
+5 L IZ-5 IB+5
+6 LN X+11 Y+20 Z+25 NX+0.6 NY+0 NZ+0.8
+; no TX TY TZ: the tool stands on the normal
+7 LN X+12 Y+20 Z+25 NX+0 NY+0 NZ+1 TX+0 TY-1 TZ+1
+8 L X+13 M129
+9 L Z+100 FMAX
+10 FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR
+11 L X+1 Y+2 Z+3 A+10 C+20 F500
+12 FUNCTION TCPM F CONT AXIS SPAT PATHCTRL AXIS
+13 L X+1 Y+2 Z+3 A+0 B+30 C+90
+; Rz90 Ry30 e_z = Rz90 (0.5, 0, 0.866) = (0, 0.5, 0.866)
+14 M140 MB 50 F800
+; the direction is that of the tool, which the reader does not know
+15 FUNCTION RESET TCPM
+16 FUNCTION MODE MILL
+17 LN X+0 Y+0 Z+0 NX+0 NY+0 NZ+1 FMAX
+18 M30
+19 END PGM TCPM MM

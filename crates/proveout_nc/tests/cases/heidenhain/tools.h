@@ -1,0 +1,17 @@
+0 BEGIN PGM TOOLS MM
+1 TOOL CALL 5 Z S8000 F1200 DL+0.1 DR-0.05 DR2+0.01
+2 L Z+100 FMAX M3
+3 TOOL CALL S9000
+4 TOOL CALL 5 Z
+; the same tool: no change, deltas back to zero
+5 L Z+50 FMAX
+6 QS1 = "BALL"
+7 TOOL CALL QS1 Y S100
+8 L X+0 Y+100 Z+0 FMAX
+; tool axis Y: the plane is ZX, first axis Z
+9 CC Z+0 X+10
+10 C Z+0 X+20 DR+ F100
+; from (Z0, X0) about (Z0, X10)
+11 TOOL CALL 0 Z
+12 M6
+13 END PGM TOOLS MM

@@ -1,0 +1,41 @@
+0 BEGIN PGM VARIABLES MM
+1 TOOL CALL 1 Z S100 F100
+2 FN 0: Q1 = +60
+3 FN 1: Q2 = +Q1 + -5
+4 L X+Q2 FMAX
+; 55
+5 FN 2: Q3 = +10 - +Q1
+6 FN 3: Q4 = +Q3 * +2
+7 FN 4: Q5 = +Q4 DIV +8
+8 L X+Q3 Y-Q5 Z+Q4 FMAX
+; -50, 12.5, -100
+9 FN 5: Q6 = SQRT 16
+10 FN 6: Q7 = SIN 30
+11 FN 7: Q8 = COS-60
+12 FN 8: Q9 = +3 LEN +4
+13 FN 13: Q10 = +1 ANG -1
+; 135 degrees
+14 L X+Q6 Y+Q7 Z+Q8 FMAX
+15 L X+Q9 Y+Q10 FMAX
+16 Q11 = SQ 3 + 2 * (4 - 1) ^ 2 - 7 % 4
+; 9 + 18 - 3 = 24
+17 QL1 = SQRT (Q11 + 1) + PI - PI
+18 QR2 = ABS -3 + INT 2.9 + FRAC 1.25 + SGN -4 + NEG 1
+; 3 + 2 + 0.25 - 1 - 1 = 3.25
+19 L X+Q11 Y+QL1 Z-QR2 FMAX
+20 L X+Q108 FMAX
+; tool radius, from the settings
+21 Q30 = 0
+22 Q31 = 10
+23 Q32 = 10
+24 Q33 = 0
+25 Q34 = 0
+26 Q35 = -10
+27 FN 23: Q20 = CDATA Q30
+28 L X+Q20 Y+Q21 Z+Q22 FMAX
+; circle through (0, 10), (10, 0), (0, -10): center (0, 0), radius 10
+29 QS5 = "SUB_" || "PART.H"
+30 CALL PGM QS5
+31 FN 16: F-PRINT TNC:\MASK.A / SCREEN:
+32 M30
+33 END PGM VARIABLES MM

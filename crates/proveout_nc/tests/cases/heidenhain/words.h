@@ -1,0 +1,32 @@
+0 BEGIN PGM WORDS MM
+1 BLK FORM 0.1 Z X+0 Y+0 Z-20
+2 BLK FORM 0.2 X+100 Y+100 Z+0
+3 ; a comment alone
+4 * - structure of the program
+5 TOOL DEF 3 L+0 R+5
+6 TOOL CALL 3 Z S2000 F300
+; The tool length acts from TOOL CALL on, so no linear axis has a known position: only Z is told.
+7 L Z+100 R0 FMAX M13
+/8 L X+5 FMAX
+9 L X+10 Y-20.5 FMAX M4
+10 L Z+2 FAUTO M8
+11 L IX+5 IY-0.5 F450 ; increment: X15 Y-21
+12 X+7 R0 FMAX
+13 L X+1 FU0.2 M5
+14 L F100 M136
+15 L Z+3 F0.15
+16 L Z+1 F500 M137
+17 L Z+9 F500 M9 M0
+18 L A+30 C-400 F1000
+19 L C+10 FMAX M126
+; M126: from -400 the short way to 10 is +50: -350.
+20 L M127
+21 L C+20 FMAX M116
+22 M1
+23 STOP M8
+24 L M94 C
+25 L X+0 M118 X1 Y1 Z0.5 M120 LA5
+26 L U+5 FMAX M107
+27 L  X+3  R F M
+28 TOOL CALL 5.2 Z
+29 END PGM WORDS MM

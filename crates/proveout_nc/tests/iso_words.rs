@@ -1,0 +1,368 @@
+//! ISO programs against values by hand, the words of the README, and a real program.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
+use std::path::{Path, PathBuf};
+
+use proveout_nc::{
+    Command, CompSide, Dialect, Dwell, Feed, Motion, Offset, Op, Program, Settings, ToolAction, ToolName, check,
+    check_text,
+};
+
+const FLAVORS: [(&str, Dialect); 3] =
+    [("Fanuc", Dialect::Fanuc), ("Haas", Dialect::Haas), ("LinuxCNC", Dialect::LinuxCnc)];
+
+fn read_with(text: &str, settings: &Settings) -> Result<Vec<Op>, String> {
+    Program::from_text("p.nc", text, settings)
+        .map_err(|e| e.to_string())?
+        .map(|c| c.map(|c| c.op).map_err(|e| format!("{} {}", e.code, e.message)))
+        .collect()
+}
+
+fn read(dialect: Dialect, text: &str) -> Vec<Op> {
+    read_with(text, &Settings { dialect, ..Settings::default() }).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+fn motion(op: &Op) -> Option<&Motion> {
+    match op {
+        Op::Rapid(m) | Op::Linear(m) => Some(m),
+        Op::Arc(a) => Some(&a.motion),
+        Op::Probe(p) => Some(&p.motion),
+        Op::Thread(t) => Some(&t.motion),
+        Op::Spline(s) => Some(&s.motion),
+        _ => None,
+    }
+}
+
+/// X, Y, Z of the ends in base coordinates.
+fn ends(ops: &[Op]) -> Vec<[f64; 3]> {
+    ops.iter().filter_map(motion).filter_map(|m| m.end_base.xyz()).collect()
+}
+
+fn close(a: [f64; 3], b: [f64; 3]) -> bool {
+    // A few operations on coordinates below 1000: rounding is below 1e-12.
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9)
+}
+
+#[test]
+fn order_of_words_decides_nothing() {
+    for (_, dialect) in FLAVORS {
+        let plain = read(dialect, "G21\nG0 X1. Y2. Z3.\nG1 X5. F100.\nG2 X7. Y2. I1. J0.\n");
+        let turned = read(dialect, "G21\nZ3. Y2. G0 X1.\nF100. X5. G1\nJ0. I1. Y2. X7. G2\n");
+        assert_eq!(plain, turned);
+    }
+}
+
+#[test]
+fn dwells_in_the_unit_of_each_control() {
+    let dwell = |dialect, text: &str| match read(dialect, text).first() {
+        Some(Op::Dwell(Dwell::Seconds(s))) => *s,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(dwell(Dialect::Fanuc, "G4 P500"), 0.5);
+    assert_eq!(dwell(Dialect::Fanuc, "G4 X1.5"), 1.5);
+    assert_eq!(dwell(Dialect::Haas, "G4 P500"), 0.5);
+    assert_eq!(dwell(Dialect::Haas, "G4 P2."), 2.0);
+    assert_eq!(dwell(Dialect::LinuxCnc, "G4 P2"), 2.0);
+    assert!(read_with("G4 P0.5", &Settings { dialect: Dialect::Fanuc, ..Settings::default() }).is_err());
+}
+
+#[test]
+fn the_text_tells_the_control() {
+    // A dwell of P2 is 2 s on a LinuxCNC and 2 ms elsewhere: it shows which control is read.
+    for (mark, seconds) in
+        [("G64 P0.01\n", 2.0), ("#<a> = 1\n", 2.0), ("G187 P1\n", 0.002), ("G5.1 Q1\n", 0.002), ("", 0.002)]
+    {
+        let ops = read(Dialect::Iso, &format!("{mark}G4 P2\n"));
+        assert!(ops.iter().any(|op| matches!(op, Op::Dwell(Dwell::Seconds(s)) if *s == seconds)), "{mark} {ops:?}");
+    }
+}
+
+#[test]
+fn lengths_without_a_decimal_point() {
+    let mut settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    let text = "G21\nG0 X10 Y10. Z#1\n#1=5\nZ#1\nA90\n";
+    let ops = read_with(text, &settings).unwrap();
+    assert_eq!(ends(&ops)[0], [10.0, 10.0, 5.0]);
+    assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("decimal point"))));
+    settings.least_increments = true;
+    assert_eq!(ends(&read_with(text, &settings).unwrap())[0], [0.01, 10.0, 5.0]);
+    let inch = read_with("G20\nG0 X10 Y1. Z0\n", &settings).unwrap();
+    assert!(close(ends(&inch)[0], [0.0254, 25.4, 0.0]));
+}
+
+#[test]
+fn inverse_time_and_feed_by_revolution() {
+    let ops = read(Dialect::Haas, "G21 G0 X0 Y0 Z0\nG93 G1 X1. F4.\nX2. F0.5\nG95 F0.1 X3.\nG94 X4. F60.\n");
+    let feeds: Vec<Feed> = ops.iter().filter_map(|op| if let Op::Feed(f) = op { Some(*f) } else { None }).collect();
+    assert_eq!(
+        feeds,
+        [Feed::InverseTime(15.0), Feed::InverseTime(120.0), Feed::PerRevolution(0.1), Feed::PerTime(1.0)]
+    );
+}
+
+#[test]
+fn full_circles_and_turns() {
+    let turns = |dialect, text: &str| match read(dialect, &format!("G21 G0 X0 Y0 Z0\n{text} F100\n")).last() {
+        Some(Op::Arc(arc)) => arc.sweep / std::f64::consts::TAU,
+        other => panic!("{other:?}"),
+    };
+    for (_, dialect) in FLAVORS {
+        assert_eq!(turns(dialect, "G2 I5"), 1.0);
+        assert!((turns(dialect, "G3 X10 I5") - 0.5).abs() < 1e-12);
+        assert!((turns(dialect, "G3 X10 Y0 R-10") - 5.0 / 6.0).abs() < 1e-12);
+        assert!((turns(dialect, "G3 X10 Y0 R10") - 1.0 / 6.0).abs() < 1e-12);
+    }
+    assert!((turns(Dialect::LinuxCnc, "G3 X10 I5 P3 Z-3") - 2.5).abs() < 1e-12);
+}
+
+#[test]
+fn euler_angles_of_a_tilted_plane() {
+    // Independent of the reader: the three turns applied to the axes one after the other, each about an axis of the turned
+    // trihedron (Rodrigues).
+    let turn = |v: [f64; 3], k: [f64; 3], degrees: f64| -> [f64; 3] {
+        let (s, c) = degrees.to_radians().sin_cos();
+        let dot: f64 = (0..3).map(|i| v[i] * k[i]).sum();
+        let cross = [k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]];
+        std::array::from_fn(|i| v[i] * c + cross[i] * s + k[i] * dot * (1.0 - c))
+    };
+    for [i, j, k] in [[10.0, 20.0, 30.0], [-75.0, 40.0, 110.0], [0.0, 90.0, 0.0], [33.3, -120.0, 5.0]] {
+        let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        for (about, angle) in [(2, i), (0, j), (2, k)] {
+            let pole = axes[about];
+            axes = axes.map(|v| turn(v, pole, angle));
+        }
+        let text = format!("G21\nG68.2 X1. Y2. Z3. I{i:.4} J{j:.4} K{k:.4}\nG53.1\nG0 X5. Y6. Z7.\n");
+        let ops = read(Dialect::Fanuc, &text);
+        let want: [f64; 3] =
+            std::array::from_fn(|n| [1.0, 2.0, 3.0][n] + 5.0 * axes[0][n] + 6.0 * axes[1][n] + 7.0 * axes[2][n]);
+        assert!(close(ends(&ops)[0], want), "{i} {j} {k}");
+        let upright = ops.iter().filter_map(motion).find_map(|m| m.tool_axis_base).unwrap();
+        assert!(close(upright, axes[2]));
+        assert!(matches!(ops.iter().rfind(|op| matches!(op, Op::Tcp(_))), Some(Op::Tcp(tcp)) if tcp.on));
+    }
+}
+
+#[test]
+fn a_held_rapid_is_made_with_the_next_one() {
+    for angle in [30.0_f64, 90.0] {
+        let text = format!(
+            "G21\nG68.2 X0. Y0. Z0. I0. J{angle:.1} K0.\nG53.1\nG0 X1. Y2.\nG43 H1 Z3.\nG1 Z0. F100.\nG2 I1.\n"
+        );
+        let ops = read(Dialect::Fanuc, &text);
+        let (s, c) = angle.to_radians().sin_cos();
+        // RX: (x, y c - z s, y s + z c). The arc needs all of its start.
+        let want = [[1.0, 2.0 * c - 3.0 * s, 2.0 * s + 3.0 * c], [1.0, 2.0 * c, 2.0 * s], [1.0, 2.0 * c, 2.0 * s]];
+        let got = ends(&ops);
+        assert!(got.len() == 3 && got.iter().zip(want).all(|(a, b)| close(*a, b)), "{got:?}");
+        assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("together with the next one"))));
+    }
+}
+
+#[test]
+fn a_tool_length_moves_only_the_tip_along_the_tool() {
+    // Under a rotation of the plane X and Y stay known when the length changes.
+    let ops = read(Dialect::Fanuc, "G21 G0 X1. Y2. Z9.\nG68 X0. Y0. R30.\nG43 H1 Z3.\nG3 I1. F100.\n");
+    let got = ends(&ops);
+    assert!(got.len() == 3 && got.iter().all(|p| close([p[0], p[1], 0.0], [1.0, 2.0, 0.0])), "{got:?}");
+}
+
+#[test]
+fn machine_coordinates_know_no_tool_length() {
+    let ops = read(Dialect::Haas, "G21 G0 X0. Y0.\nG43 H4 Z50.\nG53 G0 Z0.\n");
+    let tail: Vec<&Op> = ops.iter().rev().take(3).collect();
+    assert!(matches!(tail[2], Op::Offset(Offset::ToolEdge { edge: 0 })));
+    assert!(matches!(tail[1], Op::Rapid(m) if m.machine_coordinates && m.end_base.get(2) == Some(0.0)));
+    assert!(matches!(tail[0], Op::Offset(Offset::ToolEdge { edge: 4 })));
+}
+
+#[test]
+fn reference_points_come_from_the_settings() {
+    let mut settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    settings.variables.insert("#5183".to_owned(), -120.0);
+    let ops = read_with("G21 G91 G30 Z0\nG28 Z0\n", &settings).unwrap();
+    let z: Vec<_> = ops.iter().filter_map(motion).map(|m| m.end_base.get(2).unwrap()).collect();
+    assert_eq!(z, [-120.0, 0.0]);
+    // Without an increment of zero the intermediate point is a motion of its own, and dangerous: it is made.
+    let ops = read(Dialect::Fanuc, "G21 G90 G0 X0 Y0 Z50.\nG28 Z0\n");
+    assert_eq!(ops.iter().filter_map(motion).filter(|m| !m.machine_coordinates).count(), 2);
+}
+
+#[test]
+fn compensation_names_side_offset_and_radius() {
+    let comp = |dialect, text: &str| {
+        read(dialect, text)
+            .iter()
+            .rev()
+            .find_map(|op| if let Op::CutterComp(c) = op { Some(*c) } else { None })
+            .unwrap()
+    };
+    let c = comp(Dialect::Fanuc, "G21 G0 X0 Y0\nG41 D5 G1 X5. F100.\n");
+    assert_eq!((c.side, c.offset, c.radius), (CompSide::Left, Some(5), None));
+    let c = comp(Dialect::LinuxCnc, "g21 g0 x0 y0\ng42.1 d10 g1 x5 f100\n");
+    assert_eq!((c.side, c.offset, c.radius), (CompSide::Right, None, Some(5.0)));
+    let c = comp(Dialect::Haas, "G21 G10 L12 P3 R4.\nG0 X0 Y0\nG42 D3 G1 X5. F100.\nG40\n");
+    assert_eq!((c.side, c.offset), (CompSide::Off, None));
+}
+
+#[test]
+fn block_delete_by_level() {
+    let mut settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    let text = "G21 G0 X1. Y0. Z0.\n/X2.\n/2 X3.\nN5 X4.\n";
+    assert_eq!(ends(&read_with(text, &settings).unwrap()).len(), 4);
+    settings.skipped_levels = 1;
+    assert_eq!(ends(&read_with(text, &settings).unwrap()).len(), 3);
+    settings.skipped_levels = 1 << 2;
+    assert_eq!(ends(&read_with(text, &settings).unwrap()).len(), 3);
+}
+
+#[test]
+fn subprograms_lie_beside_the_program() {
+    let folder = std::env::temp_dir().join(format!("proveout-iso-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("main.nc"), "G21 G0 X0 Y0 Z0\nM98 P77\nM30\n").unwrap();
+    std::fs::write(folder.join("O0077.NC"), "%\nO0077\nG0 X7.\nM99\n%\n").unwrap();
+    std::fs::write(folder.join("main.ngc"), "g21 g0 x0 y0 z0\no<side> call [3]\nm2\n").unwrap();
+    std::fs::write(folder.join("side.ngc"), "o<side> sub\ng0 x#1\no<side> endsub\nm2\n").unwrap();
+    for (name, dialect, x) in [("main.nc", Dialect::Fanuc, 7.0), ("main.ngc", Dialect::LinuxCnc, 3.0)] {
+        let commands: Vec<Command> = Program::open(folder.join(name), &Settings { dialect, ..Settings::default() })
+            .unwrap()
+            .map(Result::unwrap)
+            .collect();
+        let last = commands.iter().rev().find(|c| motion(&c.op).is_some()).unwrap();
+        assert_eq!((last.location.depth, motion(&last.op).unwrap().end.get(0)), (1, Some(x)));
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn limits_are_named() {
+    let mut settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
+    settings.limits.max_loop_passes = 50;
+    settings.limits.max_idle_passes = 1000;
+    let error = read_with("g21 g0 x0\no1 while [1]\nx1\no1 endwhile\n", &settings).unwrap_err();
+    assert!(error.starts_with("nc-loop-limit") && error.contains("50"), "{error}");
+    settings.limits.max_call_depth = 3;
+    let error = read_with("o1 sub\no1 call\no1 endsub\no1 call\n", &settings).unwrap_err();
+    assert!(error.starts_with("nc-nesting-limit") && error.contains('3'), "{error}");
+    let deep = format!("#1={}1{}\n", "[".repeat(500), "]".repeat(500));
+    assert!(read_with(&deep, &settings).unwrap_err().starts_with("nc-nesting-limit"));
+}
+
+/// Words of a row of the README's table: every word in backticks.
+fn table(flavor: &str, kind: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    let section = text.split("## Coverage: ISO").nth(1).unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let head = format!("| {kind}: {flavor} |");
+    let row = section.lines().find(|l| l.starts_with(&head)).unwrap_or_else(|| panic!("no row {head}"));
+    row.split('`').skip(1).step_by(2).flat_map(str::split_whitespace).map(str::to_owned).collect()
+}
+
+fn is_g_word(word: &str) -> bool {
+    word.strip_prefix('G').is_some_and(|rest| rest.parse::<f64>().is_ok())
+}
+
+#[test]
+fn the_table_of_the_readme_tells_the_truth() {
+    for (flavor, dialect) in FLAVORS {
+        let settings = Settings { dialect, ..Settings::default() };
+        // A word of the grammar is judged without what it needs: only the codes of unknown and refused words matter here.
+        let code = |word: &str| {
+            check_text("p.nc", word, &settings)
+                .into_iter()
+                .map(|d| d.code)
+                .find(|c| *c == "nc-unknown-word" || *c == "nc-unsupported-word")
+        };
+        let refused = table(flavor, "refused by name");
+        assert!(refused.iter().filter(|w| is_g_word(w)).count() > 3, "{flavor} {refused:?}");
+        for word in refused.iter().filter(|w| is_g_word(w)) {
+            assert_eq!(code(word), Some("nc-unsupported-word"), "{flavor} {word}");
+        }
+        let read: Vec<String> = table(flavor, "supported")
+            .into_iter()
+            .chain(table("all", "supported"))
+            .chain(table(flavor, "a note"))
+            .collect();
+        assert!(read.iter().filter(|w| is_g_word(w)).count() > 30, "{flavor}");
+        for word in read.iter().filter(|w| is_g_word(w)) {
+            assert_eq!(code(word), None, "{flavor} {word}");
+        }
+        // A word that stands nowhere is unknown.
+        for word in ["G999", "G6.5", "G3.7"] {
+            assert_eq!(code(word), Some("nc-unknown-word"), "{flavor} {word}");
+        }
+    }
+}
+
+/// The NIST plate, where it stands beside the checkout.
+fn plate() -> Option<PathBuf> {
+    let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?.parent()?;
+    let found =
+        checkout.ancestors().skip(1).take(2).map(|dir| dir.join("shared/cases/nist-plate/NIST_MTC_CRADA_PLATE-5.NC"));
+    let found = found.into_iter().find(|path| path.is_file());
+    if found.is_none() {
+        let mut err = std::io::stderr();
+        let _ = std::io::Write::write_all(
+            &mut err,
+            b"shared/cases is not beside the checkout: the NIST plate is NOT read\n",
+        );
+    }
+    found
+}
+
+#[test]
+fn the_nist_plate_is_read_to_its_end() {
+    let Some(path) = plate() else { return };
+    for dialect in [Dialect::Auto, Dialect::Iso, Dialect::Fanuc, Dialect::Haas] {
+        let settings = Settings { dialect, ..Settings::default() };
+        let faults = check(&path, &settings);
+        assert!(faults.is_empty(), "{dialect:?} {faults:?}");
+    }
+    let text = std::fs::read_to_string(&path).unwrap();
+    let commands: Vec<Command> = Program::open(&path, &Settings::default()).unwrap().map(Result::unwrap).collect();
+    assert!(matches!(commands.last().map(|c| &c.op), Some(Op::End)));
+    // Counted in the text: `TnM6`, and blocks with G2 or G3 (each is one arc; no arc block goes without the word but modal ones).
+    let changes = text.lines().filter(|l| l.ends_with("M6")).count();
+    let told = commands.iter().filter(|c| matches!(c.op, Op::Tool(ToolAction::Change(_)))).count();
+    assert_eq!(told, changes);
+    let first = commands
+        .iter()
+        .find_map(|c| if let Op::Tool(ToolAction::Change(ToolName::Number(n))) = c.op { Some(n) } else { None });
+    assert_eq!(first, Some(7));
+    let arcs = commands.iter().filter(|c| matches!(c.op, Op::Arc(_))).count();
+    let words = text
+        .lines()
+        .filter(|l| !l.starts_with('('))
+        .filter(|l| l.contains("G2X") || l.contains("G3X") || l.contains("G2Y") || l.contains("G3Y"))
+        .count();
+    assert!(arcs >= words && words > 500, "{arcs} {words}");
+    // Four holes of the spot drill, inch to mm, from Z.1 to Z-.17 and back.
+    let holes: Vec<[f64; 3]> = commands
+        .iter()
+        .filter_map(|c| if let Op::Linear(m) = &c.op { Some((c.location.line, m.end_base.xyz()?)) } else { None })
+        .filter(|(line, _)| (15..=18).contains(line))
+        .map(|(_, p)| p)
+        .collect();
+    let inch = [[0.8443, -2.68], [4.1301, -2.68], [4.1301, -0.3115], [0.8443, -0.3115]];
+    assert_eq!(holes.len(), 4);
+    for (hole, [x, y]) in holes.into_iter().zip(inch) {
+        assert!(close(hole, [x * 25.4, y * 25.4, -0.17 * 25.4]), "{hole:?}");
+    }
+    // Every arc lies on its circle: four decimals of an inch, both ends and center rounded.
+    let mut from: Option<[f64; 3]> = None;
+    for command in &commands {
+        if let Op::Arc(arc) = &command.op {
+            let flat = |p: [f64; 3]| (p[0] - arc.center_base[0]).hypot(p[1] - arc.center_base[1]);
+            assert!((flat(from.unwrap()) - arc.radius).abs() < 1e-9, "line {}", command.location.line);
+            assert!(
+                (flat(arc.motion.end_base.xyz().unwrap()) - arc.radius).abs() < 0.01,
+                "line {}",
+                command.location.line
+            );
+        }
+        if let Some(m) = motion(&command.op) {
+            from = m.end_base.xyz().filter(|_| !m.machine_coordinates);
+        }
+    }
+}
