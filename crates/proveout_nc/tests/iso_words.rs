@@ -245,6 +245,15 @@ fn limits_are_named() {
     settings.limits.max_call_depth = 3;
     let error = read_with("o1 sub\no1 call\no1 endsub\no1 call\n", &settings).unwrap_err();
     assert!(error.starts_with("nc-nesting-limit") && error.contains('3'), "{error}");
+    // Passes of empty subprograms count, also those of L.
+    settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    settings.limits.max_idle_passes = 10_000;
+    let error = read_with("O1\nM98 P2 L9999\nM30\nO2\nM98 P3 L9999\nM99\nO3\nM99\n", &settings).unwrap_err();
+    assert!(error.starts_with("nc-loop-limit") && error.contains("10000"), "{error}");
+    // One block does not fill the memory.
+    let error =
+        read_with("G21 G0 X0 Y0 Z9.\nG83 Z-9. R1. Q0.01 F9. K9999\nX1.\nG83 X2. Z-99. K9999\n", &settings).unwrap_err();
+    assert!(error.starts_with("nc-loop-limit") && error.contains("200000"), "{error}");
     let deep = format!("#1={}1{}\n", "[".repeat(500), "]".repeat(500));
     assert!(read_with(&deep, &settings).unwrap_err().starts_with("nc-nesting-limit"));
 }
