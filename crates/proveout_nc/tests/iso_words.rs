@@ -245,8 +245,63 @@ fn limits_are_named() {
     settings.limits.max_call_depth = 3;
     let error = read_with("o1 sub\no1 call\no1 endsub\no1 call\n", &settings).unwrap_err();
     assert!(error.starts_with("nc-nesting-limit") && error.contains('3'), "{error}");
+    // Passes of empty subprograms count, also those of L.
+    settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    settings.limits.max_idle_passes = 10_000;
+    let error = read_with("O1\nM98 P2 L9999\nM30\nO2\nM98 P3 L9999\nM99\nO3\nM99\n", &settings).unwrap_err();
+    assert!(error.starts_with("nc-loop-limit") && error.contains("10000"), "{error}");
+    // One block does not fill the memory.
+    let error =
+        read_with("G21 G0 X0 Y0 Z9.\nG83 Z-9. R1. Q0.01 F9. K9999\nX1.\nG83 X2. Z-99. K9999\n", &settings).unwrap_err();
+    assert!(error.starts_with("nc-loop-limit") && error.contains("200000"), "{error}");
     let deep = format!("#1={}1{}\n", "[".repeat(500), "]".repeat(500));
     assert!(read_with(&deep, &settings).unwrap_err().starts_with("nc-nesting-limit"));
+}
+
+#[test]
+fn system_parameters_tell_the_state() {
+    // Each value goes to X, so that the end of a motion shows it.
+    let value = |dialect, head: &str, name: &str| {
+        let ops = read(dialect, &format!("G21 G0 X1. Y2. Z3.\n{head}\nG0 X[{name}]\n"));
+        ops.iter().rev().find_map(motion).unwrap().end.get(0).unwrap()
+    };
+    for (head, name, want) in [
+        ("T7 M6", "#5400", 7.0),
+        ("G59.2", "#5220", 8.0),
+        ("G10 L2 P9 X4", "#5381", 4.0),
+        ("G10 L2 P2 Z-4", "#5243", -4.0),
+        ("Y5", "#5421", 5.0),
+        ("Y5", "#<_y>", 5.0),
+        ("G91", "#<_incremental>", 1.0),
+        ("G90", "#<_absolute>", 1.0),
+        ("S300 M3", "#<_rpm>", 300.0),
+        ("G19", "#<_plane>", 190.0),
+    ] {
+        // Under G91 the value is an increment on X1.
+        let want = if head == "G91" { want + 1.0 } else { want };
+        assert_eq!(value(Dialect::LinuxCnc, head, name), want, "{name}");
+    }
+    for (head, name, want) in [
+        ("Y5.", "#5042", 5.0),
+        ("Y5.", "#5002", 5.0),
+        ("G55", "#4001", 0.0),
+        ("G18", "#4002", 18.0),
+        ("G90", "#4003", 90.0),
+        ("F250.", "#4109", 250.0),
+        ("H0 D12", "#4107", 12.0),
+        ("S800", "#4119", 800.0),
+        ("T9", "#4120", 9.0),
+        ("#5222=6.5", "#5222", 6.5),
+        ("G10 L20 P2 X3.", "#7021", 3.0),
+    ] {
+        assert_eq!(value(Dialect::Fanuc, head, name), want, "{name}");
+    }
+}
+
+#[test]
+fn programs_of_a_30i_have_names() {
+    let ops = read(Dialect::Fanuc, "%\n<PART-1>(FIRST)\nG21 G0 X1. Y0. Z0.\nM30\n<SIDE>\nG0 X9.\nM99\n%\n");
+    assert_eq!(ends(&ops), [[1.0, 0.0, 0.0]]);
 }
 
 /// Words of a row of the README's table: every word in backticks.

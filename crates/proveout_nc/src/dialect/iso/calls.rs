@@ -92,8 +92,7 @@ impl Interpreter {
     pub(crate) fn return_from_sub(&mut self, target: Option<f64>, span: Span) -> Result<(), Fault> {
         let Some(target) = target else {
             if self.stack.len() > 1 {
-                self.leave();
-                return Ok(());
+                return self.leave(span);
             }
             self.note("M99 in the main program: the control begins it again; read once");
             self.end_of_program();
@@ -103,7 +102,7 @@ impl Interpreter {
             if let Some(level) = self.stack.last_mut() {
                 level.passes_left = 0;
             }
-            self.leave();
+            self.leave(span)?;
         }
         let Some(level) = self.stack.last() else { return Ok(()) };
         let (loaded, cursor) = (Arc::clone(&level.loaded), level.cursor);
@@ -229,7 +228,7 @@ impl Interpreter {
                 Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("take it out")
             );
         }
-        self.leave();
+        self.leave(span)?;
         self.variables.set_named("_value", value.unwrap_or(0.0));
         self.variables.set_named("_value_returned", f64::from(u8::from(value.is_some())));
         Ok(())
@@ -268,15 +267,15 @@ impl Interpreter {
     }
 
     /// Leaves a subprogram, or begins its next pass.
-    pub(crate) fn leave(&mut self) {
+    pub(crate) fn leave(&mut self, span: Span) -> Result<(), Fault> {
         if let Some(level) = self.stack.last_mut()
             && level.passes_left > 0
         {
             level.passes_left -= 1;
             level.cursor = level.first;
-            return;
+            return self.count_pass(span);
         }
-        let Some(level) = self.stack.pop() else { return };
+        let Some(level) = self.stack.pop() else { return Ok(()) };
         if matches!(level.kind, CallKind::Macro | CallKind::OSub) {
             self.variables.leave();
         }
@@ -284,6 +283,7 @@ impl Interpreter {
         if self.modal_macro.as_ref().is_some_and(|call| call.depth > depth) {
             self.modal_macro = None;
         }
+        Ok(())
     }
 
     /// A program by its number or `<name>`: in the files of the call stack, then in the folders.

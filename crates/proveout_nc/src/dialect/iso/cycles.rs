@@ -24,15 +24,17 @@ use crate::{AxisValues, Dwell, Op, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
+/// Most commands of one block: they are kept until they are handed out.
+const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
 const MAX_REPEATS: f64 = 9999.0;
 
 /// Levels of one hole along the normal of the plane, mm.
 #[derive(Clone, Copy, Debug)]
-struct Levels {
-    initial: Option<f64>,
-    r: f64,
-    depth: f64,
+pub(super) struct Levels {
+    pub(super) initial: Option<f64>,
+    pub(super) r: f64,
+    pub(super) depth: f64,
 }
 
 impl Interpreter {
@@ -307,92 +309,14 @@ impl Interpreter {
         self.along(back, true, span)
     }
 
-    /// G76: out of the hole with the tip shifted off the wall.
-    fn fine_bore(&mut self, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        let shift = self.bore_shift("G76", span)?;
-        let direction = self.technology.direction;
-        self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
-        self.orient();
-        self.shifted(shift, 1.0, span)?;
-        self.along(back, true, span)?;
-        self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
-        Ok(())
-    }
-
-    /// G87 of a Fanuc, G77 of a Haas: down beside the wall, up in feed.
-    fn back_bore(&mut self, levels: Levels, span: Span) -> Result<(), Fault> {
-        let shift = self.bore_shift("back boring", span)?;
-        let initial = Levels { initial: levels.initial, ..levels }.initial.ok_or_else(|| {
-            Fault::new(
-                codes::POSITION_UNKNOWN,
-                span,
-                "back boring comes back to the initial level, which the program has not set",
-            )
-            .help("program Z before the cycle")
-        })?;
-        let direction = match self.technology.direction {
-            SpindleDirection::Off => SpindleDirection::Clockwise,
-            other => other,
-        };
-        self.orient();
-        self.shifted(shift, 1.0, span)?;
-        self.along(levels.r, true, span)?;
-        self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
-        self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
-        self.orient();
-        self.shifted(shift, 1.0, span)?;
-        self.along(initial, true, span)?;
-        self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
-        Ok(())
-    }
-
-    fn orient(&mut self) {
-        self.note("M19");
-        self.spindle_off();
-    }
-
-    /// Shift off the wall in the plane: I and J, or Q along the first axis.
-    fn bore_shift(&self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
-        match (self.cycle.ijk, self.cycle.q) {
-            ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
-            ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),
-            _ => Err(Fault::new(
-                codes::MISSING_VALUE,
-                span,
-                format!("{name} has no shift Q, and no I and J in the plane"),
-            )
-            .help("write Q, or I and J")),
-        }
-    }
-
-    fn shifted(&mut self, shift: [f64; 2], sign: f64, span: Span) -> Result<(), Fault> {
-        let [u, v, _] = self.modal.plane_axes();
-        let mut end = self.position.work;
-        for (axis, value) in [(u, shift[0]), (v, shift[1])] {
-            let Some(now) = end.get(axis) else {
-                return Err(super::motion::unknown_axis(char::from(AXES[axis]), span));
-            };
-            end.put(axis, now + sign * value);
-        }
-        self.cycle_motion(end, 1 << u | 1 << v, true, span)
-    }
-
-    fn wait(&mut self, dwell: Option<f64>) {
+    pub(super) fn wait(&mut self, dwell: Option<f64>) {
         if let Some(seconds) = dwell.filter(|s| *s > 0.0) {
             self.emit(Op::Dwell(Dwell::Seconds(seconds)));
         }
     }
 
     /// Straight motion along the normal of the plane.
-    fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+    pub(super) fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
         let axis = self.modal.normal;
         if self.position.work.get(axis) == Some(to) {
             return Ok(());
@@ -402,7 +326,17 @@ impl Interpreter {
         self.cycle_motion(end, 1 << axis, rapid, span)
     }
 
-    fn cycle_motion(&mut self, end: AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
+    pub(super) fn cycle_motion(
+        &mut self,
+        end: AxisValues,
+        programmed: u16,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if self.queue.len() > MAX_COMMANDS {
+            let message = format!("the cycle gives more than {MAX_COMMANDS} commands in one block");
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("check the infeed Q and the repetitions"));
+        }
         if rapid {
             return self.rapid(end, programmed, false, span);
         }

@@ -97,7 +97,7 @@ fn may_structure(line: &str) -> bool {
         s.skip_blanks();
     }
     match s.peek() {
-        b'O' | b'o' | b':' => true,
+        b'O' | b'o' | b':' | b'<' => true,
         b'W' | b'w' | b'D' | b'd' | b'E' | b'e' => s.peek_at(1).is_ascii_alphabetic(),
         _ => false,
     }

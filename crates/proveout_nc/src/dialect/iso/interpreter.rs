@@ -211,7 +211,7 @@ impl Interpreter {
         let Some((line, next)) = line else {
             // The end of the text ends the program as M30 and the subprogram as M99 do.
             if self.stack.len() > 1 {
-                self.leave();
+                self.leave(Span::default()).map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, "")))?;
             } else {
                 self.done = true;
             }

@@ -3,10 +3,11 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
 //! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! and [`cycles`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! and [`cycles`] with [`boring`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
 
 mod arcs;
 mod block;
+mod boring;
 mod calls;
 mod control;
 mod cycles;

@@ -142,6 +142,13 @@ pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Resul
                 block.assignments.push(assignment);
                 end = s.pos();
             }
+            b'<' if first && flavor == Flavor::Fanuc => {
+                // A Series 30i names programs: `<NAME>`.
+                start = start.or(Some(at));
+                block.statement = Some(statement::named_header(&mut s)?);
+                first = false;
+                end = s.pos();
+            }
             b'A'..=b'Z' | b'a'..=b'z' | b':' => {
                 start = start.or(Some(at));
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {

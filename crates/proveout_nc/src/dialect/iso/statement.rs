@@ -145,25 +145,33 @@ fn loop_number(s: &mut Scanner<'_>, start: usize) -> Result<u32, Fault> {
     })
 }
 
+/// `<NAME>` as the head of a program.
+pub(crate) fn named_header(s: &mut Scanner<'_>) -> Result<Statement, Fault> {
+    let start = s.pos();
+    name_in_brackets(s, start).map(Statement::Header)
+}
+
+/// `<name>` in lower case without blanks, brackets included; the scanner stands on `<`.
+fn name_in_brackets(s: &mut Scanner<'_>, start: usize) -> Result<String, Fault> {
+    s.bump();
+    let from = s.pos();
+    while !s.at_end() && s.peek() != b'>' {
+        s.bump();
+    }
+    let name: String = s.slice(from).chars().filter(|c| !c.is_whitespace()).collect();
+    if !s.take(b'>') || name.is_empty() {
+        return Err(Fault::new(codes::SYNTAX, s.span_from(start), "the name has no end").help("write <name>"));
+    }
+    Ok(format!("<{}>", name.to_ascii_lowercase()))
+}
+
 /// A line that begins with O or `:`.
 fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     let start = s.pos();
     s.bump();
     s.skip_blanks();
     let label = match s.peek() {
-        b'<' => {
-            s.bump();
-            let from = s.pos();
-            while !s.at_end() && s.peek() != b'>' {
-                s.bump();
-            }
-            let name: String = s.slice(from).chars().filter(|c| !c.is_whitespace()).collect();
-            if !s.take(b'>') || name.is_empty() {
-                return Err(Fault::new(codes::SYNTAX, s.span_from(start), "the name of the O word has no end")
-                    .help("write o<name>"));
-            }
-            Label::Fixed(format!("<{}>", name.to_ascii_lowercase()))
-        }
+        b'<' => Label::Fixed(name_in_brackets(s, start)?),
         b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
         _ => match s.integer() {
             Some(number) => Label::Fixed(number.to_string()),

@@ -12,7 +12,7 @@ use crate::{AXIS_LETTERS, CompSide, SpindleDirection, ToolName, WorkOffset};
 fn offset_word(flavor: Flavor, number: u32) -> Option<(String, usize)> {
     let (word, first) = match (flavor, number) {
         (_, 5221..=5340) => (format!("G{}", 54 + (number - 5221) / 20), 5221),
-        (Flavor::LinuxCnc, 5341..=5400) => (format!("G59.{}", 1 + (number - 5341) / 20), 5341),
+        (Flavor::LinuxCnc, 5341..=5390) => (format!("G59.{}", 1 + (number - 5341) / 20), 5341),
         (Flavor::Fanuc, 7001..=7960) => (format!("G54.1P{}", 1 + (number - 7001) / 20), 7001),
         (Flavor::Haas, 14001..=15980) => (format!("G154P{}", 1 + (number - 14001) / 20), 14001),
         (Flavor::Haas, 7001..=7400) => (format!("G154P{}", 1 + (number - 7001) / 20), 7001),
