@@ -1,6 +1,5 @@
 //! First blocks of a tilted plane: the program gives some work coordinates, the machine has the others.
 
-#[allow(dead_code, reason = "helpers that other tests use")]
 mod common;
 
 use common::{Program, bc_machine, motion, run_with, tool};
