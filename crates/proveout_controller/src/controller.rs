@@ -57,6 +57,8 @@ struct State {
     spindle: Spindle,
     /// When the spindle is at its speed, or at rest, s.
     spindle_ready: f64,
+    /// Rotation and translation from work to base coordinates.
+    frame: Option<([[f64; 3]; 3], [f64; 3])>,
 }
 
 /// The control: takes canonical commands and gives the motion of the machine in chunks.
@@ -124,6 +126,7 @@ where
                 feed: None,
                 spindle: Spindle { direction: SpindleDirection::Off, speed_rpm: None },
                 spindle_ready: 0.0,
+                frame: None,
             },
             settings,
             path: Path::default(),
@@ -230,7 +233,8 @@ where
             Op::Tool(ToolAction::Select(name)) => {
                 self.find_tool(name, location)?; // told at the T word, not only at the change
             }
-            Op::Plane(_) | Op::Frame(_) | Op::Offset(Offset::Work { .. }) => {}
+            Op::Frame(frame) => self.state.frame = Some((frame.rotation, frame.translation)),
+            Op::Plane(_) | Op::Offset(Offset::Work { .. }) => {}
             Op::Tool(ToolAction::Change(name)) => self.tool_change(name, location)?,
             Op::Offset(Offset::ToolEdge { edge }) => self.set_edge(*edge != 0),
             Op::Tcp(tcp) => self.switch_tcp(*tcp, location)?,
@@ -270,6 +274,11 @@ where
     }
 
     fn straight(&mut self, motion: &Motion, kind: MoveKind, location: &Location) -> Result<(), Box<ControlError>> {
+        let completed = self.state.frame.and_then(|frame| {
+            let context = self.context(motion.machine_coordinates, location);
+            context.completed(motion, frame, &self.state.position)
+        });
+        let motion = completed.as_ref().unwrap_or(motion);
         let (mapping, path) = {
             let context = self.context(motion.machine_coordinates, location);
             (context.mapping, context.straight(motion, &self.state.position)?)

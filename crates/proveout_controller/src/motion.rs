@@ -2,6 +2,7 @@
 
 mod great_circle;
 
+use nalgebra::Matrix3;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointKind, JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation};
@@ -66,6 +67,49 @@ impl Context<'_> {
     /// Tool length in the axes X, Y, Z without tool center point control: along the spindle with all joints at zero.
     fn length_offset(&self) -> Vector {
         self.machine.spindle.gauge_pose.vector(&Vector::z()) * self.active_length
+    }
+
+    /// The motion with base coordinates, where a turned frame let the program give only some work coordinates: the others are
+    /// those of the machine, seen in the frame. None where the motion has what it needs.
+    pub(crate) fn completed(
+        &self,
+        motion: &Motion,
+        (rotation, translation): ([[f64; 3]; 3], [f64; 3]),
+        position: &Position,
+    ) -> Option<Motion> {
+        let given = motion.programmed & 0b111;
+        let none = (0..3).all(|axis| motion.end_base.get(axis).is_none());
+        if given == 0 || motion.machine_coordinates || !none {
+            return None;
+        }
+        let now: [f64; 3] = match self.mapping.tcp_length.zip(self.rig) {
+            Some((length, rig)) => {
+                let task = rig.task(self.machine, &position.q, length);
+                std::array::from_fn(|axis| task[rig.slots[axis]])
+            }
+            None => {
+                let offset = self.length_offset();
+                let mut now = [0.0; 3];
+                for (axis, value) in now.iter_mut().enumerate() {
+                    *value = position.q[self.machine.joint_for_letter(AXIS_LETTERS[axis])?] - offset[axis];
+                }
+                now
+            }
+        };
+        let linear = Matrix3::from_fn(|row, column| rotation[row][column]);
+        let shift = Vector::from(translation);
+        let mut work = linear.try_inverse()? * (Vector::from(now) - shift);
+        for axis in 0..3 {
+            if given >> axis & 1 == 1 {
+                work[axis] = motion.end.get(axis)?;
+            }
+        }
+        let base = linear * work + shift;
+        let mut motion = motion.clone();
+        for axis in 0..3 {
+            motion.end_base.put(axis, base[axis]);
+        }
+        Some(motion)
     }
 
     /// Joint of each axis letter that moves in this motion, with its target in base coordinates.
