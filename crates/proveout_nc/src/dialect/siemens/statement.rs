@@ -57,7 +57,12 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
             Statement::Return
         }
         "MCALL" => Statement::ModalCall(call(s)?),
-        "CALL" => Statement::CallText(expr::expression(s)?),
+        "CALL" | "EXTCALL" => Statement::CallText(expr::expression(s)?),
+        "WHEN" | "WHENEVER" | "EVERY" => {
+            let message = format!("`{name}` (a synchronized action) is not supported");
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
+                .help("take the synchronized action out; the twin has no signals that it could wait for"));
+        }
         _ => return Ok(None),
     }))
 }

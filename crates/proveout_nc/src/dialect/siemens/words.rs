@@ -21,7 +21,7 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "FNORM" | "FLIN" | "FCUB" | "FFWON" | "FFWOF" | "SOFT" | "BRISK" | "DRIVE" | "SOFTA" | "BRISKA" | "DRIVEA"
         | "COMPOF" | "COMPON" | "COMPCURV" | "COMPCAD" | "COMPSURF" | "DYNNORM" | "DYNPOS" | "DYNROUGH"
         | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
-        | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "ORISON" | "ORISOF" => Class::Note,
+        | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "RTLIOF" | "ORISON" | "ORISOF" => Class::Note,
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
         "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "CDON" | "CDOF" | "CDOF2"
         | "DIAMOF" | "DISPLON" | "DISPLOF" | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND"
@@ -56,6 +56,14 @@ pub(crate) fn classify_name(name: &str) -> Class {
             Class::Refused("let the CAM system compensate the cutter, and use CUT2D")
         }
         "DIAMON" | "DIAM90" => Class::Refused("diameter programming belongs to turning; use DIAMOF"),
+        "TCOABS" | "TCOFRX" | "TCOFRY" | "TCOFRZ" => Class::Refused("swivel the plane with CYCLE800"),
+        "PTP" | "PTPG0" | "ORIRESET" => Class::Refused("program the rotary axes in G0 and G1 blocks"),
+        "SETINT" | "CLRINT" | "ENABLE" | "DISABLE" | "CANCEL" | "EXECSTRING" | "PCALL" | "EXECTAB" => {
+            Class::Refused("call the subprogram by its name")
+        }
+        "WRITE" | "DELETE" | "READ" | "ISFILE" | "FILEDATE" => {
+            Class::Refused("the twin writes and reads no files of the control; take the word out")
+        }
         "LIMS" | "CUTMOD" => Class::Refused("take the word out"),
         "DELAYFSTON" | "DELAYFSTOF" | "ADISPOSA" => Class::Note,
         _ => Class::Unknown,
@@ -79,6 +87,9 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
         }
+        "TCARR" => Class::Refused("swivel the plane with CYCLE800"),
+        "MEAS" | "MEAW" | "MEASA" | "MEAWA" => Class::Refused("the twin does not measure; take the probing out"),
+        "ID" | "IDS" => Class::Refused("take the synchronized action out"),
         "SF" | "PO" | "PW" | "SD" | "PL" => Class::Refused(PLAIN),
         "VC" | "SVC" => Class::Refused("write the spindle speed with S"),
         "LIMS" => Class::Refused("constant cutting speed belongs to turning"),

@@ -370,7 +370,7 @@ impl Interpreter {
             }
             Statement::CallText(name) => {
                 let name = eval::shown(&self.variables.eval(&name, span)?).to_ascii_uppercase();
-                let name = name.rsplit('/').next().unwrap_or_default();
+                let name = name.rsplit(['/', '\\']).next().unwrap_or_default();
                 let name = name.strip_prefix("_N_").unwrap_or(name);
                 let name =
                     ["_SPF", "_MPF", ".SPF", ".MPF"].iter().find_map(|end| name.strip_suffix(end)).unwrap_or(name);
