@@ -155,9 +155,13 @@ impl Rig {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use super::*;
+
     #[test]
     fn a_platform_shifts_sideways_with_its_tilt() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/lu-hybrid-ii");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/lu-hybrid-ii");
         let machine = Machine::read(&folder).expect("library machine");
         assert!(machine.joints.iter().any(|j| j.turn_shift.is_some()));
         let rig = Rig::new(&machine).expect("three slides");
@@ -175,10 +179,6 @@ mod tests {
             }
         }
     }
-
-    use std::path::Path;
-
-    use super::*;
 
     /// A machine of three linear joints and two rotary ones in the given places.
     fn machine(rotary: [(&str, &str, &str); 2], linear_parent: &str, spindle_on: &str, table_on: &str) -> Machine {

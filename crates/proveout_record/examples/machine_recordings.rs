@@ -118,6 +118,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
             feed_programmed: 0.0,
             feed: 0.0,
             kind: MoveKind::Rapid,
+            drive: None,
         }
     };
     let samples = [sample(0), sample(1)];

@@ -371,6 +371,11 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         jerk_utilisation: Some(0.98),
         reversals: 214,
         max_following_error: None,
+        max_drive_force: None,
+        drive_force_unit: None,
+        drive_utilisation: None,
+        max_drive_power_w: None,
+        drive_energy_j: None,
     };
     let rotary = Axis { unit: "deg".into(), jerk_utilisation: None, ..linear(120.0) };
     Verdict {
