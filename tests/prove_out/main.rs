@@ -4,4 +4,5 @@
 
 mod axis_cross;
 mod cone_frustum;
+mod languages;
 mod tool_list;

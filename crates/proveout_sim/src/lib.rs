@@ -36,6 +36,6 @@ mod surface_map;
 
 pub use error::SimError;
 pub use observer::Observer;
-pub use prepare::{Choice, Prepared};
+pub use prepare::{Choice, Prepared, tool_radii};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, SurfaceMap};

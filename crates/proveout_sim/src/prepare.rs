@@ -9,7 +9,7 @@ use std::{
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
-use proveout_nc::{Dialect, Program, Settings as NcSettings, WorkOffset};
+use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
 use proveout_stock::TriDexel;
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
@@ -129,7 +129,10 @@ impl Prepared {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let nc_settings = Self::reader_settings(&scene, entry)?;
+        let nc_settings = NcSettings {
+            compensation: Compensation::ToolCenter(tool_radii(&tools)),
+            ..Self::reader_settings(&scene, entry)?
+        };
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
@@ -210,6 +213,17 @@ impl Prepared {
             ..defaults
         }
     }
+}
+
+/// Radii of the library as a control has them in its tool table; offset numbers are those of the tools.
+pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
+    let mut radii = ToolRadii::default();
+    for tool in &tools.tools {
+        let radius = tool.cutting().map(|body| body.profile.max_radius()).fold(0.0, f64::max);
+        radii.by_tool.insert(ToolName::Number(tool.number), radius);
+        radii.by_tool.insert(ToolName::Name(tool.name.clone()), radius);
+    }
+    radii
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
