@@ -371,6 +371,7 @@ fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         jerk_utilisation: Some(0.98),
         reversals: 214,
         max_following_error: None,
+        ..Axis::default()
     };
     let rotary = Axis { unit: "deg".into(), jerk_utilisation: None, ..linear(120.0) };
     Verdict {
