@@ -256,8 +256,8 @@ impl DriveModel {
         let (law, h) = (&self.law, 0.5 * self.step * self.steps as f64);
         let direction = z[moving].signum();
         let friction = -self.friction.coulomb * direction;
-        // Four times the Stribeck velocity leave e^-16 of the difference between static and dry friction.
-        let slowest = 4.0 * self.friction.stribeck;
+        // Three times the Stribeck velocity leave e^-9, 1.2e-4, of the difference between static and dry friction.
+        let slowest = 3.0 * self.friction.stribeck;
         let dry = self.friction.stiction > 0.0;
         if dry && z[moving].abs() <= slowest {
             return None;
