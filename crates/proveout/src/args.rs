@@ -106,7 +106,7 @@ pub(crate) struct NcArgs {
     /// Dialect (default: found from the ending and the text)
     #[arg(long)]
     pub(crate) dialect: Option<String>,
-    /// Tool library: tool calls must be in it
+    /// Tool library: tool calls must be in it, and compensated contours (G41, RL) come as the path of the tool center
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
     /// Write the program in this dialect instead: siemens-840d, fanuc, haas, linuxcnc, iso, heidenhain, apt

@@ -1,6 +1,8 @@
 //! Newton-Euler against closed forms, against Lagrange's equations from numerical derivatives of the forward kinematics,
 //! and against Rapier; the library machines among others.
 
+#![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
+
 mod common;
 
 use std::path::{Path, PathBuf};
@@ -8,7 +10,7 @@ use std::path::{Path, PathBuf};
 use common::Random;
 use nalgebra::Matrix3;
 use proveout_controller::dynamics::{RapierPlant, RigidTree, STANDARD_GRAVITY};
-use proveout_geom::{Point, Vector};
+use proveout_geom::Vector;
 use proveout_machine::{Attachment, JointValues, MAX_JOINTS, Machine};
 
 fn library() -> Vec<Machine> {
@@ -315,5 +317,4 @@ fn what_is_not_known_is_told() {
     assert!(tree.report().unknown.iter().all(|(_, why)| why.contains("up")) && !tree.knows(0));
     let tree = RigidTree::new(&skew());
     assert!(RapierPlant::new(&tree, 1e-3, &JointValues::ZERO).is_err_and(|e| e.contains("0.0001")));
-    let _ = Point::origin();
 }

@@ -1,5 +1,7 @@
 //! Whole runs with the drives behind the set points: order, streaming, cuts along the actual motion, refusals.
 
+#![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
+
 mod common;
 
 use std::path::Path;
@@ -152,8 +154,8 @@ fn without_feed_forward_the_tool_lags_and_goes_on_after_the_plan_stands() {
     let p = p.op(Op::Dwell(Dwell::Seconds(1.0))).g1(&[('Y', 10.0)]);
     let run = run_with(&p, &machine, &[], &servo());
     check_stream("lag", &run);
-    let cruise = run.all.samples.iter().filter(|s| s.velocity[0] == feed && s.acceleration[0] == 0.0);
-    let last = cruise.last().expect("a stretch at constant feed");
+    let mut cruise = run.all.samples.iter().filter(|s| s.velocity[0] == feed && s.acceleration[0] == 0.0);
+    let last = cruise.next_back().expect("a stretch at constant feed");
     assert!((last.commanded[0] - last.actual[0] - feed / 50.0).abs() < 1e-6, "{}", last.commanded[0] - last.actual[0]);
     // Pieces go on into the dwell, and come to the end point.
     let dwell = run.all.blocks.iter().find(|b| b.length == 0.0 && b.end_time - b.start_time > 0.9).expect("the dwell");

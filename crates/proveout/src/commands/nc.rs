@@ -1,8 +1,8 @@
 use std::io::{self, BufWriter, Write};
 
 use proveout_nc::post::{Post, PostError, PostSettings, post_for};
-use proveout_nc::{Command, Dialect, JsonWriter, Op, Program, Settings, ToolAction, ToolName};
-use proveout_sim::SimError;
+use proveout_nc::{Command, Compensation, Dialect, JsonWriter, Op, Program, Settings, ToolAction, ToolName};
+use proveout_sim::{SimError, tool_radii};
 use proveout_tool::{ToolId, ToolLibrary};
 
 use crate::{args::NcArgs, failure::Failure};
@@ -87,7 +87,8 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     let tools = args.tools.as_ref().map(|t| ToolLibrary::read(t)).transpose();
     let tools = tools.map_err(|e| Failure::from(&SimError::from(e)))?;
     let target = args.post.as_deref().map(dialect_of).transpose()?;
-    let settings = Settings { dialect, ..Settings::default() };
+    let compensation = tools.as_ref().map_or(Compensation::Programmed, |t| Compensation::ToolCenter(tool_radii(t)));
+    let settings = Settings { dialect, compensation, ..Settings::default() };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
     let mut out = BufWriter::new(io::stdout().lock());
     let mut sink = match target {

@@ -79,7 +79,7 @@ impl<const N: usize> Map<N> {
         for _ in 0..30 {
             power = &power * &power;
             let size = power.amax();
-            if !(size < 1e80) {
+            if size.is_nan() || size >= 1e80 {
                 return false;
             }
             if size < 1e-3 {

@@ -270,7 +270,7 @@ impl DriveModel {
     }
 
     /// N or N mm to force over M.
-    pub(crate) fn from_newton(&self, force: f64) -> f64 {
+    pub(crate) fn per_mass(&self, force: f64) -> f64 {
         force * FROM_NEWTON / self.inertia
     }
 }

@@ -117,7 +117,7 @@ impl Bank {
             plant.place(&at, &zero);
             let mut rest = [0.0; MAX_JOINTS];
             for (j, model) in bank.models.iter().enumerate() {
-                rest[j] = model.from_newton(loads[j]);
+                rest[j] = model.per_mass(loads[j]);
             }
             bank.rapier = Some(Box::new(RapierRun { plant, step: cycle / steps, steps: steps as usize, rest }));
         }

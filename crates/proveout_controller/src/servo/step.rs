@@ -174,7 +174,7 @@ impl DriveModel {
     /// A drive at rest on its set point that holds the load's force (N or N mm, positive in the direction of growing
     /// values): the integral part carries it; without one the drive sags.
     pub fn rest(&self, load: f64) -> DriveState {
-        let w = self.from_newton(load) + self.counterbalance;
+        let w = self.per_mass(load) + self.counterbalance;
         let mut s = DriveState { force: -w, ..DriveState::default() };
         let sag = if self.law.integral_rate > 0.0 {
             s.integral = -w;
@@ -205,7 +205,7 @@ impl DriveModel {
     /// One control cycle: the reference runs on from `reference` with constant jerk; `load` is the force on the load, N or
     /// N mm.
     pub fn cycle(&self, state: &mut DriveState, reference: Reference, load: f64) {
-        let w = self.from_newton(load) + self.counterbalance;
+        let w = self.per_mass(load) + self.counterbalance;
         if self.glides(state, &reference, w) || self.stands(state, &reference, w) {
             return;
         }
@@ -256,8 +256,8 @@ impl DriveModel {
         let (law, h) = (&self.law, 0.5 * self.step * self.steps as f64);
         let direction = z[moving].signum();
         let friction = -self.friction.coulomb * direction;
-        // Four times the Stribeck velocity leave e^-16 of the difference between static and dry friction.
-        let slowest = 4.0 * self.friction.stribeck;
+        // Three times the Stribeck velocity leave e^-9, 1.2e-4, of the difference between static and dry friction.
+        let slowest = 3.0 * self.friction.stribeck;
         let dry = self.friction.stiction > 0.0;
         if dry && z[moving].abs() <= slowest {
             return None;
