@@ -51,6 +51,9 @@ mod error;
 mod grid;
 #[cfg(test)]
 mod kernel_tests;
+mod lane_ball;
+mod lane_body;
+mod lanes;
 mod meridian;
 mod mesh_rays;
 mod motion;
@@ -64,6 +67,7 @@ mod span;
 mod surface;
 mod sweep;
 mod tile;
+mod tile_work;
 mod vec3;
 
 pub use dexel::{Interval, SurfacePoint, TriDexel};
