@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lanes::{L, LANES, Lanes, join},
+    lanes::{L, Lanes, join, load},
     motion::Piece,
     span::SLIVER,
 };
@@ -35,15 +35,14 @@ impl WithSimd for BallOnLanes<'_> {
         } else {
             dp2 = 0.0;
         }
-        let of = |x: f64| L::splat(simd, x);
-        let (zero, one, r2, per_r) = (of(0.0), of(1.0), of(radius * radius), of(1.0 / radius));
-        let (s_start, u_start, v_start) = (of(start[0]), of(start[1]), of(start[2]));
-        let (de, du, dv, dp2, per_dp2, per_dp, lean) =
-            (of(de), of(du), of(dv), of(dp2), of(per_dp2), of(per_dp), of(lean));
+        let zero = L::splat(simd, 0.0);
+        let (one, r2, per_r) = (zero.same(1.0), zero.same(radius * radius), zero.same(1.0 / radius));
+        let (s_start, u_start, v_start) = (zero.same(start[0]), zero.same(start[1]), zero.same(start[2]));
+        let (de, du, dv, dp2) = (zero.same(de), zero.same(du), zero.same(dv), zero.same(dp2));
+        let (per_dp2, per_dp, lean) = (zero.same(per_dp2), zero.same(per_dp), zero.same(lean));
         for g in 0..lanes.len().div_ceil(S::F64_LANES) {
-            let get = |x: &[f64; LANES]| L::of(simd, S::as_simd_f64s(x).0[g]);
-            let (lo, hi) = (get(&lanes.lo), get(&lanes.hi));
-            let (u, v) = (u_start - get(&lanes.u), v_start - get(&lanes.v));
+            let (lo, hi) = (load(simd, &lanes.lo, g), load(simd, &lanes.hi, g));
+            let (u, v) = (u_start - load(simd, &lanes.u, g), v_start - load(simd, &lanes.v, g));
             let nearest = -(u * du + v * dv) * per_dp2;
             let (pu, pv) = (u + nearest * du, v + nearest * dv);
             let k2 = r2 - (pu * pu + pv * pv);
@@ -62,16 +61,14 @@ impl WithSimd for BallOnLanes<'_> {
             let middle = s_start + nearest * de;
             let to = middle + de * top + half_top;
             let from = middle + de * bottom - half_bottom;
-            let hit = near & first.lt(last) & (to - from).gt(of(SLIVER)) & to.gt(lo) & from.lt(hi);
+            let hit = near & first.lt(last) & (to - from).gt(zero.same(SLIVER)) & to.gt(lo) & from.lt(hi);
             if !hit.any() {
                 continue;
             }
-            let normal = |height: L<S>, tau: L<S>| {
-                let t = tau + nearest;
-                [height * per_r, -(u + t * du) * per_r, -(v + t * dv) * per_r]
-            };
-            let normals = [normal(-half_bottom, bottom), normal(half_top, top)];
-            join(simd, lanes, g, hit, [from, to], normals, SLIVER);
+            let (t_top, t_bottom) = (top + nearest, bottom + nearest);
+            let lower = [-half_bottom * per_r, -(u + t_bottom * du) * per_r, -(v + t_bottom * dv) * per_r];
+            let upper = [half_top * per_r, -(u + t_top * du) * per_r, -(v + t_top * dv) * per_r];
+            join(simd, lanes, g, hit, [from, to], [lower, upper], SLIVER);
         }
     }
 }

@@ -23,7 +23,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lanes::{L, L3, LANES, Lanes, Mask, UNPROVEN, along, cross, dot, join, scale},
+    lanes::{L, L3, Lanes, Mask, UNPROVEN, along, cross, dot, join, load, put, scale},
     meridian::{Meridian, Piece as Part},
     motion::{Piece, SEARCH_ERROR, TURN_ERROR},
     ray::REACHED,
@@ -112,23 +112,26 @@ struct Ray<S: Simd> {
 
 #[inline(always)]
 fn sweep<S: Simd, const TURNS: bool>(simd: S, piece: &Piece, body: &Meridian, lanes: &mut Lanes) {
-    let of3 = |x| L::splat3(simd, x);
     let angle = piece.angle2.sqrt();
     let third = piece.angle2 * (angle * body.reach + 3.0 * vec3::norm(piece.travel)) / 6.0;
     let motion = Motion {
-        tip: of3(piece.tip),
-        travel: of3(piece.travel),
-        axis: of3(piece.axis),
-        turn: of3(piece.turn),
-        omega: of3(vec3::cross(piece.axis, piece.turn)),
+        tip: L::splat3(simd, piece.tip),
+        travel: L::splat3(simd, piece.travel),
+        axis: L::splat3(simd, piece.axis),
+        turn: L::splat3(simd, piece.turn),
+        omega: L::splat3(simd, vec3::cross(piece.axis, piece.turn)),
         angle2: L::splat(simd, piece.angle2),
         third: L::splat(simd, third),
     };
     let zero = L::splat(simd, 0.0);
     for g in 0..lanes.len().div_ceil(S::F64_LANES) {
-        let get = |x: &[f64; LANES]| L::of(simd, S::as_simd_f64s(x).0[g]);
-        let ray = Ray { u: get(&lanes.u), v: get(&lanes.v), lo: get(&lanes.lo), hi: get(&lanes.hi) };
-        let state = get(&lanes.state);
+        let ray = Ray {
+            u: load(simd, &lanes.u, g),
+            v: load(simd, &lanes.v, g),
+            lo: load(simd, &lanes.lo, g),
+            hi: load(simd, &lanes.hi, g),
+        };
+        let state = load(simd, &lanes.state, g);
         let wanted = state.lt(state.same(UNPROVEN));
         if !wanted.any() {
             continue;
@@ -148,13 +151,11 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, piece: &Piece, body: &Meridian, la
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));
         if TURNS && hit.any() {
             // The union is one interval if one end lies in the body while it makes the other.
-            let bridge =
-                |s: L<S>, tau: L<S>| sample::<S, TURNS>(&motion, body, &ray, s, tau).f.le(zero.same(TURN_ERROR));
             let apart = hit & (below.tau.lt(above.tau) | below.tau.gt(above.tau));
             if apart.any() {
-                let mut joined = bridge(to, below.tau);
+                let mut joined = sample::<S, TURNS>(&motion, body, &ray, to, below.tau).f.le(zero.same(TURN_ERROR));
                 if (apart & !joined).any() {
-                    joined = joined | bridge(from, above.tau);
+                    joined = joined | sample::<S, TURNS>(&motion, body, &ray, from, above.tau).f.le(zero.same(TURN_ERROR));
                 }
                 hit = hit & (joined | !apart);
             }
@@ -165,8 +166,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, piece: &Piece, body: &Meridian, la
             join(simd, lanes, g, hit, [from, to], [below.normal, above.normal], SLIVER);
         }
         if unproven.any() {
-            let place = &mut S::as_mut_simd_f64s(&mut lanes.state).0[g];
-            *place = unproven.select(zero.same(UNPROVEN), L::of(simd, *place)).v;
+            put(simd, g, &mut lanes.state, unproven, zero.same(UNPROVEN));
         }
     }
 }
@@ -282,23 +282,26 @@ fn search<S: Simd, const TURNS: bool>(
 fn fixed_half_space<S: Simd>(motion: &Motion<S>, body: &Meridian, q: &Sample<S>, tau: L<S>) -> L<S> {
     let zero = q.f.same(0.0);
     let first = motion.axis;
-    let last = [0, 1, 2].map(|i| motion.axis[i] + motion.turn[i]);
+    let last = along(motion.axis, motion.turn, zero.same(1.0));
     let (c0, c1) = (dot(q.normal, first), dot(q.normal, last));
-    let support = |c: L<S>| {
-        let sine = (zero.same(1.0) - c * c).max(zero).sqrt();
-        let mut most = zero.same(f64::NEG_INFINITY);
-        for [r, z, radius] in &body.tubes {
-            most = most.max(sine * zero.same(*r) + c * zero.same(*z) + zero.same(*radius));
-        }
-        most
-    };
     let here = dot(q.normal, q.y);
     let way = dot(q.normal, motion.travel);
-    let start = here + tau * way - support(c0);
-    let end = here - (zero.same(1.0) - tau) * way - support(c1);
+    let start = here + tau * way - support(body, c0);
+    let end = here - (zero.same(1.0) - tau) * way - support(body, c1);
     let low = c0.max(c1).lt(zero.same(-0.05));
     let reach = low.select(zero.same(body.low_reach), zero.same(body.reach));
     q.f - start.min(end) + motion.angle2 * reach * zero.same(0.125)
+}
+
+/// Support function of the body for a unit vector with the cosine `c` to the axis.
+#[inline(always)]
+fn support<S: Simd>(body: &Meridian, c: L<S>) -> L<S> {
+    let sine = (c.same(1.0) - c * c).max(c.same(0.0)).sqrt();
+    let mut most = c.same(f64::NEG_INFINITY);
+    for [r, z, radius] in &body.tubes {
+        most = most.max(sine * c.same(*r) + c * c.same(*z) + c.same(*radius));
+    }
+    most
 }
 
 /// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
@@ -327,15 +330,15 @@ fn sample<S: Simd, const TURNS: bool>(
     let r = dot(p, p).sqrt();
     let on_axis = r.le(s.same(1e-12));
     let per_r = on_axis.select(zero, one / on_axis.select(one, r));
-    let (f, fr, fz, km) = function(body, r, z);
+    let Value { f, fr, fz, km } = function(body, r, z);
     let kr = fr * per_r;
     let normal = along(scale(p, kr), w, fz);
-    let mut velocity = motion.travel.map(|d| -d);
+    let mut velocity = [-motion.travel[0], -motion.travel[1], -motion.travel[2]];
     let mut ft = dot(normal, velocity);
     if TURNS {
         ft = ft + dot(p, motion.turn) * (fz - kr * z);
         let turning = cross(motion.omega, y);
-        velocity = [0, 1, 2].map(|i| velocity[i] - turning[i]);
+        velocity = [velocity[0] - turning[0], velocity[1] - turning[1], velocity[2] - turning[2]];
     }
     let (pv, wv) = (dot(p, velocity) * per_r, dot(w, velocity));
     let tv = fr * wv - fz * pv;
@@ -350,35 +353,56 @@ fn sample<S: Simd, const TURNS: bool>(
 
 /// Value, gradient (d/dr, d/dz) and curvature along the meridian of the body's function; see `meridian`.
 #[inline(always)]
-fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> (L<S>, L<S>, L<S>, L<S>) {
-    let of = |x: f64| r.same(x);
-    let zero = of(0.0);
-    let mut best = (of(f64::NEG_INFINITY), zero, of(1.0), zero);
-    let mut take = |f: L<S>, fr: L<S>, fz: L<S>, km: L<S>| {
-        let more = f.gt(best.0);
-        best = (f.max(best.0), more.select(fr, best.1), more.select(fz, best.2), more.select(km, best.3));
-    };
+fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
+    let zero = r.same(0.0);
+    let mut best = Value { f: r.same(f64::NEG_INFINITY), fr: zero, fz: r.same(1.0), km: zero };
     for part in &body.pieces {
         match *part {
             Part::Line { nr, nz, c } => {
-                let (nr, nz) = (of(nr), of(nz));
-                take(nr * r + nz * z - of(c), nr, nz, zero);
+                let (fr, fz) = (r.same(nr), r.same(nz));
+                best = best.or(Value { f: fr * r + fz * z - r.same(c), fr, fz, km: zero });
             }
             Part::Arc { center, radius, first, last } => {
-                let (x, y) = (r - of(center[0]), z - of(center[1]));
-                let [[f0, f1], [l0, l1]] = [first, last].map(|n| n.map(of));
+                let (x, y) = (r - r.same(center[0]), z - r.same(center[1]));
+                let (f0, f1) = (r.same(first[0]), r.same(first[1]));
+                let (l0, l1) = (r.same(last[0]), r.same(last[1]));
                 let square = x * x + y * y;
-                let sector = (f0 * y - f1 * x).ge(zero) & (x * l1 - y * l0).ge(zero) & square.gt(of(1e-24));
+                let sector = (f0 * y - f1 * x).ge(zero) & (x * l1 - y * l0).ge(zero) & square.gt(r.same(1e-24));
                 let length = square.sqrt();
-                let per_length = of(1.0) / sector.select(length, of(1.0));
+                let per_length = r.same(1.0) / sector.select(length, r.same(1.0));
                 let (a, b) = (f0 * x + f1 * y, l0 * x + l1 * y);
                 let low = a.gt(b);
-                let f = sector.select(length, low.select(a, b)) - of(radius);
-                let fr = sector.select(x * per_length, low.select(f0, l0));
-                let fz = sector.select(y * per_length, low.select(f1, l1));
-                take(f, fr, fz, sector.select(per_length, zero));
+                best = best.or(Value {
+                    f: sector.select(length, low.select(a, b)) - r.same(radius),
+                    fr: sector.select(x * per_length, low.select(f0, l0)),
+                    fz: sector.select(y * per_length, low.select(f1, l1)),
+                    km: sector.select(per_length, zero),
+                });
             }
         }
     }
     best
+}
+
+/// Value, gradient (d/dr, d/dz) and curvature along the meridian.
+#[derive(Clone, Copy)]
+struct Value<S: Simd> {
+    f: L<S>,
+    fr: L<S>,
+    fz: L<S>,
+    km: L<S>,
+}
+
+impl<S: Simd> Value<S> {
+    /// The larger one; this one when they are equal.
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        let more = other.f.gt(self.f);
+        Self {
+            f: more.select(other.f, self.f),
+            fr: more.select(other.fr, self.fr),
+            fz: more.select(other.fz, self.fz),
+            km: more.select(other.km, self.km),
+        }
+    }
 }

@@ -3,6 +3,9 @@
 //! [`L`] holds as many numbers as the processor works on in one instruction, [`Mask`] as many conditions; `pulp` chooses the
 //! instructions at run time. Only operations that IEEE 754 rounds exactly are offered (no fused multiplication and addition, no
 //! reciprocal estimates, no sums across lanes), so each lane has the same bits on any processor, whatever its neighbors are.
+//!
+//! Everything that works on lanes must be a function with `#[inline(always)]`: a closure, or anything of the standard library
+//! that takes one, is compiled without the instructions and then called for every single operation.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -263,6 +266,27 @@ impl Lanes {
     }
 }
 
+/// Vector `g` of an array.
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, x: &[f64; LANES], g: usize) -> L<S> {
+    L::of(simd, S::as_simd_f64s(x).0[g])
+}
+
+/// Writes where the condition holds.
+#[inline(always)]
+pub(crate) fn put<S: Simd>(simd: S, g: usize, x: &mut [f64; LANES], m: Mask<S>, value: L<S>) {
+    let place = &mut S::as_mut_simd_f64s(x).0[g];
+    *place = m.select(value, L::of(simd, *place)).v;
+}
+
+#[inline(always)]
+fn put3<S: Simd>(simd: S, g: usize, x: &mut [[f64; LANES]; 3], m: Mask<S>, value: L3<S>) {
+    let [a, b, c] = x;
+    put(simd, g, a, m, value[0]);
+    put(simd, g, b, m, value[1]);
+    put(simd, g, c, m, value[2]);
+}
+
 /// Adds the interval `from..to` where `hit` holds to what a lane has, or gives the lane up when the two do not meet.
 #[inline(always)]
 pub(crate) fn join<S: Simd>(
@@ -274,26 +298,19 @@ pub(crate) fn join<S: Simd>(
     normals: [L3<S>; 2],
     sliver: f64,
 ) {
-    let get = |x: &[f64; LANES]| L::of(simd, S::as_simd_f64s(x).0[g]);
-    let state = get(&lanes.state);
+    let state = load(simd, &lanes.state, g);
     let (nothing, taken) = (state.same(NOTHING), state.same(TAKEN));
     let fresh = hit & state.le(nothing);
     let more = hit & state.ge(taken) & state.le(taken);
-    let (from, to) = (get(&lanes.from), get(&lanes.to));
+    let (from, to) = (load(simd, &lanes.from, g), load(simd, &lanes.to, g));
     let gap = state.same(sliver);
     let meets = ends[0].le(to + gap) & ends[1].ge(from - gap);
     let lower = fresh | (more & meets & ends[0].lt(from));
     let upper = fresh | (more & meets & ends[1].gt(to));
     let apart = more & !meets;
-    let put = |x: &mut [f64; LANES], m: Mask<S>, value: L<S>| {
-        let place = &mut S::as_mut_simd_f64s(x).0[g];
-        *place = m.select(value, L::of(simd, *place)).v;
-    };
-    put(&mut lanes.state, hit, apart.select(state.same(UNPROVEN), fresh.select(taken, state)));
-    put(&mut lanes.from, lower, ends[0]);
-    put(&mut lanes.to, upper, ends[1]);
-    for i in 0..3 {
-        put(&mut lanes.from_normal[i], lower, normals[0][i]);
-        put(&mut lanes.to_normal[i], upper, normals[1][i]);
-    }
+    put(simd, g, &mut lanes.state, hit, apart.select(state.same(UNPROVEN), fresh.select(taken, state)));
+    put(simd, g, &mut lanes.from, lower, ends[0]);
+    put(simd, g, &mut lanes.to, upper, ends[1]);
+    put3(simd, g, &mut lanes.from_normal, lower, normals[0]);
+    put3(simd, g, &mut lanes.to_normal, upper, normals[1]);
 }

@@ -53,6 +53,8 @@ mod grid;
 mod kernel_tests;
 mod lane_ball;
 mod lane_body;
+#[cfg(test)]
+mod lane_tests;
 mod lanes;
 mod meridian;
 mod mesh_rays;
