@@ -102,6 +102,25 @@ struct Found<S: Simd> {
     normal: L3<S>,
 }
 
+/// A sample outside of the body.
+#[derive(Clone, Copy)]
+struct Side<S: Simd> {
+    s: L<S>,
+    f: L<S>,
+    fs: L<S>,
+    deficit: L<S>,
+}
+
+impl<S: Simd> Side<S> {
+    #[inline(always)]
+    fn set(&mut self, where_: Mask<S>, new: Self) {
+        self.s = where_.select(new.s, self.s);
+        self.f = where_.select(new.f, self.f);
+        self.fs = where_.select(new.fs, self.fs);
+        self.deficit = where_.select(new.deficit, self.deficit);
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Ray<S: Simd> {
     u: L<S>,
@@ -150,12 +169,18 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, piece: &Piece, body: &Meridian, la
         }
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));
         if TURNS && hit.any() {
-            // The union is one interval if one end lies in the body while it makes the other.
+            // The union is one interval if the body makes both ends with a point in common.
             let apart = hit & (below.tau.lt(above.tau) | below.tau.gt(above.tau));
             if apart.any() {
                 let mut joined = sample::<S, TURNS>(&motion, body, &ray, to, below.tau).f.le(zero.same(TURN_ERROR));
                 if (apart & !joined).any() {
                     joined = joined | sample::<S, TURNS>(&motion, body, &ray, from, above.tau).f.le(zero.same(TURN_ERROR));
+                }
+                if (apart & !joined).any() {
+                    let middle = (from + to) * zero.same(0.5);
+                    let upper = sample::<S, TURNS>(&motion, body, &ray, middle, above.tau).f.le(zero.same(TURN_ERROR));
+                    let lower = sample::<S, TURNS>(&motion, body, &ray, middle, below.tau).f.le(zero.same(TURN_ERROR));
+                    joined = joined | (upper & lower);
                 }
                 hit = hit & (joined | !apart);
             }
@@ -189,6 +214,9 @@ fn search<S: Simd, const TURNS: bool>(
     let none = !wanted & wanted;
     let mut found = Found { covered: none, end: none, miss: none, s, tau, f: zero, fs: zero, normal: [zero; 3] };
     let mut active = wanted;
+    // Samples outside of the body between which F has its minimum along the ray.
+    let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero };
+    let mut sinking = rising;
     // Times at which F falls and grows, with F_tau there; 0: none yet.
     let (mut falls, mut falls_at) = (zero, zero);
     let (mut grows, mut grows_at) = (zero, one);
@@ -226,7 +254,19 @@ fn search<S: Simd, const TURNS: bool>(
         let (above, below) = (ray.hi - s, s - ray.lo);
         let (toward, away) = (up.select(above, below), up.select(below, above));
         let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
-        let miss = active & !inside & least.ge(-allowed);
+        let mut miss = active & !inside & least.ge(-allowed);
+        let here = Side { s, f: q.f, fs: q.fs, deficit: deficit + slope * (ray.hi - ray.lo) };
+        rising.set(active & !inside & up, here);
+        sinking.set(active & !inside & !up, here);
+        let valley = rising.fs.gt(zero) & sinking.fs.lt(zero) & rising.s.gt(sinking.s) & !inside;
+        let mut lowest = s;
+        if (active & valley & !miss).any() {
+            // Both tangents bound F from below; where they cross the bound is least.
+            let per_slope = one / valley.select(rising.fs - sinking.fs, one);
+            lowest = (sinking.fs * sinking.s - rising.fs * rising.s + rising.f - sinking.f) * -per_slope;
+            let bound = rising.f + rising.fs * (lowest - rising.s);
+            miss = miss | (active & valley & (bound - rising.deficit.max(sinking.deficit)).ge(-allowed));
+        }
         let rise = q.fs * outward;
         let end = active
             & near
@@ -255,7 +295,8 @@ fn search<S: Simd, const TURNS: bool>(
         let deep = inside & turned;
         let stay = !inside & turned;
         let newton = s - q.f / turned.select(one, q.fs);
-        let next = deep.select(limit, stay.select(s, newton)).max(ray.lo).min(ray.hi);
+        let still = valley.select(lowest, s);
+        let next = deep.select(limit, stay.select(still, newton)).max(ray.lo).min(ray.hi);
         let slant = q.ft + q.fts * (next - s);
         let falling = q.ft.lt(zero);
         (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
