@@ -9,7 +9,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 /// One number a lane.
 #[derive(Clone, Copy)]
@@ -208,6 +208,9 @@ pub(crate) struct Lanes {
     /// Outward normals of the body at both ends, (ray, u, v).
     pub from_normal: [[f64; LANES]; 3],
     pub to_normal: [[f64; LANES]; 3],
+    /// Both packed coordinates of the stock's normal below the interval and above it; see [`Packing`].
+    pub from_code: [[f64; LANES]; 2],
+    pub to_code: [[f64; LANES]; 2],
     /// Tile ray of the lane.
     pub ray: [u8; LANES],
 }
@@ -226,6 +229,8 @@ impl Default for Lanes {
             to: zero,
             from_normal: [zero; 3],
             to_normal: [zero; 3],
+            from_code: [zero; 2],
+            to_code: [zero; 2],
             ray: [0; LANES],
         }
     }
@@ -313,4 +318,51 @@ pub(crate) fn join<S: Simd>(
     put(simd, g, &mut lanes.to, upper, ends[1]);
     put3(simd, g, &mut lanes.from_normal, lower, normals[0]);
     put3(simd, g, &mut lanes.to_normal, upper, normals[1]);
+}
+
+/// Packs the normals of all lanes for `Mark::packed`: turned round, since the material lies on the other side of the surface,
+/// and in the order x, y, z for rays of the set `axis`.
+pub(crate) struct Packing<'a> {
+    pub lanes: &'a mut Lanes,
+    pub axis: usize,
+}
+
+impl WithSimd for Packing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { lanes, axis } = self;
+        for g in 0..lanes.len().div_ceil(S::F64_LANES) {
+            let taken = load(simd, &lanes.state, g);
+            if !taken.ge(taken.same(TAKEN)).any() {
+                continue;
+            }
+            pack(simd, g, axis, &lanes.from_normal, &mut lanes.from_code);
+            pack(simd, g, axis, &lanes.to_normal, &mut lanes.to_code);
+        }
+    }
+}
+
+/// Largest value of one octahedral coordinate, as in `span`.
+const FULL: f64 = 32767.0;
+/// 1.5 * 2^52: added to a small number it leaves the nearest integer in the last bits.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+#[inline(always)]
+fn pack<S: Simd>(simd: S, g: usize, axis: usize, normal: &[[f64; LANES]; 3], code: &mut [[f64; LANES]; 2]) {
+    let x = -load(simd, &normal[(3 - axis) % 3], g);
+    let y = -load(simd, &normal[(4 - axis) % 3], g);
+    let z = -load(simd, &normal[(5 - axis) % 3], g);
+    let (zero, one) = (x.same(0.0), x.same(1.0));
+    let sum = x.abs() + y.abs() + z.abs();
+    let per_sum = one / sum.gt(zero).select(sum, one);
+    let (a, b) = (x * per_sum, y * per_sum);
+    let down = z.lt(zero);
+    let (a_sign, b_sign) = (a.lt(zero).select(-one, one), b.lt(zero).select(-one, one));
+    let c = down.select((one - b.abs()) * a_sign, a);
+    let d = down.select((one - a.abs()) * b_sign, b);
+    let [first, second] = code;
+    S::as_mut_simd_f64s(first).0[g] = (c * x.same(FULL) + x.same(ROUND)).v;
+    S::as_mut_simd_f64s(second).0[g] = (d * x.same(FULL) + x.same(ROUND)).v;
 }

@@ -7,7 +7,7 @@ use crate::{
     grid::{Grid, TILE},
     lane_ball::BallOnLanes,
     lane_body::BodyOnLanes,
-    lanes::{Lanes, TAKEN, UNPROVEN},
+    lanes::{LANES, Lanes, Packing, TAKEN, UNPROVEN},
     meridian::Meridian,
     motion::Piece,
     ray::{Ray, Taken},
@@ -271,6 +271,9 @@ impl Batch<'_> {
                 self.arch.dispatch(BallOnLanes { piece, center_z, radius, lanes });
             }
         }
+        if place.ready.removes {
+            self.arch.dispatch(Packing { lanes: &mut scratch.lanes, axis: place.a });
+        }
         let mut first = 0;
         while first < scratch.lanes.len() {
             let r = scratch.lanes.ray[first];
@@ -327,7 +330,7 @@ impl Place<'_> {
         let l = &scratch.lanes;
         let k = lanes.start;
         let (r, u, v, id) = (usize::from(l.ray[k]), l.u[k], l.v[k], self.ready.id);
-        let normal = |n: &[[f64; 64]; 3], k: usize| [n[0][k], n[1][k], n[2][k]];
+        let mark = |code: &[[f64; LANES]; 2], k: usize| Mark::packed(id, [code[0][k], code[1][k]]);
         if let (1, Some(span)) = (lanes.len(), self.tile.only_span(r)) {
             let (lo, hi) = (l.from[k].max(span.lo), l.to[k].min(span.hi));
             if hi - lo <= SLIVER {
@@ -344,8 +347,8 @@ impl Place<'_> {
             if !self.ready.removes {
                 return;
             }
-            let lower = || Span { hi_mark: mark(id, self.a, normal(&l.from_normal, k)), ..lower };
-            let upper = || Span { lo_mark: mark(id, self.a, normal(&l.to_normal, k)), ..upper };
+            let lower = || Span { hi_mark: mark(&l.from_code, k), ..lower };
+            let upper = || Span { lo_mark: mark(&l.to_code, k), ..upper };
             match (below, above) {
                 (true, false) => *span = lower(),
                 (false, true) => *span = upper(),
@@ -362,8 +365,8 @@ impl Place<'_> {
             scratch.cuts.push(Cut {
                 lo: l.from[k].max(l.lo[k]),
                 hi: l.to[k].min(l.hi[k]),
-                lo_mark: mark(id, self.a, normal(&l.from_normal, k)),
-                hi_mark: mark(id, self.a, normal(&l.to_normal, k)),
+                lo_mark: mark(&l.from_code, k),
+                hi_mark: mark(&l.to_code, k),
             });
         }
         self.subtract(r, u, v, &scratch.cuts, &mut scratch.left, sum);
