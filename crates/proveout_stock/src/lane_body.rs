@@ -37,7 +37,7 @@ const STEPS: usize = 9;
 /// second order.
 const FLAT: f64 = 1e-5;
 /// Least slope of F along the ray at an end: steeper grazing goes to the searches.
-const GRAZING: f64 = 0.02;
+const GRAZING: f64 = 0.004;
 
 /// A body on one piece of motion, for all lanes.
 pub(crate) struct BodyOnLanes<'a> {
@@ -174,7 +174,8 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, piece: &Piece, body: &Meridian, la
             if apart.any() {
                 let mut joined = sample::<S, TURNS>(&motion, body, &ray, to, below.tau).f.le(zero.same(TURN_ERROR));
                 if (apart & !joined).any() {
-                    joined = joined | sample::<S, TURNS>(&motion, body, &ray, from, above.tau).f.le(zero.same(TURN_ERROR));
+                    joined =
+                        joined | sample::<S, TURNS>(&motion, body, &ray, from, above.tau).f.le(zero.same(TURN_ERROR));
                 }
                 if (apart & !joined).any() {
                     let middle = (from + to) * zero.same(0.5);

@@ -156,7 +156,9 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
 
 #[test]
 fn lanes_agree_with_the_searches_and_most_are_proven() {
-    for (name, profile, least) in [("bull", bull(5.0, 3.0), 0.9), ("bull", bull(4.0, 0.5), 0.7), ("flat", flat(5.0), 0.3)] {
+    for (name, profile, least) in
+        [("bull", bull(5.0, 3.0), 0.9), ("bull", bull(4.0, 0.5), 0.7), ("flat", flat(5.0), 0.3)]
+    {
         for turn in [0.0, 0.002, 0.011] {
             let c = compare(&profile, turn, 90);
             let share = c.proven as f64 / (c.proven + c.unproven) as f64;

@@ -261,6 +261,13 @@ impl Lanes {
         }
     }
 
+    /// Adds lanes of another set as they were before any body came.
+    pub(crate) fn copy(&mut self, from: &Self, lanes: std::ops::Range<usize>) {
+        for k in lanes {
+            self.push(usize::from(from.ray[k]), from.u[k], from.v[k], from.lo[k], from.hi[k]);
+        }
+    }
+
     /// Fills the last vector with copies of the last lane, so that no lane has numbers left over from before.
     pub(crate) fn pad(&mut self) {
         let Some(last) = self.n.checked_sub(1) else { return };

@@ -69,11 +69,28 @@ pub(crate) struct Scratch {
     spaces: Vec<HalfSpace>,
     rays: Vec<(usize, Ray)>,
     lanes: Lanes,
+    again: Lanes,
     taken: Vec<Taken>,
     cuts: Vec<Cut>,
     left: Vec<Span>,
 }
 
+/// Lanes of one ray after the other.
+fn by_ray(lanes: &Lanes) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+    let (rays, n) = (lanes.ray, lanes.len());
+    let mut first = 0;
+    std::iter::from_fn(move || {
+        let ray = *rays.get(first).filter(|_| first < n)?;
+        let start = first;
+        while first < n && rays[first] == ray {
+            first += 1;
+        }
+        Some(start..first)
+    })
+}
+
+/// Parts of a turning motion for lanes that were not proven in one.
+const PARTS: usize = 4;
 /// Rays on one side of a patch.
 const PATCH: usize = 4;
 
@@ -274,22 +291,45 @@ impl Batch<'_> {
         if place.ready.removes {
             self.arch.dispatch(Packing { lanes: &mut scratch.lanes, axis: place.a });
         }
-        let mut first = 0;
-        while first < scratch.lanes.len() {
-            let r = scratch.lanes.ray[first];
-            let mut last = first + 1;
-            while last < scratch.lanes.len() && scratch.lanes.ray[last] == r {
-                last += 1;
-            }
-            let states = &scratch.lanes.state[first..last];
+        // Lanes without proof get a second chance in parts of the motion, in which all bounds are smaller.
+        scratch.again.clear();
+        for lanes in by_ray(&scratch.lanes) {
+            let states = &scratch.lanes.state[lanes.clone()];
             if states.contains(&UNPROVEN) {
-                self.search_ray(place, first..last, scratch, sum);
+                scratch.again.copy(&scratch.lanes, lanes);
             } else if states.contains(&TAKEN) {
-                place.cut_ray(first..last, scratch, sum);
+                place.cut_ray(&scratch.lanes, lanes, &mut scratch.cuts, &mut scratch.left, sum);
             }
-            first = last;
         }
         scratch.lanes.clear();
+        if scratch.again.len() == 0 {
+            return;
+        }
+        scratch.again.pad();
+        for &(k, ball) in scratch.near.iter().filter(|n| n.1 || pieces[n.0].turns()) {
+            for part in 0..if ball { 1 } else { PARTS } {
+                let lanes = &mut scratch.again;
+                if let (true, Some([center_z, radius])) = (ball, body.ball) {
+                    self.arch.dispatch(BallOnLanes { piece: &pieces[k], center_z, radius, lanes });
+                } else {
+                    self.arch.dispatch(BodyOnLanes { piece: &pieces[k].part(part, PARTS), body, lanes });
+                }
+            }
+        }
+        // A straight motion gains nothing from parts.
+        let straight = scratch.near.iter().any(|n| !n.1 && !pieces[n.0].turns());
+        if place.ready.removes {
+            self.arch.dispatch(Packing { lanes: &mut scratch.again, axis: place.a });
+        }
+        for lanes in by_ray(&scratch.again) {
+            let states = &scratch.again.state[lanes.clone()];
+            if straight || states.contains(&UNPROVEN) {
+                self.search_ray(place, lanes, scratch, sum);
+            } else if states.contains(&TAKEN) {
+                place.cut_ray(&scratch.again, lanes, &mut scratch.cuts, &mut scratch.left, sum);
+            }
+        }
+        scratch.again.clear();
     }
 
     /// The ray of some lanes by the searches that always end.
@@ -300,7 +340,7 @@ impl Batch<'_> {
         scratch: &mut Scratch,
         sum: &mut Partial,
     ) {
-        let l = &scratch.lanes;
+        let l = &scratch.again;
         let ray = Ray { u: l.u[lanes.start], v: l.v[lanes.start], lo: l.lo[lanes.start], hi: l.hi[lanes.end - 1] };
         let r = usize::from(l.ray[lanes.start]);
         let body = &self.bodies[place.ready.body];
@@ -326,8 +366,14 @@ struct Place<'a> {
 
 impl Place<'_> {
     /// Takes away what some lanes of one ray say.
-    fn cut_ray(&mut self, lanes: std::ops::Range<usize>, scratch: &mut Scratch, sum: &mut Partial) {
-        let l = &scratch.lanes;
+    fn cut_ray(
+        &mut self,
+        l: &Lanes,
+        lanes: std::ops::Range<usize>,
+        cuts: &mut Vec<Cut>,
+        left: &mut Vec<Span>,
+        sum: &mut Partial,
+    ) {
         let k = lanes.start;
         let (r, u, v, id) = (usize::from(l.ray[k]), l.u[k], l.v[k], self.ready.id);
         let mark = |code: &[[f64; LANES]; 2], k: usize| Mark::packed(id, [code[0][k], code[1][k]]);
@@ -360,16 +406,16 @@ impl Place<'_> {
             }
             return;
         }
-        scratch.cuts.clear();
+        cuts.clear();
         for k in lanes.filter(|&k| l.state[k] == TAKEN) {
-            scratch.cuts.push(Cut {
+            cuts.push(Cut {
                 lo: l.from[k].max(l.lo[k]),
                 hi: l.to[k].min(l.hi[k]),
                 lo_mark: mark(&l.from_code, k),
                 hi_mark: mark(&l.to_code, k),
             });
         }
-        self.subtract(r, u, v, &scratch.cuts, &mut scratch.left, sum);
+        self.subtract(r, u, v, cuts, left, sum);
     }
 
     fn subtract(&mut self, r: usize, u: f64, v: f64, cuts: &[Cut], left: &mut Vec<Span>, sum: &mut Partial) {
