@@ -142,6 +142,54 @@ fn surface(ball: &Profile) {
     );
 }
 
+/// How much longer a program takes when its moves in air become twice as long.
+fn air_share(cell: f64, body: &Profile, rows: usize) {
+    let block = Aabb { min: Point::new(0.0, 0.0, -20.0), max: Point::new(100.0, 100.0, 0.0) };
+    let with_air = |length: f64| {
+        let mut moves = Vec::new();
+        for row in waves(rows, 0.349).chunks(192) {
+            moves.extend_from_slice(row);
+            // Up, across and down again above the block, in moves of half a millimeter like the rest.
+            let high = |x: f64| ToolPose { tip: Point::new(50.0 + x, 50.0, 15.0), axis: Vector::z() };
+            let steps = (length / 0.5) as usize;
+            moves.extend(
+                (0..steps)
+                    .map(|k| SweepMotion { from: high(0.5 * (k % 64) as f64), to: high(0.5 * (k % 64 + 1) as f64) }),
+            );
+        }
+        let Ok(mut stock) = TriDexel::from_box(&block, cell, 16 << 30) else { return f64::NAN };
+        let item = |(k, m): (usize, &SweepMotion)| SweepItem { id: k as u32, body, action: Action::Remove, motion: *m };
+        let items: Vec<SweepItem<'_>> = moves.iter().enumerate().map(item).collect();
+        let start = cpu_seconds();
+        stock.sweep(&items);
+        cpu_seconds().zip(start).map_or(f64::NAN, |(b, a)| b - a)
+    };
+    let (once, twice) = (with_air(100.0), with_air(200.0));
+    println!("air moves twice as long: {:+.1} percent of processor time", 100.0 * (twice / once - 1.0));
+}
+
+/// Memory of a blade block with fine cells, and the speed of memory itself.
+fn memory() {
+    let block = Aabb { min: Point::origin(), max: Point::new(100.0, 60.0, 40.0) };
+    let announced = TriDexel::memory_estimate(&block, 0.05) as f64 / f64::from(1 << 20);
+    if let Ok(stock) = TriDexel::from_box(&block, 0.05, 4 << 30) {
+        let used = stock.memory_bytes() as f64 / f64::from(1 << 20);
+        println!(
+            "100 x 60 x 40 mm, 0.05 mm cells: {} rays, {used:.0} MiB in use, {announced:.0} MiB announced",
+            stock.rays()
+        );
+    }
+    let from = vec![1.0_f64; 32 << 20];
+    let mut to = vec![0.0_f64; from.len()];
+    let start = Instant::now();
+    for _ in 0..4 {
+        to.copy_from_slice(std::hint::black_box(&from));
+        std::hint::black_box(&mut to);
+    }
+    let bytes = 4.0 * 16.0 * from.len() as f64;
+    println!("memory: {:.1} GB/s read and written by one thread", bytes * 1e-9 / start.elapsed().as_secs_f64());
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let quick = arguments.iter().any(|a| a == "--quick");
@@ -164,6 +212,12 @@ fn main() {
     };
     let air: Vec<SweepMotion> = waves(rows, twenty_degrees).iter().map(above).collect();
     run("ball R4 in air", only, cell, &ball, &air, Action::Remove);
+    if only.is_none_or(|word| "air".contains(word.as_str())) {
+        air_share(cell, &ball, rows.min(64));
+    }
+    if only.is_none_or(|word| "memory".contains(word.as_str())) {
+        memory();
+    }
     if only.is_none() {
         surface(&ball);
     }

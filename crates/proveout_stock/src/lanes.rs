@@ -131,7 +131,8 @@ impl<S: Simd> Mask<S> {
 
     #[inline(always)]
     pub(crate) fn any(self) -> bool {
-        self.simd.first_true_m64s(self.m) < S::F64_LANES
+        let (no, yes) = (self.simd.splat_f64s(0.0), self.simd.splat_f64s(1.0));
+        self.simd.reduce_max_f64s(self.simd.select_f64s(self.m, yes, no)) > 0.0
     }
 }
 
