@@ -1,8 +1,8 @@
 //! Sweep of any convex body for many rays at once: Newton's method on the envelope, with a proof for each ray.
 //!
-//! An end of the interval that a moving body takes up on a ray is a point (tau, s) with F = 0 and F_tau = 0, or F = 0 at the
+//! An end of the interval that a moving body takes up on a ray is a point (tau, s) with `F = 0` and `F_tau = 0`, or `F = 0` at the
 //! beginning or end of the motion. Newton's method on this pair finds it in a few steps; curvatures of the body are known in
-//! closed form, kr = F_r / r round the axis and km along the meridian. What the search found is accepted only with a proof by
+//! closed form, `kr = F_r / r` round the axis and `km` along the meridian. What the search found is accepted only with a proof by
 //! a supporting half space, as in `ray_turn`:
 //!
 //! ```text
@@ -15,8 +15,9 @@
 //!                            bound all of it
 //! ```
 //!
-//! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of the material.
-//! Lanes without proof after [`STEPS`] samples, such as those that meet the rim of a flat end mill, are left to the searches of
+//! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of the material; or
+//! by two points on both sides of the minimum along the ray. Lanes without proof after [`STEPS`] samples get a second chance in
+//! quarters of a turning motion; what is left, such as rays that meet the rim of a flat end mill, is searched by
 //! `ray_translate` and `ray_turn`, which always end. The bounds are the same: [`SEARCH_ERROR`] for a straight motion and
 //! [`TURN_ERROR`] more for one that turns.
 
@@ -113,11 +114,11 @@ struct Side<S: Simd> {
 
 impl<S: Simd> Side<S> {
     #[inline(always)]
-    fn set(&mut self, where_: Mask<S>, new: Self) {
-        self.s = where_.select(new.s, self.s);
-        self.f = where_.select(new.f, self.f);
-        self.fs = where_.select(new.fs, self.fs);
-        self.deficit = where_.select(new.deficit, self.deficit);
+    fn set(&mut self, at: Mask<S>, new: Self) {
+        self.s = at.select(new.s, self.s);
+        self.f = at.select(new.f, self.f);
+        self.fs = at.select(new.fs, self.fs);
+        self.deficit = at.select(new.deficit, self.deficit);
     }
 }
 
@@ -349,7 +350,7 @@ fn support<S: Simd>(body: &Meridian, c: L<S>) -> L<S> {
 /// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
 ///
 /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
-/// F_tautau = km (t . v)^2 + kr (a . v)^2 and F_taus = km (t . v) t_s + kr (a . v) a_s, but for the turning of the frame.
+/// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
 #[inline(always)]
 fn sample<S: Simd, const TURNS: bool>(
     motion: &Motion<S>,

@@ -1,4 +1,5 @@
 //! The kernels for many rays against those for one, and against themselves on other processors.
+#![allow(clippy::print_stdout, reason = "the share of proven lanes is worth seeing")]
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
