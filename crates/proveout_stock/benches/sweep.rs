@@ -206,6 +206,13 @@ fn main() {
     run("bull-nose R5 r3, tilting to 20 deg", only, cell, &bull, &waves(rows, twenty_degrees), Action::Remove);
     run("flat R5, pocket at one height", only, cell, &flat, &pocket(rows.min(32)), Action::Remove);
     run("flat R5, flank 20 mm deep, tilting", only, cell, &flat, &flank(rows.min(16)), Action::Remove);
+    // The same cut with five times the tool: what is not met must not count.
+    let long = profile(vec![
+        Segment::Arc { center: [0.0, 4.0], radius: 4.0, from: [0.0, 0.0], to: [4.0, 4.0] },
+        line([4.0, 4.0], [4.0, 200.0]),
+        line([4.0, 200.0], [0.0, 200.0]),
+    ]);
+    run("ball R4, 200 mm long, three axes", only, cell, &long, &waves(rows, 0.0), Action::Remove);
     let above = |m: &SweepMotion| {
         let up = |p: ToolPose| ToolPose { tip: p.tip + Vector::z() * 8.0, ..p };
         SweepMotion { from: up(m.from), to: up(m.to) }
