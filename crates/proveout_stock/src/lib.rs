@@ -15,13 +15,17 @@
 //!
 //! Every body is one convex function F whose zero set is its skin (`meridian`). The interval that it takes up on a ray over
 //! the whole motion is the union over time of an interval each, and its ends lie where normal times velocity is zero or at
-//! the ends of the motion. Three kernels find them:
+//! the ends of the motion. These kernels find them:
 //!
 //! | kernel | for | method |
 //! |---|---|---|
-//! | `ray_ball` | the ball of a ball end, any motion | closed form |
+//! | `ray_ball`, `lane_ball` | the ball of a ball end, any motion | closed form; one ray, or several at once |
+//! | `lane_body` | every body, several rays at once | Newton's method on the envelope, then a proof for each ray |
 //! | `ray_translate` | every body on a straight line | cutting planes in (t, s): the set is convex |
 //! | `ray_turn` | every body while its axis turns | supporting half spaces with a bound of second order, halving of time |
+//!
+//! The kernels for several rays come first; a ray whose proof fails goes to the searches for one ray, which always end. Which
+//! instructions the processor has is found at run time (`lanes`), and makes no difference to any bit of the result.
 //!
 //! The volume that a ball end takes is that of its ball and that of the cylinder or cone above, swept one by one.
 //!
@@ -51,6 +55,11 @@ mod error;
 mod grid;
 #[cfg(test)]
 mod kernel_tests;
+mod lane_ball;
+mod lane_body;
+#[cfg(test)]
+mod lane_tests;
+mod lanes;
 mod meridian;
 mod mesh_rays;
 mod motion;
@@ -64,6 +73,7 @@ mod span;
 mod surface;
 mod sweep;
 mod tile;
+mod tile_work;
 mod vec3;
 
 pub use dexel::{Interval, SurfacePoint, TriDexel};

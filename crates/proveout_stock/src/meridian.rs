@@ -25,7 +25,7 @@ use proveout_tool::{Profile, Segment};
 pub(crate) const TOUCH: f64 = 1e-7;
 
 #[derive(Clone, Copy, Debug)]
-enum Piece {
+pub(crate) enum Piece {
     /// Normal and support.
     Line { nr: f64, nz: f64, c: f64 },
     /// Arc with its first and last normal.
@@ -75,10 +75,49 @@ impl Piece {
     }
 }
 
+/// Arcs as tubes, and the corners that no arc rounds.
+fn tubes(segments: &[Segment]) -> Vec<[f64; 3]> {
+    let mut tubes: Vec<[f64; 3]> = Vec::new();
+    for s in segments {
+        if let Segment::Arc { center, radius, .. } = *s {
+            tubes.push([center[0], center[1], radius]);
+        }
+    }
+    for p in segments.iter().flat_map(|s| [s.from(), s.to()]) {
+        let inside = |t: &[f64; 3]| (p[0] - t[0]).hypot(p[1] - t[1]) <= t[2] + 1e-9;
+        if !tubes.iter().any(inside) {
+            tubes.push([p[0], p[1], 0.0]);
+        }
+    }
+    tubes
+}
+
+fn low_reach(segments: &[Segment]) -> f64 {
+    let mut reach = 0.0_f64;
+    for s in segments {
+        let (from, to) = (s.from(), s.to());
+        match *s {
+            Segment::Line { .. } if to[0] > from[0] => {
+                reach = reach.max(from[0].hypot(from[1])).max(to[0].hypot(to[1]))
+            }
+            Segment::Arc { center, radius, .. } if from[1] < center[1] => {
+                let top = if to[1] > center[1] { [center[0] + radius, center[1]] } else { to };
+                let low = from[1].abs().max(top[1].abs());
+                reach = reach.max(top[0].max(from[0]).hypot(low));
+            }
+            _ => {}
+        }
+    }
+    reach
+}
+
 /// The convex function of a body, and the ball that makes up its lower end if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
-    pieces: Vec<Piece>,
+    pub pieces: Vec<Piece>,
+    /// Circles about the axis, (r, z, radius): the body lies in the hull of the tubes round them, so its support function is
+    /// at most the largest of theirs.
+    pub tubes: Vec<[f64; 3]>,
     /// Height of the center and radius of a ball that lies in the body and holds all of it below `pieces`.
     pub ball: Option<[f64; 2]>,
     /// False when the ball is all there is.
@@ -90,6 +129,8 @@ pub(crate) struct Meridian {
     pub rest_z: f64,
     /// Largest distance of a point of the body from the tip, mm.
     pub reach: f64,
+    /// The same of the points whose outward normal points away from the holder.
+    pub low_reach: f64,
 }
 
 impl Meridian {
@@ -97,12 +138,14 @@ impl Meridian {
     pub(crate) fn whole(profile: &Profile) -> Self {
         Self {
             pieces: profile.segments().iter().map(Piece::of).collect(),
+            tubes: tubes(profile.segments()),
             ball: None,
             has_rest: true,
             radius: profile.max_radius(),
             z: [profile.z_min(), profile.z_max()],
             rest_z: profile.z_min(),
             reach: profile.max_radius().hypot(profile.z_min().abs().max(profile.z_max().abs())),
+            low_reach: low_reach(profile.segments()),
         }
     }
 
@@ -118,7 +161,8 @@ impl Meridian {
         let mut pieces = whole.pieces[1..].to_vec();
         let has_rest = !pieces.is_empty();
         pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
-        Self { pieces, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], ..whole }
+        let tubes = tubes(&profile.segments()[1..]);
+        Self { pieces, tubes, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], ..whole }
     }
 
     /// Value and gradient (d/dr, d/dz) at r >= 0.

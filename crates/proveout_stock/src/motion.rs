@@ -67,6 +67,20 @@ impl Piece {
         scale(along(self.axis, self.turn, tau), 1.0 + x * (0.5 + 0.375 * x))
     }
 
+    /// Part `k` of `n` equal parts of the piece.
+    pub(crate) fn part(&self, k: usize, n: usize) -> Self {
+        let (first, last) = (k as f64 / n as f64, (k + 1) as f64 / n as f64);
+        let axis = self.axis_at(first);
+        let turn = sub(self.axis_at(last), axis);
+        Self {
+            tip: self.tip_at(first),
+            travel: scale(self.travel, 1.0 / n as f64),
+            axis,
+            turn,
+            angle2: if self.turns() { dot(turn, turn) } else { 0.0 },
+        }
+    }
+
     /// Point of the axis at height `z` above the tip.
     #[inline]
     pub(crate) fn on_axis(&self, z: f64, tau: f64) -> V {

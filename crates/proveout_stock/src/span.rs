@@ -45,6 +45,12 @@ impl Mark {
         Self { id, normal: u32::from(pack(x)) | u32::from(pack(y)) << 16 }
     }
 
+    /// From the two coordinates that `lanes::Packing` leaves in the last bits.
+    pub(crate) fn packed(id: u32, code: [f64; 2]) -> Self {
+        let bits = code.map(|x| u32::from(x.to_bits() as u16));
+        Self { id, normal: bits[0] | bits[1] << 16 }
+    }
+
     pub(crate) fn normal(self) -> Vector {
         let unpack = |v: u32| f64::from(v as u16 as i16) / FULL;
         let (x, y) = (unpack(self.normal), unpack(self.normal >> 16));

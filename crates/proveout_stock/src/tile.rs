@@ -43,6 +43,12 @@ impl Tile {
         &self.spans[self.start[r] as usize..self.start[r + 1] as usize]
     }
 
+    /// The span of a ray that has exactly one.
+    pub(crate) fn only_span(&mut self, r: usize) -> Option<&mut Span> {
+        let (from, to) = (self.start[r] as usize, self.start[r + 1] as usize);
+        if to - from == 1 { self.spans.get_mut(from) } else { None }
+    }
+
     /// Replaces the spans of one ray.
     pub(crate) fn replace(&mut self, r: usize, new: &[Span]) {
         let (from, to) = (self.start[r] as usize, self.start[r + 1] as usize);

@@ -87,6 +87,153 @@ fn a_bull_nose_on_a_circle_cuts_a_torus_groove() {
 }
 
 #[test]
+fn the_tube_of_a_bull_nose_on_a_circle_leaves_a_flat_groove_with_round_walls() {
+    // The corner circle of radius 2.5 about a path of radius 5 sweeps the ring from 2.5 to 7.5 at z = 6.5: the groove is all
+    // within 1 mm of it. 720 chords, as above.
+    let mut stock = block(0.25);
+    let tool = bull(3.5, 1.0, 30.0);
+    let at = |k: usize| {
+        let (s, c) = (PI * k as f64 / 360.0).sin_cos();
+        pose([10.0 + 5.0 * c, 8.0 + 5.0 * s, 5.5], UP)
+    };
+    let items: Vec<SweepItem<'_>> = (0..720).map(|k| remove(1, &tool, at(k), at(k + 1))).collect();
+    stock.sweep(&items);
+    let chord = 5.0 * (1.0 - (PI / 720.0).cos());
+    let mut cut = 0;
+    for p in stock.surface_points().filter(|p| p.made_by.is_some()) {
+        let d = (p.point.x - 10.0).hypot(p.point.y - 8.0);
+        let outside = (d - 7.5).max(2.5 - d).max(0.0);
+        // Above the tube the walls stand straight.
+        let below = (6.5 - p.point.z).max(0.0);
+        let off = outside.hypot(below) - 1.0;
+        assert!(off.abs() < chord + 1e-3, "{:?}: {off}", p.point);
+        cut += 1;
+    }
+    assert!(cut > 2000);
+}
+
+#[test]
+fn a_tilted_cylinder_on_a_helix_cuts_to_its_radius_from_the_axis() {
+    // The axis leans 17 degrees along the path and goes round on a helix. By the symmetry of the helix the distance of a cut
+    // point from the axis, minimized over the angle, is the radius. Steps of half a degree leave the helix by 6 (1 - cos 0.25
+    // deg) = 0.06 micrometers, the axis leaves its cone by less than 0.03 in the 10 mm that cut.
+    let mut stock = block(0.4);
+    let tool = flat(2.0, 60.0);
+    let line_at = |angle: f64| {
+        let (s, c) = angle.sin_cos();
+        let axis = Vector::new(-0.3 * s, 0.3 * c, 1.0).normalize();
+        (Point::new(10.0 + 6.0 * c, 8.0 + 6.0 * s, -3.0 - 0.2 * angle), axis)
+    };
+    let at = |k: usize| {
+        let (tip, axis) = line_at(0.5_f64.to_radians() * k as f64);
+        ToolPose { tip, axis }
+    };
+    let items: Vec<SweepItem<'_>> = (0..180).map(|k| remove(k, &tool, at(k as usize), at(k as usize + 1))).collect();
+    stock.sweep(&items);
+    let mut cut = 0;
+    for p in stock.surface_points().filter(|p| p.made_by.is_some()) {
+        let distance = |angle: f64| {
+            let (tip, axis) = line_at(angle);
+            (p.point - tip).cross(&axis).norm()
+        };
+        let n = 400;
+        let best = (0..=n).map(|k| 0.5 * PI * f64::from(k) / f64::from(n));
+        let near = best.min_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap();
+        let step = 0.5 * PI / f64::from(n);
+        let (mut a, mut b) = ((near - step).max(0.0), (near + step).min(0.5 * PI));
+        for _ in 0..60 {
+            let (c, d) = (a + (b - a) / 3.0, b - (b - a) / 3.0);
+            if distance(c) < distance(d) { b = d } else { a = c }
+        }
+        let off = distance(a) - 2.0;
+        assert!(off.abs() < BOUND, "{:?}: {off}", p.point);
+        cut += 1;
+    }
+    assert!(cut > 500 && stock.sweep_bound_mm() <= BOUND);
+}
+
+#[test]
+fn the_order_of_moves_that_do_not_meet_changes_nothing() {
+    let tool = bull(1.0, 0.4, 20.0);
+    let mut random = Random(5);
+    let moves: Vec<(ToolPose, ToolPose)> = (0..12)
+        .map(|k| {
+            let (x, y) = (2.5 + 5.0 * f64::from(k % 4), 3.0 + 5.0 * f64::from(k / 4));
+            let axis = [0.2 * random.next(), 0.2 * random.next(), 1.0];
+            let turned = [axis[0] + 0.03, axis[1] - 0.02, 1.0];
+            (pose([x, y, 5.5], axis), pose([x + 0.6, y + 0.3, 5.0], turned))
+        })
+        .collect();
+    let run = |order: &[usize]| {
+        let mut stock = block(0.2);
+        let items: Vec<SweepItem<'_>> =
+            order.iter().map(|&k| remove(k as u32, &tool, moves[k].0, moves[k].1)).collect();
+        let reports = stock.sweep(&items);
+        let mut volumes = vec![0.0; order.len()];
+        for (&k, r) in order.iter().zip(&reports) {
+            volumes[k] = r.volume_mm3;
+        }
+        (volumes, stock.surface_points().collect::<Vec<_>>())
+    };
+    let forward: Vec<usize> = (0..12).collect();
+    let mixed = [7, 2, 11, 0, 5, 9, 1, 10, 3, 8, 6, 4];
+    let ((a, b), (a_points, b_points)) = {
+        let (first, second) = (run(&forward), run(&mixed));
+        ((first.0, second.0), (first.1, second.1))
+    };
+    for (a, b) in a.iter().zip(&b) {
+        assert!(*a > 0.1 && (a - b).abs() < 1e-5 * a, "{a} {b}");
+    }
+    assert_eq!(a_points.len(), b_points.len());
+    for (a, b) in a_points.iter().zip(&b_points) {
+        assert_eq!((a.made_by, a.axis), (b.made_by, b.axis));
+        // The search begins at the material, which another move has changed: the same end within the bound, along the ray.
+        assert!((a.point - b.point).norm() < 0.01, "{a:?} {b:?}");
+        let normal = a.normal.unwrap()[usize::from(a.axis)].abs();
+        assert!((a.point - b.point).norm() * normal < BOUND, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_face_exactly_on_a_ray_or_at_the_origin_is_no_gouge() {
+    // Rays at -0.75, -0.25, 0.25, ...: walls and floors of the tool fall on rays, and on the faces of the stock.
+    for (x0, y0) in [(0.0, 0.0), (-1.0, -1.0)] {
+        let bounds = cuboid([x0, y0, 0.0], [x0 + 10.0, y0 + 10.0, 5.0]);
+        let fresh = || TriDexel::from_box(&bounds, 0.5, GIB).unwrap();
+        for tilt in [0.0, 1e-9] {
+            let tool = flat(2.0, 30.0);
+            let axis = [0.0, tilt, 1.0];
+            let wall = y0 + 1.25; // the flank stands on rays along x and z
+            let mut stock = fresh();
+            let items = [
+                remove(1, &tool, pose([x0 - 5.0, wall - 2.0, 0.0], UP), pose([x0 + 15.0, wall - 2.0, 0.0], axis)),
+                remove(2, &tool, pose([x0 - 5.0, wall - 2.0, -1.0], UP), pose([x0 + 15.0, wall - 2.0, -1.0], UP)),
+            ];
+            stock.sweep(&items);
+            // What the wall leaves: the slab beyond it, every ray of it whole.
+            for i in 0..20 {
+                for j in 0..20 {
+                    let at = stock.ray_place(2, i, j);
+                    let length: f64 = stock.ray_intervals(2, i, j).iter().map(|s| s.hi - s.lo).sum();
+                    let want = if at[1] < wall - 1e-6 { 0.0 } else { 5.0 };
+                    assert!((length - want).abs() < 1e-6 || (at[1] - wall).abs() < 1e-6, "{at:?}: {length}");
+                }
+            }
+            let probed = stock.sweep(&[probe(3, &tool, items[1].motion.from, items[1].motion.to)])[0];
+            assert_eq!(probed.rays, 0, "its own wall is touched, not cut");
+            // A tool that only slides along the faces x = x0 and z = 5 meets nothing.
+            let mut whole = fresh();
+            let slide = [
+                remove(4, &tool, pose([x0 - 2.0, y0 - 5.0, -1.0], UP), pose([x0 - 2.0, y0 + 15.0, -1.0], UP)),
+                remove(5, &tool, pose([x0 - 2.0, y0 + 5.0, 5.0], UP), pose([x0 + 12.0, y0 + 5.0, 5.0], UP)),
+            ];
+            assert!(whole.sweep(&slide).iter().all(|r| r.rays == 0));
+            assert_eq!(whole.volume(), whole.initial_volume());
+        }
+    }
+}
+
+#[test]
 fn a_tilted_cylinder_along_its_side_leaves_a_plane() {
     let mut stock = block(0.25);
     let tool = flat(3.0, 40.0);

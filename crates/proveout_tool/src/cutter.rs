@@ -171,6 +171,81 @@ impl Cutter {
         Ok(Self { outline, continues: false })
     }
 
+    /// Oval (tangential barrel): a ball of `tip_radius`, then a tangent arc of `side_radius` up to its equator, where it runs into
+    /// a cylinder of `diameter`.
+    ///
+    /// ```text
+    ///      |  |   cylinder, tangent at the equator
+    ///      |  |
+    ///      | /    side arc: center (D/2 - R, equator)
+    ///      |/
+    ///      '      ball: center (0, r)
+    /// ```
+    ///
+    /// # Errors
+    /// A dimension outside of its range.
+    pub fn oval(diameter: f64, tip_radius: f64, side_radius: f64) -> Result<Self, ShapeError> {
+        let widest = 0.5 * length("diameter_mm", diameter)?;
+        let tip = length("tip_radius_mm", tip_radius)?;
+        let side = length("side_radius_mm", side_radius)?;
+        if tip >= widest {
+            return refuse("tip_radius_mm", tip, format!("must be below half of the diameter ({widest} mm)"));
+        }
+        if side <= widest {
+            return refuse("side_radius_mm", side, format!("must be above half of the diameter ({widest} mm)"));
+        }
+        let back = side - widest;
+        let equator = tip + ((side - tip).powi(2) - back * back).sqrt();
+        let tangent = [tip * back / (side - tip), tip + tip * (tip - equator) / (side - tip)];
+        Ok(Self::continuing(Outline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [widest, equator])))
+    }
+
+    /// Drum wheel: a disk of `diameter` and height `flute_length` with a rim of `side_radius`, widest at mid-height, that runs
+    /// into plane faces through corners of `corner_radius` (0: sharp).
+    ///
+    /// ```text
+    ///      |____
+    ///      |    )   corner radius
+    ///      |     |  rim: center (D/2 - R, H/2)
+    ///      |____)
+    /// ```
+    ///
+    /// # Errors
+    /// A dimension outside of its range, or a rim that has come to the axis at the faces.
+    pub fn drum_wheel(
+        diameter: f64,
+        side_radius: f64,
+        corner_radius: f64,
+        flute_length: f64,
+    ) -> Result<Self, ShapeError> {
+        let widest = 0.5 * length("diameter_mm", diameter)?;
+        let side = length("side_radius_mm", side_radius)?;
+        let height = length("flute_length_mm", flute_length)?;
+        let half = 0.5 * height;
+        if side < half {
+            return refuse("side_radius_mm", side, format!("must be at least half of the flute length ({half} mm)"));
+        }
+        if !(0.0..half).contains(&corner_radius) {
+            let limit = format!("must be 0 or more and below half of the flute length ({half} mm)");
+            return refuse("corner_radius_mm", corner_radius, limit);
+        }
+        let back = side - widest;
+        // The corner touches the rim from inside: its center is R - r from the center of the rim, and r above the face.
+        let center_r = ((side - corner_radius).powi(2) - (half - corner_radius).powi(2)).max(0.0).sqrt() - back;
+        if center_r <= JOIN_MM {
+            return refuse("flute_length_mm", height, "is above the height at which the rim has come to the axis");
+        }
+        let scale = side / (side - corner_radius);
+        let low = [(center_r + back) * scale - back, half - (half - corner_radius) * scale];
+        let high = [low[0], height - low[1]];
+        let outline = Outline::start(0.0)
+            .line([center_r, 0.0])
+            .arc([center_r, corner_radius], low)
+            .arc([-back, half], high)
+            .arc([center_r, height - corner_radius], [center_r, height]);
+        Ok(Self { outline, continues: false })
+    }
+
     /// Lens: a flat arc of `lens_radius` over the tip, a tangent corner of `corner_radius` (zero: sharp), then a
     /// cylinder of `diameter`.
     ///

@@ -55,12 +55,14 @@ const SHAPE_KEYS: [&str; 15] = [
 ];
 
 /// The shape keys that each kind needs; it may have no others.
-const KINDS: [(Kind, &str, &[&str]); 11] = [
+const KINDS: [(Kind, &str, &[&str]); 13] = [
     (Kind::Ball, "ball", &["diameter_mm"]),
     (Kind::Flat, "flat", &["diameter_mm"]),
     (Kind::BullNose, "bull_nose", &["diameter_mm", "corner_radius_mm"]),
     (Kind::TaperBall, "taper_ball", &["tip_diameter_mm", "half_angle_deg", "diameter_mm"]),
     (Kind::Barrel, "barrel", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
+    (Kind::Oval, "oval", &["diameter_mm", "tip_radius_mm", "side_radius_mm"]),
+    (Kind::DrumWheel, "drum_wheel", &["diameter_mm", "side_radius_mm", "corner_radius_mm"]),
     (Kind::Lens, "lens", &["diameter_mm", "lens_radius_mm", "corner_radius_mm"]),
     (Kind::Drill, "drill", &["diameter_mm", "point_angle_deg"]),
     (Kind::Chamfer, "chamfer", &["diameter_mm", "point_angle_deg", "tip_diameter_mm"]),
@@ -132,6 +134,8 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         Kind::BullNose => Cutter::bull_nose(diameter, get("corner_radius_mm")),
         Kind::TaperBall => Cutter::taper_ball(get("tip_diameter_mm"), get("half_angle_deg"), diameter),
         Kind::Barrel => Cutter::barrel(diameter, get("tip_radius_mm"), get("side_radius_mm"), flute),
+        Kind::Oval => Cutter::oval(diameter, get("tip_radius_mm"), get("side_radius_mm")),
+        Kind::DrumWheel => Cutter::drum_wheel(diameter, get("side_radius_mm"), get("corner_radius_mm"), flute),
         Kind::Lens => Cutter::lens(diameter, get("lens_radius_mm"), get("corner_radius_mm")),
         Kind::Drill => Cutter::drill(diameter, get("point_angle_deg")),
         Kind::Chamfer => Cutter::chamfer(diameter, get("point_angle_deg"), get("tip_diameter_mm")),

@@ -5,7 +5,7 @@
 //! [`Profile`] of lines and circular arcs in the half plane (r, z), mm: z = 0 at the programmed tip, +z towards the
 //! holder. Frame T: origin at the tip, +z along the axis away from the tip.
 //!
-//! * [`Profile`] – exact generating curve; distance, radius at a height, volume.
+//! * [`Profile`] – exact generating curve; distance, normal, curvature, radius at a height, volume.
 //! * [`Body`] – profile and [`Role`].
 //! * [`Tool`] – assembly with gauge length, flute length and technology limits.
 //! * [`Cutter`] – cutting ends by catalogue dimensions; [`ToolBuilder`] puts neck, shank and holder on them.
@@ -34,4 +34,4 @@ pub use cutter::{Apt, Cutter, ShapeError};
 pub use entry::library_schema;
 pub use error::{Defect, ToolError};
 pub use library::{ToolLibrary, ToolNotes};
-pub use profile::{Profile, ProfileError, Segment};
+pub use profile::{Nearest, Profile, ProfileError, Segment};

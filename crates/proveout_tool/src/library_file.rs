@@ -29,6 +29,10 @@ pub(crate) enum Kind {
     TaperBall,
     /// Ball and a tangent side arc.
     Barrel,
+    /// Ball, a tangent side arc up to its equator, cylinder.
+    Oval,
+    /// Disk with a crowned rim and rounded corners.
+    DrumWheel,
     /// Flat arc over the tip with a corner radius.
     Lens,
     /// Cone and cylinder.
@@ -84,9 +88,9 @@ pub(crate) struct ToolEntry {
     pub(crate) point_angle_deg: Option<f64>,
     /// Diameter of the tip of a taper ball (its ball) or chamfer cutter (its flat; 0 is a point).
     pub(crate) tip_diameter_mm: Option<f64>,
-    /// Radius of the ball at the tip of a barrel.
+    /// Radius of the ball at the tip of a barrel or oval.
     pub(crate) tip_radius_mm: Option<f64>,
-    /// Radius of the side of a barrel.
+    /// Radius of the side of a barrel or oval, or of the rim of a drum wheel.
     pub(crate) side_radius_mm: Option<f64>,
     /// Radius of the arc over the tip of a lens.
     pub(crate) lens_radius_mm: Option<f64>,

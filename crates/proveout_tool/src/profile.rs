@@ -78,6 +78,20 @@ impl Segment {
     }
 }
 
+/// A point of the skin in the half plane (r, z).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The point `[r, z]`, mm.
+    pub point: [f64; 2],
+    /// Outward unit normal of its segment, `[r, z]`; at a corner that of the first of the two segments.
+    pub normal: [f64; 2],
+    /// Curvature of the segment in the half plane, 1/mm: 0 on a line. Round the axis the curvature of the body is
+    /// `normal[0] / point[0]`.
+    pub curvature: f64,
+    /// Index of the segment.
+    pub segment: usize,
+}
+
 fn unit(v: [f64; 2]) -> [f64; 2] {
     let n = v[0].hypot(v[1]);
     if n > 0.0 { [v[0] / n, v[1] / n] } else { [1.0, 0.0] }
@@ -242,6 +256,26 @@ impl Profile {
         }
         outside |= p[1] < self.z_min || p[1] > self.z_max;
         if outside { best } else { -best }
+    }
+
+    /// The point of the skin nearest to `[r, z]` (r >= 0), mm, with normal and curvature there; exact for lines and arcs.
+    pub fn nearest(&self, p: [f64; 2]) -> Nearest {
+        let mut best = Nearest { point: self.segments[0].from(), normal: [0.0, -1.0], curvature: 0.0, segment: 0 };
+        let mut least = f64::INFINITY;
+        for (segment, s) in self.segments.iter().enumerate() {
+            let point = s.nearest(p);
+            let off = distance(p, point);
+            if off < least {
+                least = off;
+                let t = s.tangent(point);
+                let curvature = match *s {
+                    Segment::Line { .. } => 0.0,
+                    Segment::Arc { radius, .. } => 1.0 / radius,
+                };
+                best = Nearest { point, normal: [t[1], -t[0]], curvature, segment };
+            }
+        }
+        best
     }
 
     /// Radius of the body at height `z`, mm; none outside of its height.

@@ -79,6 +79,40 @@ fn barrel_touches_its_ball_and_is_widest_at_its_diameter() {
 }
 
 #[test]
+fn oval_runs_into_its_cylinder_without_a_corner() {
+    let p = one(Cutter::oval(10.0, 2.0, 60.0), 30.0);
+    let equator = 2.0 + (58.0_f64.powi(2) - 55.0_f64.powi(2)).sqrt();
+    assert!((p.max_radius() - 5.0).abs() < 1e-12);
+    radii(&p, |z| (3600.0 - (z - equator).powi(2)).sqrt() - 55.0, 3.0, equator);
+    radii(&p, |_| 5.0, equator, 30.0);
+    // Normal and curvature just below and above the equator: the same direction, 1 / 60 and 0.
+    let (below, above) = (p.nearest([7.0, equator - 1e-6]), p.nearest([7.0, equator + 1e-6]));
+    assert!((below.normal[0] - 1.0).abs() < 1e-9 && (above.normal[0] - 1.0).abs() < 1e-9);
+    assert!((below.curvature - 1.0 / 60.0).abs() < 1e-12 && above.curvature == 0.0);
+    assert!((p.nearest([0.0, -1.0]).curvature - 0.5).abs() < 1e-12, "the tip is the ball");
+    assert!((p.volume() / disks(&p) - 1.0).abs() < 1e-6);
+    assert!(Cutter::oval(10.0, 5.0, 60.0).is_err() && Cutter::oval(10.0, 2.0, 5.0).is_err());
+}
+
+#[test]
+fn a_drum_wheel_is_the_same_from_above_and_below() {
+    for corner in [0.0, 0.5] {
+        let p = one(Cutter::drum_wheel(40.0, 30.0, corner, 8.0), 8.0);
+        assert!((p.max_radius() - 20.0).abs() < 1e-12);
+        radii(&p, |z| (900.0 - (z - 4.0).powi(2)).sqrt() - 10.0, 0.7, 7.3);
+        for k in 0..40 {
+            let z = 0.1 * f64::from(k) + 0.01;
+            let (a, b) = (p.radius_at(z).expect("inside"), p.radius_at(8.0 - z).expect("inside"));
+            assert!((a - b).abs() < 1e-9);
+        }
+        assert!((p.volume() / disks(&p) - 1.0).abs() < 1e-5);
+    }
+    assert!(Cutter::drum_wheel(40.0, 3.0, 0.5, 8.0).is_err(), "a rim below half of the height");
+    assert!(Cutter::drum_wheel(40.0, 30.0, 4.0, 8.0).is_err(), "corners that meet");
+    assert!(Cutter::drum_wheel(2.0, 30.0, 0.0, 60.0).is_err(), "the rim comes to the axis");
+}
+
+#[test]
 fn lens() {
     let p = one(Cutter::lens(16.0, 60.0, 1.0), 20.0);
     radii(&p, |z| (3600.0 - (z - 60.0) * (z - 60.0)).max(0.0).sqrt(), 0.0, 0.3);
