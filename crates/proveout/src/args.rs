@@ -161,7 +161,7 @@ pub(crate) struct PlanArgs {
     /// How the path is laid
     #[arg(long, value_enum)]
     pub(crate) strategy: StrategyArg,
-    /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc LinuxCNC, .nc ISO)
+    /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 }
@@ -182,7 +182,7 @@ pub(crate) struct RescheduleArgs {
     /// Published method
     #[arg(long, value_name = "METHOD")]
     pub(crate) method: String,
-    /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc LinuxCNC, .nc ISO)
+    /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
 }

@@ -232,7 +232,7 @@ pub fn rescheduled(
     let method = reschedule.method();
     let cutter = |name: &ToolName| tip(tool(name)?).cloned();
     let work = Reprogramming { machine, method: method.as_ref(), cutter: &cutter };
-    Ok(work.apply(commands).map_err(SimError::Control)?)
+    work.apply(commands).map_err(SimError::Control)
 }
 
 /// Largest distance of ball centers before and after, mm: what a re-scheduled program may not change.

@@ -168,10 +168,9 @@ fn the_stand_in_scene_meets_the_acceptance_bands() {
     }
     // Soft bands: A 25-55 and 45-90 percent, Y and Z within a factor of two of Table 2.
     assert!((25.0..55.0).contains(&reduction(2, 0)) && (45.0..90.0).contains(&reduction(2, 1)), "{shown}");
-    let table = [[46.2, 71.4], [69.2, 83.7]];
-    for k in 0..2 {
-        for d in 0..2 {
-            let ratio = reduction(k, d) / table[k][d];
+    for (k, published) in [[46.2, 71.4], [69.2, 83.7]].into_iter().enumerate() {
+        for (d, percent) in published.into_iter().enumerate() {
+            let ratio = reduction(k, d) / percent;
             assert!((0.5..2.0).contains(&ratio), "axis {k} {d}: {ratio}\n{shown}");
         }
     }
@@ -256,11 +255,9 @@ fn random_channel(seed: u64) -> (SectionPath, Channel) {
     }
     // A base point ends the layer: the upper limit is level before it.
     let end = upper[n - 1];
-    for i in n - 8..n {
-        upper[i] = end;
-    }
-    for i in 0..n {
-        lower[i] = lower[i].min(end - 0.15);
+    upper[n - 8..].fill(end);
+    for low in &mut lower {
+        *low = low.min(end - 0.15);
     }
     let path = SectionPath {
         centers: vec![proveout_geom::Point::origin(); n],

@@ -104,7 +104,7 @@ impl Blade {
     }
 
     /// A point of the airfoil: arc length on the outline, mm, and X. The normal of a twisted blade leans along X:
-    /// with `P_x = e_x + twist (e_x x P)` it is the outline's normal less `twist (e_x x P) . n` times e_x.
+    /// with `P_x = e_x + twist (e_x x P)` it is the outline's normal less `twist (e_x x P) . n e_x`.
     pub fn at(&self, arc: f64, x: f64) -> SurfacePoint {
         let point = self.outline.at(arc);
         self.raised(point.position, point.normal_angle, x)

@@ -265,7 +265,7 @@ impl CamberSection {
             let u = from + 0.5 * width * (1.0 + node);
             let speed = self.local(piece, u, offset).speed;
             // Not finite where the circles outrun their envelope (|rho| > 1).
-            if !(speed > 0.0) {
+            if speed.is_nan() || speed <= 0.0 {
                 return Err(SectionError::Folds { offset_mm: offset, at: if piece == 2 { 1.0 - u } else { u } });
             }
             sum += 0.5 * width * weight * speed;

@@ -12,7 +12,7 @@
 //!   forward(S)  = min of g over all blocks ahead        backward(S) = max of f over all blocks behind, less pi
 //! ```
 //!
-//! It is on the safe side of the exact rule: a straight line from Q_i to a point ahead is a sum of the chords between them,
+//! It is on the safe side of the exact rule: a straight line from `Q_i` to a point ahead is a sum of the chords between them,
 //! each at an angle of at least `forward`, and as long as those stay within half a turn the sum lies in their cone.
 //! The path is continued at both ends by one layer, shifted by a turn: the blade does not end where the path does.
 
@@ -100,9 +100,9 @@ fn limits(path: &SectionPath) -> (Vec<f64>, Vec<f64>) {
     }
     let mut behind = path.outgoing[..=before].iter().fold(f64::MIN, |m, a| m.max(a - TAU));
     let mut backward = vec![0.0; n];
-    for i in 0..n {
-        behind = behind.max(path.outgoing[i]);
-        backward[i] = behind - PI;
+    for (limit, angle) in backward.iter_mut().zip(&path.outgoing) {
+        behind = behind.max(*angle);
+        *limit = behind - PI;
     }
     (forward, backward)
 }

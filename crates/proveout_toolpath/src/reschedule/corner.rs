@@ -62,9 +62,9 @@ pub struct Corner {
     pub eps: f64,
     /// Slope angles of the first segment, the joint and the second segment, radian.
     pub angles: [f64; 3],
-    /// B_i0, B_i1 = B_i2, joint, B_j1 = B_j2, B_j3.
+    /// `B_i0`, `B_i1 = B_i2`, joint, `B_j1 = B_j2`, `B_j3`.
     pub control: [[f64; 2]; 5],
-    /// Lengths along the segments that the curve takes, d_1 and d_2.
+    /// Lengths along the segments that the curve takes, `d_1` and `d_2`.
     pub supports: [f64; 2],
 }
 
@@ -79,7 +79,7 @@ impl Corner {
     /// The corner with this |eps|; its sign follows from the bend. None where the segments are in line.
     pub fn new(p: [[f64; 2]; 3], size: f64, rule: CornerRule) -> Option<Self> {
         let [alpha, beta, gamma] = angles(p, rule);
-        if alpha == gamma || !(size > 0.0) {
+        if alpha == gamma || size.is_nan() || size <= 0.0 {
             return None;
         }
         let eps = if gamma > alpha { size } else { -size };
@@ -118,7 +118,7 @@ impl Corner {
 
     /// Largest |d2 theta / d S2| of the left and the right piece.
     ///
-    /// On the left piece with a, b the abscissa lengths before and behind B_i1 the second derivative is
+    /// On the left piece with a, b the abscissa lengths before and behind `B_i1` the second derivative is
     /// `2 eps a t (1-t) / (3 ((1-t)^2 a + t^2 b)^3)`; its only maximum in 0..1 is found by golden section.
     pub fn curvature_peaks(&self) -> [f64; 2] {
         let c = &self.control;
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn the_curve_stays_within_eps_of_the_polyline_and_is_smooth() {
         for unit in [ThetaUnit::Degree, ThetaUnit::Radian, ThetaUnit::Normalized, ThetaUnit::UnitFree] {
-            let points = vec![[0.0, 0.0], [30.0, 0.7], [75.0, 3.8], [120.0, 4.0], [185.0, 6.28]];
+            let points = vec![[0.0, 0.0], [30.0, 0.7], [75.0, 3.8], [120.0, 4.0], [185.0, 6.2]];
             let smoothed = Smoothed::new(points.clone(), unit, 185.0, |_, _| 0.09);
             let straight = Smoothed { corners: vec![None; points.len()], ..smoothed.clone() };
             let h = 1e-3;

@@ -75,9 +75,9 @@ impl Method for Quaternion {
         for pair in keys.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             let (from, to) = (path.axis_angle[a], path.axis_angle[b]);
-            for i in a..=b {
-                let l = (path.arc[i] - path.arc[a]) / (path.arc[b] - path.arc[a]);
-                angles[i] = from + (to - from) * l;
+            for (angle, s) in angles.iter_mut().zip(&path.arc).take(b + 1).skip(a) {
+                let l = (s - path.arc[a]) / (path.arc[b] - path.arc[a]);
+                *angle = from + (to - from) * l;
             }
         }
         let channel = Channel::tabulated(&path, self.clearance, f64::MIN)?;

@@ -101,11 +101,8 @@ impl STheta {
             layers.push((*layer, self.layer(path, channel, layer, ends)?));
         }
         for layer in &parts {
-            let beside = if layer.starts_at_base {
-                layers.iter().filter(|(l, _)| whole.contains(l)).last()
-            } else {
-                layers.first()
-            };
+            let beside =
+                if layer.starts_at_base { layers.iter().rfind(|(l, _)| whole.contains(l)) } else { layers.first() };
             let ends = self.ends(path, channel, layer, beside.filter(|_| !whole.is_empty()));
             layers.push((*layer, self.layer(path, channel, layer, ends)?));
         }

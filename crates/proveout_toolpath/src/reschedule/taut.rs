@@ -41,7 +41,7 @@ pub fn taut_string(start: [f64; 2], gates: &[Gate], end: [f64; 2]) -> Result<Vec
     let mut lower: VecDeque<[f64; 2]> = VecDeque::new();
     let last = Gate { s: end[0], low: end[1], high: end[1] };
     for (i, gate) in gates.iter().chain(std::iter::once(&last)).enumerate() {
-        if !(gate.low <= gate.high) {
+        if gate.low.is_nan() || gate.high.is_nan() || gate.low > gate.high {
             return Err(i);
         }
         extend(&mut path, &mut apex, &mut upper, &mut lower, [gate.s, gate.high], |new, old| new < old);
