@@ -187,15 +187,25 @@ impl Prepared {
         })
     }
 
-    /// Settings of the control as scene and machine say.
-    pub fn control_settings(&self) -> ControlSettings {
+    /// Settings of the control as scene, machine and the language of the program say.
+    pub fn control_settings(&self, dialect: Dialect) -> ControlSettings {
         let defaults = ControlSettings::default();
         ControlSettings {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            length_active_after_change: length_active_after_change(dialect),
             ..defaults
         }
+    }
+}
+
+/// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D, Klartext and its
+/// DIN/ISO form take the length with the tool, and CL data know nothing but the tip.
+fn length_active_after_change(dialect: Dialect) -> bool {
+    match dialect {
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
+        Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
     }
 }
 

@@ -79,7 +79,6 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     }
     stages.record += told.elapsed().as_secs_f64();
 
-    let settings = prepared.control_settings();
     let scene_path = prepared.scene.path.display().to_string();
     let program = match &prepared.made {
         Some(made) => {
@@ -87,6 +86,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
         }
         None => Program::open(&prepared.program_path, &prepared.nc_settings)?,
     };
+    let settings = prepared.control_settings(program.dialect());
     let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
     let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {
