@@ -15,8 +15,8 @@
 //!
 //! 1. *Forward chain*, from left to right. From an anchor (cell border, speed, zero acceleration) the hardest
 //!    acceleration (`rush`) is followed as long as it keeps below every V; rates are the smallest of the cells passed.
-//!    The first cell whose V it would pass closes the ramp: the next anchor is the end of that cell, at the speed that a
-//!    ramp with zero final acceleration reaches there, at most V. A cell with other rates may close the ramp before it
+//!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end; the next
+//!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may close the ramp before it
 //!    begins, when that gives the higher speed behind it. Where V falls, the chain falls at once.
 //! 2. *Backward chain*: the same from right to left.
 //! 3. *Join*. Anchors of f with f <= w and anchors of w with w <= f are the nodes of the law. A crossing of f and w lies
@@ -64,12 +64,15 @@ struct Leg {
 fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_start: f64) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
     let (mut from, mut v, mut rates) = (0_usize, v_start, Rates::FREE);
+    // Lowest V since the hardest acceleration could pass one: the speed at which the ramp under way must end.
+    let mut ceiling = f64::INFINITY;
     let mut k = 0;
     while k < n {
         let cell = cells(k);
         if k == from {
             v = v.min(cell.speed);
             rates = Rates::FREE;
+            ceiling = f64::INFINITY;
         }
         let (d0, d1) = (s(k) - s(from), s(k + 1) - s(from));
         let joint = rates.min(cell.rates);
@@ -87,11 +90,13 @@ fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_st
             }
         }
         rates = joint;
-        if rush(v, d1, rates) > cell.speed {
-            let end = reach(v, d1, rates).min(cell.speed);
-            legs.push(Leg { from, to: k + 1, v: [v, end], rates });
-            from = k + 1;
-            v = end;
+        if ceiling.is_finite() || rush(v, d1, rates) > cell.speed {
+            ceiling = ceiling.min(cell.speed);
+            if reach(v, d1, rates) >= ceiling {
+                legs.push(Leg { from, to: k + 1, v: [v, ceiling], rates });
+                from = k + 1;
+                v = ceiling;
+            }
         }
         k += 1;
     }
