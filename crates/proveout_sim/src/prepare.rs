@@ -357,3 +357,29 @@ impl From<&OffsetFile> for WorkOffset {
         Self { translation: [o.X_mm, o.Y_mm, o.Z_mm], rotary: [rad(o.A_deg), rad(o.B_deg), rad(o.C_deg)] }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proveout_nc::Program;
+
+    use super::*;
+
+    /// The language is told from the text, as in a run without a dialect in the scene.
+    fn dialect_of(name: &str, text: &str) -> Dialect {
+        match Program::from_text(name, text, &NcSettings::default()) {
+            Ok(program) => program.dialect(),
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    #[test]
+    fn controls_that_want_g43_take_no_length_with_the_tool() {
+        let iso = "%\nO1000\nG21 G90 G17\nT1 M6\nG0 G43 H1 Z50.\nM30\n%\n";
+        assert!(!length_active_after_change(dialect_of("part.nc", iso)));
+        assert!(!length_active_after_change(Dialect::LinuxCnc));
+        let siemens = "N10 G17 G710\nN20 T=\"BALL\"\nN30 M6\nN40 G0 Z=50 D1\nN50 M30\n";
+        assert!(length_active_after_change(dialect_of("part.mpf", siemens)));
+        let heidenhain = "BEGIN PGM P MM\n1 TOOL CALL 1 Z S1000\n2 L Z+50 R0 FMAX\n3 M30\nEND PGM P MM\n";
+        assert!(length_active_after_change(dialect_of("part.h", heidenhain)));
+    }
+}
