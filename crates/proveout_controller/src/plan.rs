@@ -158,22 +158,22 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Plans from speed `v_start` (zero acceleration) at the start of the first cell to standstill at the end of the
-    /// last. `borders` has one entry more than `cells`.
-    pub(crate) fn new(cells: &[Cell], borders: &[f64], v_start: f64) -> Self {
+    /// Plans from speed `v_start` at the start of the first cell to speed `v_end` at the end of the last, both with zero
+    /// acceleration. `borders` has one entry more than `cells`.
+    pub(crate) fn new(cells: &[Cell], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Self {
         let n = cells.len();
         if n == 0 {
             return Self::default();
         }
         let forward = chain(|k| cells[k], &|k| borders[k], n, v_start);
-        let mirrored = chain(|k| cells[n - 1 - k], &|k| borders[n] - borders[n - k], n, 0.0);
+        let mirrored = chain(|k| cells[n - 1 - k], &|k| borders[n] - borders[n - k], n, v_end);
         // The mirrored legs in the sense of travel: plateau at v[0] from `from`, then ramp down to v[1] at `to`.
         let backward: Vec<Leg> = mirrored
             .iter()
             .rev()
             .map(|l| Leg { from: n - l.to, to: n - l.from, v: [l.v[1], l.v[0]], rates: l.rates })
             .collect();
-        let nodes = nodes(&forward, &backward, borders, v_start);
+        let nodes = nodes(&forward, &backward, borders, [v_start, v_end]);
         join(&nodes, &forward, &backward, borders)
     }
 
@@ -199,7 +199,7 @@ impl Plan {
 }
 
 /// Nodes of min(f, w), in the order of the path.
-fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], v_start: f64) -> Vec<Node> {
+fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Vec<Node> {
     let last = borders.len() - 1;
     let mut nodes: Vec<Node> = Vec::with_capacity(forward.len() + backward.len());
     let (mut i, mut k) = (0, 0); // leg of f that leaves, leg of w that arrives behind, the border under view
@@ -215,10 +215,10 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], v_start: f64) -> Ve
         let on_f = f.from == border;
         // w has an anchor at its low ends: at the end of each leg, which is where the next leg begins.
         let on_w = w.from == border && border > 0;
-        let f_speed = if border == last { 0.0 } else { leg_speed(f, borders[border] - borders[f.from]) };
+        let f_speed = if border == last { v_end } else { leg_speed(f, borders[border] - borders[f.from]) };
         // Mirror image: distance behind the anchor at the end of the leg.
         let w_speed = if border == last {
-            0.0
+            v_end
         } else {
             let mirrored = Leg { v: [w.v[1], w.v[0]], ..*w };
             let ahead = leg_speed(&mirrored, borders[w.to] - borders[border]);
