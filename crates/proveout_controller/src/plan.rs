@@ -25,7 +25,8 @@
 //!
 //! f passes from above w to below it only where both stand on the same V (f falls only onto V, and w rises only from
 //! V), so that nodes shared by both chains split the law into independent parts: there it does not matter how much
-//! path the look-ahead knows, and a run without stops can be planned window by window with the same result.
+//! path the look-ahead knows, and a run without stops can be planned window by window with the same result (before the
+//! refinement of `stretch.rs`, which looks at a window as a whole).
 //!
 //! The cost is linear in the number of cells: each is visited a bounded number of times by every pass.
 //!

@@ -4,7 +4,7 @@ use proveout_machine::JointValues;
 
 use crate::{
     jet::JointJet,
-    limits::{lowered, slow_down},
+    limits::{reshaped, slow_down},
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
     profile::{Law, PathState},
@@ -16,7 +16,9 @@ const ALLOWED: f64 = 1.0005;
 const ROUNDS: usize = 12;
 
 /// How far above the speed of the law V stays in each round of refinement.
-const REFINE: [f64; 6] = [1.5, 1.4, 1.3, 1.2, 1.1, 1.05];
+const REFINE: [f64; 8] = [1.5, 1.3, 1.2, 1.1, 1.1, 1.1, 1.05, 1.05];
+/// A round of refinement that gains less than this part of the time is the last one.
+const WORTHWHILE: f64 = 1e-3;
 
 /// State at a control sample.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +76,8 @@ pub(crate) fn plan(
         let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
         // The part that is taken is refined by itself: what lies behind it does not act on it.
         let node = if finish { Node::end(n) } else { plan.split_before(n.saturating_sub(keep))? };
-        let law = refined(path, frame, &borders[..=node.border], [v_start, node.speed], plan.law(&borders, node.border));
+        let law =
+            refined(path, frame, &borders[..=node.border], [v_start, node.speed], plan.law(&borders, node.border));
         let samples = measure(path, frame, clock, &law);
         round += 1;
         if round > ROUNDS || !calm(path, frame, &borders, &samples) {
@@ -83,7 +86,7 @@ pub(crate) fn plan(
     }
 }
 
-/// Plans again with V of each cell lowered to a little above the speed that the law has there: A and J, which hold for all
+/// Plans again with V of each cell reshaped to a little above the speed that the law has there: A and J, which hold for all
 /// speeds up to V, grow with it where the path curves, and the law gets quicker. Ends when a round gains nothing.
 fn refined(path: &Path, frame: &Frame<'_>, borders: &[f64], ends: [f64; 2], law: Law) -> Law {
     let n = borders.len() - 1;
@@ -93,16 +96,15 @@ fn refined(path: &Path, frame: &Frame<'_>, borders: &[f64], ends: [f64; 2], law:
     }
     for room in REFINE {
         let peaks = best.peaks(borders);
-        let cells: Vec<Cell> = (0..n)
-            .map(|k| {
-                lowered(frame.limits, &path.cells[k].limits, peaks[k] * room)
-            })
-            .collect();
+        let cells: Vec<Cell> = (0..n).map(|k| reshaped(frame.limits, &path.cells[k].limits, peaks[k] * room)).collect();
         let next = Plan::new(&cells, borders, ends).law(borders, n);
-        if next.duration.is_nan() || next.duration >= best.duration {
-            continue;
+        let worthwhile = next.duration < best.duration * (1.0 - WORTHWHILE);
+        if next.duration < best.duration {
+            best = next;
         }
-        best = next;
+        if !worthwhile {
+            break;
+        }
     }
     best
 }
