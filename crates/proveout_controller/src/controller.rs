@@ -2,6 +2,7 @@
 
 mod actions;
 mod check;
+mod coupled;
 
 use std::{sync::Arc, time::Instant};
 
@@ -12,6 +13,7 @@ use proveout_nc::{
 };
 use proveout_tool::Tool;
 
+use self::coupled::Pace;
 use crate::{
     emit::{Emitter, Scope, Waiting},
     error::{ControlError, RunError},
@@ -54,7 +56,13 @@ struct State {
     tcp: Tcp,
     path_mode: PathMode,
     feed: Option<Feed>,
+    /// What the program asked of the spindle, and the sense in which it turns: a tapping cycle has its own.
     spindle: Spindle,
+    turning: SpindleDirection,
+    /// The motion before was coupled to the spindle.
+    threading: bool,
+    /// Factor of the programmed feed.
+    feed_override: f64,
     /// When the spindle is at its speed, or at rest, s.
     spindle_ready: f64,
     /// Rotation and translation from work to base coordinates.
@@ -125,6 +133,9 @@ where
                 path_mode: PathMode::Continuous { tolerance: None, orientation_tolerance: None },
                 feed: None,
                 spindle: Spindle { direction: SpindleDirection::Off, speed_rpm: None },
+                turning: SpindleDirection::Off,
+                threading: false,
+                feed_override: 1.0,
                 spindle_ready: 0.0,
                 frame: None,
             },
@@ -215,19 +226,16 @@ where
     fn execute(&mut self, command: &Command) -> Result<(), Box<ControlError>> {
         let location = &command.location;
         match &command.op {
-            Op::Rapid(motion) => self.straight(motion, MoveKind::Rapid, location)?,
-            Op::Linear(motion) => self.straight(motion, MoveKind::Feed, location)?,
+            Op::Rapid(motion) => self.straight(motion, Pace::Rapid, location)?,
+            Op::Linear(motion) => self.straight(motion, Pace::Feed, location)?,
             Op::Arc(arc) => self.arc(arc, location)?,
             Op::Dwell(dwell) => self.dwell(*dwell, location)?,
-            Op::Spline(_)
-            | Op::Probe(_)
-            | Op::Thread(_)
-            | Op::CutterComp(_)
-            | Op::Override(_)
-            | Op::Retract(_)
-            | Op::Offset(Offset::ToolDelta { .. }) => {
-                actions::special(&command.op, location)?;
-            }
+            Op::Spline(spline) => self.spline(spline, location)?,
+            Op::Probe(probe) => self.probe(probe, location)?,
+            Op::Thread(thread) => self.thread(thread, location)?,
+            Op::Retract(retract) => self.retract(*retract, location)?,
+            Op::Override(change) => self.feed_override(*change, location)?,
+            Op::CutterComp(_) | Op::Offset(Offset::ToolDelta { .. }) => actions::special(&command.op, location)?,
             Op::Feed(feed) => self.state.feed = Some(*feed),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(ToolAction::Select(name)) => {
@@ -273,7 +281,7 @@ where
         if self.state.edge_on { self.tool_length() } else { 0.0 }
     }
 
-    fn straight(&mut self, motion: &Motion, kind: MoveKind, location: &Location) -> Result<(), Box<ControlError>> {
+    fn straight(&mut self, motion: &Motion, pace: Pace, location: &Location) -> Result<(), Box<ControlError>> {
         let completed = self.state.frame.and_then(|frame| {
             let context = self.context(motion.machine_coordinates, location);
             context.completed(motion, frame, &self.state.position)
@@ -283,7 +291,7 @@ where
             let context = self.context(motion.machine_coordinates, location);
             (context.mapping, context.straight(motion, &self.state.position)?)
         };
-        self.motion(motion, kind, location, mapping, path)
+        self.motion(motion, pace, location, mapping, path)
     }
 
     fn arc(&mut self, arc: &ArcMotion, location: &Location) -> Result<(), Box<ControlError>> {
@@ -291,7 +299,7 @@ where
             let context = self.context(arc.motion.machine_coordinates, location);
             (context.mapping, context.arc(arc, &self.state.position)?)
         };
-        self.motion(&arc.motion, MoveKind::Feed, location, mapping, path)
+        self.motion(&arc.motion, Pace::Feed, location, mapping, path)
     }
 
     fn context<'a>(&'a self, machine_coordinates: bool, location: &'a Location) -> Context<'a> {
@@ -309,31 +317,51 @@ where
     fn motion(
         &mut self,
         motion: &Motion,
-        kind: MoveKind,
+        pace: Pace,
         location: &Location,
         mapping: Mapping,
         path: BlockPath,
     ) -> Result<(), Box<ControlError>> {
-        if !path.end.is_finite() {
-            let message = format!("the motion ends at joint positions that are not numbers: {:?}", path.end.0);
-            let help = "check the programmed values and the machine description";
-            return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
-        }
-        let (feed, feed_programmed) = self.feed(kind, &path, location)?;
-        if kind == MoveKind::Feed {
-            self.await_spindle(location);
-        }
-        let index = self.next_block;
-        self.next_block += 1;
+        // The base coordinates are told only when the motion is accepted.
+        self.move_along(pace, location, mapping, path, motion.exact_stop)?;
         for letter in 0..AXIS_LETTERS.len() {
             let told = motion.end_base.get(letter);
             if told.is_some() || motion.tool_axis_base.is_some() && (3..6).contains(&letter) {
                 self.state.position.base[letter] = told;
             }
         }
+        Ok(())
+    }
+
+    fn move_along(
+        &mut self,
+        pace: Pace,
+        location: &Location,
+        mapping: Mapping,
+        path: BlockPath,
+        exact_stop: bool,
+    ) -> Result<(), Box<ControlError>> {
+        if !path.end.is_finite() {
+            let message = format!("the motion ends at joint positions that are not numbers: {:?}", path.end.0);
+            let help = "check the programmed values and the machine description";
+            return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
+        }
+        let (feed, feed_programmed) = self.feed(pace, &path, location)?;
+        let kind = pace.kind();
+        if !matches!(pace, Pace::Thread { .. }) {
+            self.end_thread();
+        }
+        if kind == MoveKind::Feed {
+            self.await_spindle(location);
+        }
+        let index = self.next_block;
+        self.next_block += 1;
         if let Some((pose, reason)) = &path.unreachable {
             let event = Event::UnreachablePose { time: 0.0, block: index, pose: *pose, reason: reason.clone() };
             self.announce(event);
+        }
+        if pace == Pace::Probe {
+            self.announce(Event::Probe { time: 0.0, block: index });
         }
         let from = self.state.position.q;
         self.state.position.q = path.end;
@@ -341,7 +369,8 @@ where
             self.stop_run();
             self.mapping = mapping;
         }
-        let corner = self.corner(motion.exact_stop);
+        let stops = exact_stop || pace == Pace::Probe || matches!(pace, Pace::Thread { stroke: true, .. });
+        let corner = self.corner(stops);
         let block = PathBlock {
             index,
             length: path.length,
@@ -389,12 +418,15 @@ where
     }
 
     /// Speed along the path parameter, and the programmed feed in mm/s.
-    fn feed(&self, kind: MoveKind, path: &BlockPath, location: &Location) -> Result<(f64, f64), Box<ControlError>> {
+    fn feed(&self, pace: Pace, path: &BlockPath, location: &Location) -> Result<(f64, f64), Box<ControlError>> {
         let fail = |message: String, help: &str| Box::new(ControlError::at(location, "control-feed", message, help));
         let block_time = self.device.machine.control.block_time;
         let fastest = if block_time > 0.0 { path.length / block_time } else { f64::INFINITY };
-        if kind != MoveKind::Feed {
+        if pace == Pace::Rapid {
             return Ok((fastest, 0.0));
+        }
+        if let Pace::Thread { feed, .. } = pace {
+            return Ok((feed, feed));
         }
         let programmed = match self.state.feed {
             None => {
@@ -410,7 +442,7 @@ where
                 f * rpm / 60.0
             }
             Some(Feed::InverseTime(seconds)) => path.length / seconds,
-        };
+        } * self.state.feed_override;
         if !(programmed > 0.0 && programmed.is_finite()) && path.length > 0.0 {
             let message = format!("the feed is {programmed} mm/s; it must be above zero");
             return Err(fail(message, "program a feed above zero"));

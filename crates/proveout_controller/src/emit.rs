@@ -380,6 +380,7 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::End { time, .. }
         | Event::Limit { time, .. }
         | Event::UnreachablePose { time, .. }
+        | Event::Probe { time, .. }
         | Event::FeedReduced { time, .. } => *time = at,
     }
     event

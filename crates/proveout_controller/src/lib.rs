@@ -45,7 +45,10 @@
 //! # Limits
 //!
 //! Corners are rounded block by block: runs of short blocks are not fitted by one curve. The acceleration is zero where
-//! the speed begins or ends to follow a limit, which costs some time against the optimum. A machine without
+//! the speed begins or ends to follow a limit, and the limits of a cell are constants: against an independent optimum with
+//! jerk limits (`tests/optimum.rs`) straight paths and feed-bound curves lose below 0.5 percent, paths ruled by corners 13 to
+//! 22 percent, tight curves at a feed that the joints never reach up to 47 percent. Not executed and refused by name:
+//! a contour that is not yet the path of the tool center, delta values of the tool length. A machine without
 //! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
 //! has only its first and last sample. M0 and M1 take no time. Loads of
 //! the drives are those of the machine alone: no workpiece, fixture, tool or cutting force.

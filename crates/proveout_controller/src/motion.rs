@@ -1,6 +1,8 @@
 //! From canonical motions to exact paths in task coordinates.
 
 mod great_circle;
+mod retract;
+mod spline;
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, ToolPose, Vector};
@@ -248,6 +250,18 @@ impl Context<'_> {
         Ok((from, to, unreachable))
     }
 
+    /// The joints X, Y and Z.
+    fn letter_slots(&self, what: &str) -> Result<[usize; 3], Box<ControlError>> {
+        let mut slots = [0; 3];
+        for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+            slots[k] = self.machine.joint_for_letter(letter).ok_or_else(|| {
+                let message = format!("machine {} has no joint {letter}, which {what} needs", self.machine.name);
+                self.fail("control-axis", message, "name the linear joints of the machine X, Y and Z")
+            })?;
+        }
+        Ok(slots)
+    }
+
     fn take_rotary(&self, to: &mut JointValues, q: &JointValues) {
         for (i, joint) in self.machine.joints.iter().enumerate() {
             if joint.kind == JointKind::Rotary {
@@ -305,14 +319,7 @@ impl Context<'_> {
             }
             None => {
                 let (end, unreachable) = self.end_in_joints(motion, position)?;
-                let mut slots = [0; 3];
-                for (k, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
-                    slots[k] = self.machine.joint_for_letter(letter).ok_or_else(|| {
-                        let message =
-                            format!("machine {} has no joint {letter}, which an arc needs", self.machine.name);
-                        self.fail("control-axis", message, "name the linear joints of the machine X, Y and Z")
-                    })?;
-                }
+                let slots = self.letter_slots("an arc")?;
                 (position.q, end, slots, self.length_offset(), end, unreachable)
             }
         };

@@ -193,6 +193,13 @@ pub enum Event {
         /// Words of the kinematics.
         reason: String,
     },
+    /// A probing motion, which runs to its end: what the probe finds, and where it stops, is not known.
+    Probe {
+        /// Start of the motion, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+    },
     /// Joint limits keep the feed of a whole block below a part of the programmed one.
     FeedReduced {
         /// Start of the block, s.
@@ -220,6 +227,7 @@ impl Event {
             | Self::End { time, .. }
             | Self::Limit { time, .. }
             | Self::UnreachablePose { time, .. }
+            | Self::Probe { time, .. }
             | Self::FeedReduced { time, .. } => *time,
         }
     }
@@ -237,6 +245,7 @@ impl Event {
             | Self::End { block, .. }
             | Self::Limit { block, .. }
             | Self::UnreachablePose { block, .. }
+            | Self::Probe { block, .. }
             | Self::FeedReduced { block, .. } => *block,
         }
     }

@@ -15,8 +15,8 @@
 //!
 //! 1. *Forward chain*, from left to right. From an anchor (cell border, speed, zero acceleration) the hardest
 //!    acceleration (`rush`) is followed as long as it keeps below every V; rates are the smallest of the cells passed.
-//!    The first cell whose V it would pass closes the ramp: the next anchor is the end of that cell, at the speed that a
-//!    ramp with zero final acceleration reaches there, at most V. A cell with other rates may close the ramp before it
+//!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end; the next
+//!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may close the ramp before it
 //!    begins, when that gives the higher speed behind it. Where V falls, the chain falls at once.
 //! 2. *Backward chain*: the same from right to left.
 //! 3. *Join*. Anchors of f with f <= w and anchors of w with w <= f are the nodes of the law. A crossing of f and w lies
@@ -25,7 +25,8 @@
 //!
 //! f passes from above w to below it only where both stand on the same V (f falls only onto V, and w rises only from
 //! V), so that nodes shared by both chains split the law into independent parts: there it does not matter how much
-//! path the look-ahead knows, and a run without stops can be planned window by window with the same result.
+//! path the look-ahead knows, and a run without stops can be planned window by window with the same result (before the
+//! refinement of `stretch.rs`, which looks at a window as a whole).
 //!
 //! The cost is linear in the number of cells: each is visited a bounded number of times by every pass.
 //!
@@ -64,12 +65,15 @@ struct Leg {
 fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_start: f64) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
     let (mut from, mut v, mut rates) = (0_usize, v_start, Rates::FREE);
+    // Lowest V since the hardest acceleration could pass one: the speed at which the ramp under way must end.
+    let mut ceiling = f64::INFINITY;
     let mut k = 0;
     while k < n {
         let cell = cells(k);
         if k == from {
             v = v.min(cell.speed);
             rates = Rates::FREE;
+            ceiling = f64::INFINITY;
         }
         let (d0, d1) = (s(k) - s(from), s(k + 1) - s(from));
         let joint = rates.min(cell.rates);
@@ -87,11 +91,13 @@ fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_st
             }
         }
         rates = joint;
-        if rush(v, d1, rates) > cell.speed {
-            let end = reach(v, d1, rates).min(cell.speed);
-            legs.push(Leg { from, to: k + 1, v: [v, end], rates });
-            from = k + 1;
-            v = end;
+        if ceiling.is_finite() || rush(v, d1, rates) > cell.speed {
+            ceiling = ceiling.min(cell.speed);
+            if reach(v, d1, rates) >= ceiling {
+                legs.push(Leg { from, to: k + 1, v: [v, ceiling], rates });
+                from = k + 1;
+                v = ceiling;
+            }
         }
         k += 1;
     }
@@ -153,22 +159,22 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Plans from speed `v_start` (zero acceleration) at the start of the first cell to standstill at the end of the
-    /// last. `borders` has one entry more than `cells`.
-    pub(crate) fn new(cells: &[Cell], borders: &[f64], v_start: f64) -> Self {
+    /// Plans from speed `v_start` at the start of the first cell to speed `v_end` at the end of the last, both with zero
+    /// acceleration. `borders` has one entry more than `cells`.
+    pub(crate) fn new(cells: &[Cell], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Self {
         let n = cells.len();
         if n == 0 {
             return Self::default();
         }
         let forward = chain(|k| cells[k], &|k| borders[k], n, v_start);
-        let mirrored = chain(|k| cells[n - 1 - k], &|k| borders[n] - borders[n - k], n, 0.0);
+        let mirrored = chain(|k| cells[n - 1 - k], &|k| borders[n] - borders[n - k], n, v_end);
         // The mirrored legs in the sense of travel: plateau at v[0] from `from`, then ramp down to v[1] at `to`.
         let backward: Vec<Leg> = mirrored
             .iter()
             .rev()
             .map(|l| Leg { from: n - l.to, to: n - l.from, v: [l.v[1], l.v[0]], rates: l.rates })
             .collect();
-        let nodes = nodes(&forward, &backward, borders, v_start);
+        let nodes = nodes(&forward, &backward, borders, [v_start, v_end]);
         join(&nodes, &forward, &backward, borders)
     }
 
@@ -194,7 +200,7 @@ impl Plan {
 }
 
 /// Nodes of min(f, w), in the order of the path.
-fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], v_start: f64) -> Vec<Node> {
+fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Vec<Node> {
     let last = borders.len() - 1;
     let mut nodes: Vec<Node> = Vec::with_capacity(forward.len() + backward.len());
     let (mut i, mut k) = (0, 0); // leg of f that leaves, leg of w that arrives behind, the border under view
@@ -210,10 +216,10 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], v_start: f64) -> Ve
         let on_f = f.from == border;
         // w has an anchor at its low ends: at the end of each leg, which is where the next leg begins.
         let on_w = w.from == border && border > 0;
-        let f_speed = if border == last { 0.0 } else { leg_speed(f, borders[border] - borders[f.from]) };
+        let f_speed = if border == last { v_end } else { leg_speed(f, borders[border] - borders[f.from]) };
         // Mirror image: distance behind the anchor at the end of the leg.
         let w_speed = if border == last {
-            0.0
+            v_end
         } else {
             let mirrored = Leg { v: [w.v[1], w.v[0]], ..*w };
             let ahead = leg_speed(&mirrored, borders[w.to] - borders[border]);

@@ -117,6 +117,25 @@ impl Law {
         law
     }
 
+    /// Highest speed between each pair of neighboring borders; acceleration changes its sign only between phases.
+    pub(crate) fn peaks(&self, borders: &[f64]) -> Vec<f64> {
+        let mut peaks = vec![0.0_f64; borders.len().saturating_sub(1)];
+        let (mut phase, mut before) = (0, 0);
+        let mut v_before = self.phases.first().map_or(0.0, |p| p.start.v);
+        for (k, peak) in peaks.iter_mut().enumerate() {
+            let t = self.time_at(borders[k + 1], &mut phase);
+            let v = self.at(t, &mut phase).v;
+            *peak = v_before.max(v);
+            for p in &self.phases[before.min(phase)..=phase.min(self.phases.len().saturating_sub(1))] {
+                if p.start.s >= borders[k] && p.start.s <= borders[k + 1] {
+                    *peak = peak.max(p.start.v);
+                }
+            }
+            (v_before, before) = (v, phase);
+        }
+        peaks
+    }
+
     /// State at rest at the end.
     pub(crate) fn end(&self) -> PathState {
         let s = self.phases.last().map_or(0.0, |p| p.at(p.duration).s);

@@ -1,5 +1,7 @@
 //! Exact path of one block and the quintic pieces that round corners, in task coordinates (see `rig.rs`).
 
+mod bezier;
+
 use proveout_geom::Vector;
 use proveout_machine::{JointValues, MAX_JOINTS};
 
@@ -7,6 +9,8 @@ use crate::{
     jet::{Jet, JointJet, VectorJet},
     profile::Law,
 };
+
+pub(crate) use self::bezier::Bezier;
 
 /// Path of a block over its parameter u in 0..=length.
 #[derive(Clone, Debug)]
@@ -17,6 +21,8 @@ pub(crate) enum Shape {
     Arc(Box<Arc>),
     /// Pieces that join with equal value, first and second derivative; begins of the pieces grow.
     Spline(Vec<Quintic>),
+    /// The three coordinates of a cubic Bezier curve by its length, the others in proportion to u.
+    Bezier(Box<Bezier>),
     /// Every joint by its own law; the parameter is the time in seconds.
     Timed(Box<Timed>),
 }
@@ -79,6 +85,7 @@ impl Shape {
                 let i = pieces.partition_point(|p| p.u1 <= u).min(pieces.len() - 1);
                 pieces[i].jet(u)
             }
+            Self::Bezier(curve) => curve.jet(u),
             Self::Timed(timed) => timed.jet(u),
         }
     }

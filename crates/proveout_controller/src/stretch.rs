@@ -4,7 +4,7 @@ use proveout_machine::JointValues;
 
 use crate::{
     jet::JointJet,
-    limits::slow_down,
+    limits::{reshaped, slow_down},
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
     profile::{Law, PathState},
@@ -14,6 +14,11 @@ use crate::{
 const ALLOWED: f64 = 1.0005;
 /// Rounds of slowing down; each lowers the excess to nearly nothing, so that two are usual and this many never happen.
 const ROUNDS: usize = 12;
+
+/// How far above the speed of the law V stays in each round of refinement.
+const REFINE: [f64; 8] = [1.5, 1.3, 1.2, 1.1, 1.1, 1.1, 1.05, 1.05];
+/// A round of refinement that gains less than this part of the time is the last one.
+const WORTHWHILE: f64 = 1e-3;
 
 /// State at a control sample.
 #[derive(Clone, Copy, Debug)]
@@ -68,20 +73,40 @@ pub(crate) fn plan(
     let mut round = 0;
     loop {
         let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
-        let plan = Plan::new(&cells, &borders, v_start);
-        let end = if finish { None } else { Some(plan.split_before(n.saturating_sub(keep))?) };
-        let law = plan.law(&borders, n);
-        let mut samples = measure(path, frame, clock, &law);
+        let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
+        // The part that is taken is refined by itself: what lies behind it does not act on it.
+        let node = if finish { Node::end(n) } else { plan.split_before(n.saturating_sub(keep))? };
+        let law =
+            refined(path, frame, &borders[..=node.border], [v_start, node.speed], plan.law(&borders, node.border));
+        let samples = measure(path, frame, clock, &law);
         round += 1;
         if round > ROUNDS || !calm(path, frame, &borders, &samples) {
-            let node = end.unwrap_or(Node::end(n));
-            let law = if finish { law } else { plan.law(&borders, node.border) };
-            let until = clock.start + law.duration;
-            let count = samples.partition_point(|m| m.time < until);
-            samples.truncate(count);
             return Some(Stretch { law, cells: node.border, s_end: borders[node.border], v_end: node.speed, samples });
         }
     }
+}
+
+/// Plans again with V of each cell reshaped to a little above the speed that the law has there: A and J, which hold for all
+/// speeds up to V, grow with it where the path curves, and the law gets quicker. Ends when a round gains nothing.
+fn refined(path: &Path, frame: &Frame<'_>, borders: &[f64], ends: [f64; 2], law: Law) -> Law {
+    let n = borders.len() - 1;
+    let mut best = law;
+    if n == 0 || path.cells[..n].iter().all(|c| c.limits.bounds.second.max_abs() == 0.0) {
+        return best;
+    }
+    for room in REFINE {
+        let peaks = best.peaks(borders);
+        let cells: Vec<Cell> = (0..n).map(|k| reshaped(frame.limits, &path.cells[k].limits, peaks[k] * room)).collect();
+        let next = Plan::new(&cells, borders, ends).law(borders, n);
+        let worthwhile = next.duration < best.duration * (1.0 - WORTHWHILE);
+        if next.duration < best.duration {
+            best = next;
+        }
+        if !worthwhile {
+            break;
+        }
+    }
+    best
 }
 
 /// Joint states at the control samples of a law.
@@ -129,7 +154,7 @@ fn calm(path: &mut Path, frame: &Frame<'_>, borders: &[f64], samples: &[Measured
         }
         let last = path.cells.len() - 1;
         for k in cell.saturating_sub(1)..=(cell + 1).min(last) {
-            slow_down(&mut path.cells[k].limits.cell, ratios);
+            slow_down(&mut path.cells[k].limits, ratios);
         }
     }
     any

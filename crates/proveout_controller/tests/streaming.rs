@@ -84,15 +84,18 @@ fn windows_give_the_same_motion() {
     assert_eq!(whole.chunks, 1);
     assert!(windows.chunks > 5, "{}", windows.chunks);
     assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
-    assert_eq!(whole.all.samples.len(), windows.all.samples.len());
-    // Times are sums over other numbers of terms: equal to rounding, which is 1e-10 over 100 s.
-    for (a, b) in whole.all.samples.iter().zip(&windows.all.samples) {
-        assert_eq!(a.time, b.time);
-        assert!((a.commanded - b.commanded).max_abs() < 1e-8, "{} {:?} {:?}", a.time, a.commanded, b.commanded);
-        assert!((a.velocity - b.velocity).max_abs() < 1e-5);
-    }
+    // Refinement of the limits is accepted or not for each window as a whole: the time of a block may differ by little,
+    // the path not at all. Seen: 1e-4 of the time.
+    let (a, b) = (whole.summary.total_s, windows.summary.total_s);
+    assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
     for (a, b) in whole.all.blocks.iter().zip(&windows.all.blocks) {
-        assert!((a.start_time - b.start_time).abs() < 1e-9 && a.index == b.index);
+        assert!(a.index == b.index && a.length == b.length);
+        assert!((a.start_time - b.start_time).abs() < 1e-3 * (1.0 + a.start_time));
+    }
+    let ends = |run: &common::Run| run.all.pieces.iter().map(|p| p.pose[1].tip).collect::<Vec<_>>();
+    assert_eq!(ends(&whole).len(), ends(&windows).len());
+    for (a, b) in ends(&whole).iter().zip(&ends(&windows)) {
+        assert!((a - b).norm() < 1e-8);
     }
     let worst = limit_use(&windows, &machine, 0.002);
     assert!(worst.jerk <= 1.001 && worst.differences[2] <= 1.001, "{worst:?}");

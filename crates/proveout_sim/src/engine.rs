@@ -382,6 +382,10 @@ impl<'a> Engine<'a> {
                     &finding::UNREACHABLE,
                     format!("the programmed tool pose cannot be reached: {reason}"),
                 ),
+                Event::Probe { .. } => FindingLog::of(
+                    &finding::PROBED,
+                    "the probing motion runs to its end: what the probe finds is not known".into(),
+                ),
                 Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
                 _ => continue,
             };

@@ -161,9 +161,15 @@ fn judge_gates(
         }
         Coverage { checked: Some(checked), left_out }
     };
+    let probes: usize =
+        log.all().iter().filter(|f| f.code == finding::PROBED.code).map(|f| 1 + f.repeats as usize).sum();
     let process = Coverage {
         checked: Some("rapid in material, spindle, and rubbing of neck and shank, on every piece of motion".into()),
-        left_out: vec![],
+        left_out: if probes > 0 {
+            vec![format!("{probes} probing motions: what the probe finds is not known")]
+        } else {
+            vec![]
+        },
     };
     let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));
     let mut collision = Coverage {

@@ -203,13 +203,14 @@ impl Prepared {
         })
     }
 
-    /// Settings of the control as scene and machine say.
-    pub fn control_settings(&self) -> ControlSettings {
+    /// Settings of the control as scene, machine and the language of the program say.
+    pub fn control_settings(&self, dialect: Dialect) -> ControlSettings {
         let defaults = ControlSettings::default();
         ControlSettings {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            length_active_after_change: length_active_after_change(dialect),
             ..defaults
         }
     }
@@ -224,6 +225,15 @@ pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
         radii.by_tool.insert(ToolName::Name(tool.name.clone()), radius);
     }
     radii
+}
+
+/// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D, Klartext and its
+/// DIN/ISO form take the length with the tool, and CL data know nothing but the tip.
+fn length_active_after_change(dialect: Dialect) -> bool {
+    match dialect {
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
+        Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
+    }
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
@@ -372,5 +382,31 @@ fn round_mesh(c: &CylinderFile) -> TriMesh {
 impl From<&OffsetFile> for WorkOffset {
     fn from(o: &OffsetFile) -> Self {
         Self { translation: [o.X_mm, o.Y_mm, o.Z_mm], rotary: [rad(o.A_deg), rad(o.B_deg), rad(o.C_deg)] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_nc::Program;
+
+    use super::*;
+
+    /// The language is told from the text, as in a run without a dialect in the scene.
+    fn dialect_of(name: &str, text: &str) -> Dialect {
+        match Program::from_text(name, text, &NcSettings::default()) {
+            Ok(program) => program.dialect(),
+            Err(e) => panic!("{e}"),
+        }
+    }
+
+    #[test]
+    fn controls_that_want_g43_take_no_length_with_the_tool() {
+        let iso = "%\nO1000\nG21 G90 G17\nT1 M6\nG0 G43 H1 Z50.\nM30\n%\n";
+        assert!(!length_active_after_change(dialect_of("part.nc", iso)));
+        assert!(!length_active_after_change(Dialect::LinuxCnc));
+        let siemens = "N10 G17 G710\nN20 T=\"BALL\"\nN30 M6\nN40 G0 Z=50 D1\nN50 M30\n";
+        assert!(length_active_after_change(dialect_of("part.mpf", siemens)));
+        let heidenhain = "BEGIN PGM P MM\n1 TOOL CALL 1 Z S1000\n2 L Z+50 R0 FMAX\n3 M30\nEND PGM P MM\n";
+        assert!(length_active_after_change(dialect_of("part.h", heidenhain)));
     }
 }

@@ -79,9 +79,9 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     }
     stages.record += told.elapsed().as_secs_f64();
 
-    let settings = prepared.control_settings();
     let scene_path = prepared.scene.path.display().to_string();
     let program = prepared.program()?;
+    let settings = prepared.control_settings(program.dialect());
     let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
     let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
     loop {

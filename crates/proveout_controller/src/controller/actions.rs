@@ -3,8 +3,7 @@
 
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{
-    Command, CompSide, Dwell, Location, Offset, Op, OrientationInterpolation, Override, Spindle, SpindleDirection, Tcp,
-    ToolName,
+    Command, CompSide, Dwell, Location, Offset, Op, OrientationInterpolation, SpindleDirection, Tcp, ToolName,
 };
 
 use super::{Controller, scope};
@@ -12,20 +11,15 @@ use crate::{
     error::ControlError,
     mapping::Mapping,
     motion::Context,
-    output::{BlockKind, Event, LimitKind, MoveKind},
+    output::{BlockKind, Event, MoveKind},
     path::PathBlock,
 };
 
 /// Commands that this control does not execute are refused by name.
 pub(super) fn special(op: &Op, location: &Location) -> Result<(), Box<ControlError>> {
     let what = match op {
-        Op::Spline(_) => "a spline motion",
-        Op::Probe(_) => "a probing motion",
-        Op::Thread(_) => "a motion coupled to the spindle",
-        Op::Retract(_) => "a retraction along the tool axis to a place that only the machine knows",
         Op::Offset(Offset::ToolDelta { length, .. }) if *length != 0.0 => "a delta value of the tool length",
         Op::CutterComp(comp) if comp.side != CompSide::Off => "a contour that is not yet the path of the tool center",
-        Op::Override(Override { feed, .. }) if *feed != 1.0 => "a programmed feed override",
         _ => return Ok(()),
     };
     let message = format!("{what} is not executed by this control");
@@ -75,29 +69,6 @@ where
         let block = self.action(location, BlockKind::Dwell, duration);
         self.out.chunk.events.push(Event::Dwell { time, block, duration });
         Ok(())
-    }
-
-    pub(super) fn spindle(&mut self, spindle: Spindle) {
-        let before = self.state.spindle;
-        let speed_rpm = spindle.speed_rpm.or(before.speed_rpm);
-        self.state.spindle = Spindle { speed_rpm, ..spindle };
-        let turning = spindle.direction != SpindleDirection::Off;
-        let speed = if turning { speed_rpm.unwrap_or(0.0) } else { 0.0 };
-        let duration = self.device.machine.control.spindle_start_time;
-        if spindle.direction != before.direction && self.settings.spindle_waits && duration > 0.0 {
-            // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed waits.
-            self.stop_run();
-            self.state.spindle_ready = self.state.spindle_ready.max(self.out.clock) + duration;
-        }
-        let block = self.next_block;
-        self.announce(Event::Spindle { time: 0.0, block, direction: spindle.direction, speed_rpm: speed });
-        let tool = self.state.tool.and_then(|i| self.tools[i].max_speed_rpm);
-        for limit in [self.device.machine.spindle.max_speed_rpm, tool].into_iter().flatten() {
-            if speed > limit {
-                let kind = LimitKind::SpindleSpeed;
-                self.announce(Event::Limit { time: 0.0, block, joint: None, value: speed, limit, kind });
-            }
-        }
     }
 
     /// What the base coordinates X, Y, Z mean has changed: what the program said about them is void.

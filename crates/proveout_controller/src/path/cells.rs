@@ -60,6 +60,18 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
                 })
                 .collect()
         }
+        Shape::Bezier(curve) => {
+            let mut cells = Vec::new();
+            for w in curve.places(u0, u1).windows(2) {
+                let n = (turn(curve.slope()) / (u1 - u0) * (w[1] - w[0]) / CELL_TURN).ceil().max(1.0) as usize;
+                for i in 0..n {
+                    let at = |k: usize| if k == n { w[1] } else { w[0] + (w[1] - w[0]) * k as f64 / n as f64 };
+                    let (a, b) = (at(i), at(i + 1));
+                    cells.push(limits(a, b, &point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS)));
+                }
+            }
+            cells
+        }
         Shape::Spline(pieces) => {
             let mut cells = Vec::with_capacity(pieces.len());
             for piece in pieces {

@@ -1,0 +1,78 @@
+//! Blocks along a cubic Bezier curve.
+
+use proveout_geom::Vector;
+use proveout_machine::JointValues;
+use proveout_nc::{OrientationInterpolation, SplineMotion};
+
+use super::{BlockPath, Context, Position};
+use crate::{
+    error::ControlError,
+    jet::JointJet,
+    shape::{Bezier, Shape},
+};
+
+impl Context<'_> {
+    /// Path of a cubic Bezier curve: of the tip with tool center point control, else of the linear joints.
+    pub(crate) fn spline(&self, spline: &SplineMotion, position: &Position) -> Result<BlockPath, Box<ControlError>> {
+        let motion = &spline.motion;
+        let inner = spline.control_base.map(Vector::from);
+        if inner.iter().any(|p| !p.iter().all(|v| v.is_finite())) {
+            let message = format!("the control points {inner:?} are no numbers");
+            return Err(self.fail("control-not-a-number", message, "check the expressions of this block"));
+        }
+        let tcp = self.mapping.tcp_length.zip(self.rig);
+        let (from, to, slots, shift, end, unreachable) = match tcp {
+            Some((length, rig)) => {
+                let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
+                let end = self.joints(rig, &to, length);
+                (from, to, rig.slots, Vector::zeros(), end, unreachable)
+            }
+            None => {
+                let (end, unreachable) = self.end_in_joints(motion, position)?;
+                (position.q, end, self.letter_slots("a spline")?, self.length_offset(), end, unreachable)
+            }
+        };
+        let at = |q: &JointValues| Vector::new(q[slots[0]], q[slots[1]], q[slots[2]]);
+        let control = [at(&from), inner[0] + shift, inner[1] + shift, at(&to)];
+        let polygon: f64 = control.windows(2).map(|p| (p[1] - p[0]).norm()).sum();
+        if polygon <= super::NO_TIP_MM {
+            let mut path = self.line(from, to, end);
+            path.unreachable = unreachable;
+            return Ok(path);
+        }
+        let curve = Bezier::new(slots, control, from, to).map_err(|t| {
+            let place = control_point(&control, t);
+            let message = format!(
+                "the spline has a cusp near ({:.4}, {:.4}, {:.4}), where its direction is not defined",
+                place.x, place.y, place.z
+            );
+            let help = "split the curve there, or keep the inner control points apart from the ends";
+            self.fail("control-spline", message, help)
+        })?;
+        let length = curve.length();
+        let path = BlockPath { shape: Shape::Bezier(Box::new(curve)), length, tip_moves: true, end, unreachable };
+        if let (OrientationInterpolation::GreatCircle, Some((tool, rig)), None) =
+            (self.orientation, tcp, &path.unreachable)
+        {
+            let tip = |t: f64| {
+                let jet = path.shape.jet(t * length);
+                JointJet(std::array::from_fn(|k| {
+                    let mut out = JointValues::ZERO;
+                    for slot in rig.slots {
+                        out[slot] = jet.0[k][slot] * length.powi(k as i32);
+                    }
+                    out
+                }))
+            };
+            if let Some(curved) = self.great_circle_along(rig, tool, &from, &to, &tip, length) {
+                return Ok(curved);
+            }
+        }
+        Ok(path)
+    }
+}
+
+fn control_point(c: &[Vector; 4], t: f64) -> Vector {
+    let r = 1.0 - t;
+    c[0] * (r * r * r) + c[1] * (3.0 * r * r * t) + c[2] * (3.0 * r * t * t) + c[3] * (t * t * t)
+}
