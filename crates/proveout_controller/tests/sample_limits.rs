@@ -245,7 +245,7 @@ fn random_paths_keep_limits_and_tolerance() {
     println!("{} paths, parts of the limits {worst:.4?}", count());
 }
 
-/// The kind of path on which LinuxCNC's planner passes its joint limits with its five-axis kinematics (tip nearly still,
+/// The kind of path on which the `LinuxCNC` planner passes its joint limits with its five-axis kinematics (tip nearly still,
 /// rotary axes turning, so that the linear joints run far faster than the tip).
 #[test]
 fn a_still_tip_with_turning_axes_keeps_the_joint_limits() {
