@@ -181,11 +181,14 @@ fn the_same_run_in_windows_and_again_is_the_same() {
     assert!(windows.chunks > 3, "{}", windows.chunks);
     assert_eq!(windows.all, again.all);
     check_stream("windows", &windows);
-    assert_eq!(whole.all.samples.len(), windows.all.samples.len());
-    for (a, b) in whole.all.samples.iter().zip(&windows.all.samples) {
-        // Planned positions agree to 1e-8 (streaming.rs); friction may turn on such a difference a step earlier.
-        assert!((a.actual - b.actual).max_abs() < 1e-5, "{}", a.time);
-    }
+    // The plan of another window may take a thousandth of the time more or less (streaming.rs), so samples do not fall on each
+    // other; blocks do, and the machine comes to rest at the same place.
+    let (a, b) = (whole.summary.total_s, windows.summary.total_s);
+    assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
+    assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
+    let rest = |run: &common::Run| run.all.samples.last().expect("samples").actual;
+    // Dry friction holds a joint up to Fc / (Kv loop stiffness) off its end; which side depends on the last micrometers.
+    assert!((rest(&whole) - rest(&windows)).max_abs() < 1e-5, "{:?} {:?}", rest(&whole), rest(&windows));
 }
 
 #[test]
