@@ -187,7 +187,7 @@ fn the_same_run_in_windows_and_again_is_the_same() {
     let (a, b) = (whole.summary.total_s, windows.summary.total_s);
     assert!(b > 0.999 * a && b < 1.02 * a, "{a} {b}");
     assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
-    let rest = |run: &common::Run| run.all.samples.last().expect("samples").actual;
+    let rest = |run: &Run| run.all.samples.last().expect("samples").actual;
     // Dry friction holds a joint up to Fc / (Kv loop stiffness) off its end; which side depends on the last micrometers.
     assert!((rest(&whole) - rest(&windows)).max_abs() < 1e-5, "{:?} {:?}", rest(&whole), rest(&windows));
 }
