@@ -5,4 +5,5 @@
 mod axis_cross;
 mod cone_frustum;
 mod languages;
+mod li_2022;
 mod tool_list;

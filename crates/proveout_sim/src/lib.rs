@@ -20,6 +20,7 @@ pub mod programs;
 pub mod run;
 pub mod scene;
 mod scene_blade;
+mod scene_limits;
 pub mod verdict;
 
 mod bodies;
