@@ -58,11 +58,15 @@ fn new_axes_leave_the_surface_and_save_time() {
         println!("{name}: {:.2} s, left {:.2?} um", verdict.time.total_s, left.map(|v| v * 1e3));
         println!("{:?}", verdict.deviation);
         println!("{:?}", verdict.clearance);
-        for (joint, axis) in &verdict.axes { println!("{joint}: {:.2} {:.1} rev {}", axis.max_velocity, axis.max_acceleration, axis.reversals); }
+        for (joint, axis) in &verdict.axes {
+            println!("{joint}: {:.2} {:.1} rev {}", axis.max_velocity, axis.max_acceleration, axis.reversals);
+        }
         for gate in ["program", "limits", "process", "collision", "near_miss", "gouge", "excess"] {
             let gate = verdict.gates.iter().find(|g| g.name == gate).expect("every gate is there");
             println!("  {gate:?}");
         }
-        for f in verdict.findings.iter().take(10) { println!("{} {:?} {}", f.code, f.line, f.message); }
+        for f in verdict.findings.iter().take(10) {
+            println!("{} {:?} {}", f.code, f.line, f.message);
+        }
     }
 }

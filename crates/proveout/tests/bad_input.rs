@@ -203,8 +203,7 @@ fn a_program_that_cannot_be_rescheduled_leaves_no_file() {
     let small = Small::new();
     li_2022(&small, Some(200), |scene| scene);
     let before = names(small.path());
-    let arguments =
-        ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "rescheduled.mpf"];
+    let arguments = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "rescheduled.mpf"];
     let output = proveout(small.path(), &arguments);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");

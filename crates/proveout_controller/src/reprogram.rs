@@ -57,8 +57,8 @@ pub struct Reprogramming<'a> {
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
     /// The surface that is cut, in base coordinates.
     pub surface: Option<&'a dyn ContactSurface>,
-    /// What the tool must not touch, in base coordinates.
-    pub region: Option<&'a dyn FeasibleRegion>,
+    /// What a tool must not touch, in base coordinates; asked for where the method needs it.
+    pub region: &'a dyn Fn(&ToolName) -> Option<Box<dyn FeasibleRegion>>,
 }
 
 impl Reprogramming<'_> {
@@ -99,10 +99,11 @@ impl Reprogramming<'_> {
             let message = format!("the tool of this run is not in the library: {:?}", found.tool);
             fail(&first, "reschedule-tool", message, "add the tool to the library")
         })?;
+        let region = found.tool.as_ref().filter(|_| self.method.needs_region()).and_then(|name| (self.region)(name));
         let around = Surroundings {
             machine: Some(self.machine),
             surface: self.surface,
-            region: self.region,
+            region: region.as_deref(),
             ..Surroundings::new(&cutter, self.table_axis())
         };
         let result = self.method.reschedule(&run, &around).map_err(|e| Box::new(located(e, &first)))?;

@@ -15,6 +15,7 @@ use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 use crate::{
     config::ConfigError,
     error::SimError,
+    part_on_table::PartOnTable,
     scene::{HelixFile, RescheduleFile, Scene},
 };
 
@@ -209,7 +210,7 @@ impl Writer {
     }
 }
 
-/// Reads a program, re-schedules it and gives the commands before posting.
+/// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask about.
 ///
 /// # Errors
 /// The program cannot be read, or the method refuses it, with the first block concerned.
@@ -219,6 +220,7 @@ pub fn rescheduled(
     settings: &Settings,
     machine: &Machine,
     tools: &ToolLibrary,
+    part: &PartOnTable,
 ) -> Result<Reprogrammed, SimError> {
     let commands = Program::open(program, settings)?.collect::<Result<Vec<Command>, _>>()?;
     let tool = |name: &ToolName| -> Option<&Tool> {
@@ -231,7 +233,10 @@ pub fn rescheduled(
     };
     let method = reschedule.method();
     let cutter = |name: &ToolName| tip(tool(name)?).cloned();
-    let work = Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: None, region: None };
+    // Meshes that bound no solid are refused when the scene is read; a region that cannot be made is one that is not known.
+    let region = |name: &ToolName| part.region(tool(name)?).ok()?;
+    let work =
+        Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: part.surface(), region: &region };
     work.apply(commands).map_err(SimError::Control)
 }
 

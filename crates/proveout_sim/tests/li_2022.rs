@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use proveout_controller::{JointTrack, ProgramRun, Reprogrammed, TrackSettings, program_runs};
 use proveout_machine::Machine;
 use proveout_nc::{Command, Dialect, Op, Program, Settings};
-use proveout_sim::scene::{MethodFile, RescheduleFile, Scene};
-use proveout_sim::{Choice, Prepared, programs};
+use proveout_sim::scene::Scene;
+use proveout_sim::{PartOnTable, Prepared, programs};
 use proveout_tool::ToolLibrary;
 
 /// Radius of the ball, mm.
@@ -43,8 +43,8 @@ impl Experiment {
 
     fn made(&self, name: &str) -> Reprogrammed {
         let reschedule = self.scene.program(Some(name)).unwrap().reschedule.clone().unwrap();
-        programs::rescheduled(&reschedule, &self.file("original.mpf"), &self.settings, &self.machine, &self.tools)
-            .unwrap()
+        let (program, part) = (self.file("original.mpf"), PartOnTable::default());
+        programs::rescheduled(&reschedule, &program, &self.settings, &self.machine, &self.tools, &part).unwrap()
     }
 
     fn commands(&self, name: &str, text: &str) -> Vec<Command> {
@@ -147,5 +147,9 @@ fn the_joints_gain_what_the_specification_expects() {
         println!("{name} o {o:?}\n  q {q:?}\n  p {p:?}");
         println!("{name}: {:.1} {:.1}", reduction(q.velocity, p.velocity), reduction(q.acceleration, p.acceleration));
     }
-    println!("A: {:.1} {:.1}", reduction(a[1].velocity, a[2].velocity), reduction(a[1].acceleration, a[2].acceleration));
+    println!(
+        "A: {:.1} {:.1}",
+        reduction(a[1].velocity, a[2].velocity),
+        reduction(a[1].acceleration, a[2].acceleration)
+    );
 }

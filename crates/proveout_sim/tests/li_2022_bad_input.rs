@@ -5,10 +5,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use proveout_controller::ControlError;
+use proveout_controller::{ControlError, Reprogrammed};
 use proveout_machine::Machine;
 use proveout_sim::scene::{MethodFile, RescheduleFile, Scene};
-use proveout_sim::{Prepared, SimError, programs};
+use proveout_sim::{PartOnTable, Prepared, SimError, programs};
 use proveout_tool::ToolLibrary;
 
 /// The scene of Li et al. 2022, of which each test spoils one thing.
@@ -44,9 +44,13 @@ impl Spoilt {
         self
     }
 
+    fn made(&self) -> Result<Reprogrammed, SimError> {
+        let (settings, part) = (Prepared::reader_settings(&self.scene, None).unwrap(), PartOnTable::default());
+        programs::rescheduled(&self.reschedule, &self.program, &settings, &self.machine, &self.tools, &part)
+    }
+
     fn refused(&self) -> ControlError {
-        let settings = Prepared::reader_settings(&self.scene, None).unwrap();
-        match programs::rescheduled(&self.reschedule, &self.program, &settings, &self.machine, &self.tools) {
+        match self.made() {
             Err(SimError::Control(error)) => *error,
             Err(other) => panic!("{other}"),
             Ok(made) => panic!("{} runs were re-scheduled", made.runs.len()),
@@ -83,10 +87,7 @@ fn concave_turning_and_a_clearance_too_large_leave_no_channel() {
     let help = error.help.unwrap();
     let most: f64 = help.split_whitespace().find_map(|w| w.parse().ok()).unwrap();
     spoilt.reschedule.clearance_deg = Some(most - 0.1);
-    let settings = Prepared::reader_settings(&spoilt.scene, None).unwrap();
-    let made =
-        programs::rescheduled(&spoilt.reschedule, &spoilt.program, &settings, &spoilt.machine, &spoilt.tools).unwrap();
-    assert_eq!(made.runs.len(), 1);
+    assert_eq!(spoilt.made().unwrap().runs.len(), 1);
 }
 
 #[test]
