@@ -8,14 +8,12 @@ use std::sync::Mutex;
 
 use proveout_controller::Reprogramming;
 use proveout_geom::ToolPose;
-use proveout_machine::Machine;
+use proveout_machine::{KinematicsError, Machine};
 use proveout_nc::{Command, Program, ToolName};
 use proveout_sim::Prepared;
 use proveout_sim::scene::Scene;
 use proveout_tool::{ToolId, ToolLibrary};
-use proveout_toolpath::reschedule::{
-    CuttingRun, Method, RescheduleError, Rescheduled, Study, Surroundings,
-};
+use proveout_toolpath::reschedule::{CuttingRun, Method, RescheduleError, Rescheduled, Study, Surroundings};
 
 #[derive(Default)]
 struct LeanFromNormal {
@@ -56,7 +54,12 @@ impl Method for LeanFromNormal {
             };
             let free = (0..=8).rev().map(|k| leaned(10.0 * f64::from(k))).find(|p| region.clearance(p) > 0.5);
             let pose = free.unwrap_or(block.pose);
-            q = machine.inverse_nearest(&pose, 190.0, &q).unwrap().q;
+            // Leaned that far the head stands low: travel of slides is judged when a program runs.
+            q = match machine.inverse_nearest(&pose, 190.0, &q) {
+                Ok(solution) => solution.q,
+                Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
+                Err(e) => panic!("{e}"),
+            };
             poses.push(pose);
         }
         Ok(Rescheduled { stretch: 0..poses.len(), poses, study: Study::default() })
