@@ -198,21 +198,48 @@ fn li_2022(small: &Small, blocks: Option<usize>, scene: impl Fn(String) -> Strin
     fs::remove_file(small.path().join("program.mpf")).expect("removed");
 }
 
-#[test]
-fn a_program_that_cannot_be_rescheduled_leaves_no_file() {
-    let small = Small::new();
-    li_2022(&small, Some(200), |scene| scene);
+/// `proveout reschedule` is refused with all of `words`, and leaves nothing.
+fn not_rescheduled(small: &Small, words: &[&str]) {
     let before = names(small.path());
-    let arguments =
-        ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "rescheduled.mpf"];
+    let arguments = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "rescheduled.mpf"];
     let output = proveout(small.path(), &arguments);
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");
-    for word in ["original.mpf:", "no whole layer", "help: "] {
+    for word in words {
         assert!(told.contains(word), "{word:?} is not in:\n{told}");
     }
     assert_eq!(told.matches("error: ").count(), 1, "one error:\n{told}");
     assert_eq!(names(small.path()), before, "nothing is left behind");
+}
+
+#[test]
+fn a_path_without_layers_is_not_rescheduled() {
+    let small = Small::new();
+    li_2022(&small, Some(200), |scene| scene);
+    not_rescheduled(&small, &["original.mpf:", "no whole layer", "one turn or more", "help: "]);
+}
+
+#[test]
+fn a_path_of_a_flat_end_mill_is_not_rescheduled() {
+    let small = Small::new();
+    let tools = format!("{:?}", root().join("tools/li-2022.toml").display().to_string());
+    li_2022(&small, None, |scene| scene.replace(&tools, "\"flat.toml\""));
+    let library = fs::read_to_string(root().join("tools/li-2022.toml")).expect("the library");
+    small.write("flat.toml", &library.replace("kind = \"ball\"", "kind = \"flat\""));
+    not_rescheduled(&small, &["original.mpf:16:", "not a ball end mill", "help: ", "use a ball end mill"]);
+}
+
+#[test]
+fn an_orientation_out_of_the_range_of_a_joint_is_not_rescheduled() {
+    let small = Small::new();
+    let folder = root().join("machines/starrag-lx-451");
+    let own = format!("{:?}", folder.display().to_string());
+    li_2022(&small, None, |scene| scene.replace(&own, "\"machine\""));
+    fs::create_dir(small.path().join("machine")).expect("made");
+    fs::copy(folder.join("model.glb"), small.path().join("machine/model.glb")).expect("copied");
+    let machine = fs::read_to_string(folder.join("machine.toml")).expect("the machine");
+    small.write("machine/machine.toml", &machine.replacen("travel_deg = [-87, 87]", "travel_deg = [-87, 3]", 1));
+    not_rescheduled(&small, &["original.mpf:15:", "the new orientation is out of reach", "B", "help: "]);
 }
 
 #[test]

@@ -7,6 +7,7 @@
 //!
 //! * [`Interference`] – takes pieces of motion in order.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
+//! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
 //!
 //! # Method
@@ -46,7 +47,9 @@ mod interference;
 mod parts;
 mod report;
 mod shape;
+mod tool_clearance;
 
 pub use interference::Interference;
 pub use parts::Fixture;
 pub use report::{Breach, Clearance, CollisionError, Nearest, PairInfo, PartKind, Severity, Unchecked};
+pub use tool_clearance::ToolClearance;

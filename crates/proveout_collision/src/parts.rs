@@ -72,7 +72,12 @@ pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part,
     })
 }
 
-fn mesh_shape(kind: &'static str, name: &str, mesh: &TriMesh, needed: bool) -> Result<MeshShape, CollisionError> {
+pub(crate) fn mesh_shape(
+    kind: &'static str,
+    name: &str,
+    mesh: &TriMesh,
+    needed: bool,
+) -> Result<MeshShape, CollisionError> {
     if !needed {
         // A body that is only drawn may be open; its place is taken by a point that nothing is checked against.
         let b = proveout_geom::Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) };

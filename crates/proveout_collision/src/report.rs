@@ -132,7 +132,7 @@ pub enum CollisionError {
     /// A mesh does not bound a solid.
     #[error("the mesh of {kind} \"{name}\" does not bound a solid: {fault}; repair the mesh or exclude the body")]
     NotSolid {
-        /// `machine body` or `fixture`.
+        /// `machine body`, `fixture` or `solid`.
         kind: &'static str,
         /// Name.
         name: String,
@@ -142,7 +142,7 @@ pub enum CollisionError {
     /// The search tree refused a mesh.
     #[error("the mesh of {kind} \"{name}\" cannot be searched: {fault}; repair the mesh or exclude the body")]
     Tree {
-        /// `machine body` or `fixture`.
+        /// `machine body`, `fixture` or `solid`.
         kind: &'static str,
         /// Name.
         name: String,

@@ -23,6 +23,10 @@ use crate::{
 /// Motions of fewer blocks are links and stay as they are.
 const SHORTEST_RUN: usize = 8;
 
+/// A rotary joint that turns by more than this between two blocks turns back for lack of travel, degrees: the orientation of a
+/// block is that of a whole turn before or behind; passing a singular position turns by half of that at most.
+const REWIND_DEG: f64 = 270.0;
+
 /// A program with new tool axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reprogrammed {
@@ -57,8 +61,8 @@ pub struct Reprogramming<'a> {
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
     /// The surface that is cut, in base coordinates.
     pub surface: Option<&'a dyn ContactSurface>,
-    /// What the tool must not touch, in base coordinates.
-    pub region: Option<&'a dyn FeasibleRegion>,
+    /// What a tool must not touch, in base coordinates; asked for where the method needs it.
+    pub region: &'a dyn Fn(&ToolName) -> Option<Box<dyn FeasibleRegion>>,
 }
 
 impl Reprogramming<'_> {
@@ -99,10 +103,11 @@ impl Reprogramming<'_> {
             let message = format!("the tool of this run is not in the library: {:?}", found.tool);
             fail(&first, "reschedule-tool", message, "add the tool to the library")
         })?;
+        let region = found.tool.as_ref().filter(|_| self.method.needs_region()).and_then(|name| (self.region)(name));
         let around = Surroundings {
             machine: Some(self.machine),
             surface: self.surface,
-            region: self.region,
+            region: region.as_deref(),
             ..Surroundings::new(&cutter, self.table_axis())
         };
         let result = self.method.reschedule(&run, &around).map_err(|e| Box::new(located(e, &first)))?;
@@ -118,7 +123,11 @@ impl Reprogramming<'_> {
         let new: Vec<(&Placed, ToolPose)> =
             before.chain(found.blocks.iter().zip(result.poses.iter().copied())).chain(after).collect();
         for (k, (placed, pose)) in new.into_iter().enumerate() {
+            let last = q;
             self.rewrite(out, placed, &pose, &mut q)?;
+            if k > 0 {
+                self.refuse_rewind(&out.commands[placed.command].location, &last, &q)?;
+            }
             if let Some((command, frame)) = found.turning.filter(|_| k == 0) {
                 self.turn_first(out, command, &frame, &q);
             }
@@ -130,6 +139,29 @@ impl Reprogramming<'_> {
             stretch: result.stretch,
             study: result.study,
         });
+        Ok(())
+    }
+
+    /// Between two blocks a joint with end stops may have to turn back by a whole turn to go on: in a cut that is out of range.
+    fn refuse_rewind(&self, location: &Location, last: &JointValues, q: &JointValues) -> Result<(), Box<ControlError>> {
+        for &j in self.machine.rotary_joints() {
+            let joint = &self.machine.joints[j];
+            let turned = (q[j] - last[j]).to_degrees();
+            if let Some([low, high]) = joint.travel.filter(|_| turned.abs() > REWIND_DEG) {
+                let message = format!(
+                    "the new orientation is out of reach: {} stands at {:.1} degrees and would have to turn back by {:.0} degrees to \
+                     stay in its travel of {:.1} to {:.1} degrees",
+                    joint.name,
+                    last[j].to_degrees(),
+                    turned.abs(),
+                    low.to_degrees(),
+                    high.to_degrees()
+                );
+                let help =
+                    "split the path before this block, or take a machine with a wider range or without end stops";
+                return Err(fail(location, "reschedule-range", message, help));
+            }
+        }
         Ok(())
     }
 

@@ -30,6 +30,7 @@ mod engine;
 mod error;
 mod inspect;
 mod judge;
+mod part_on_table;
 mod prepare;
 mod process;
 mod run_folder;
@@ -37,6 +38,7 @@ mod surface_map;
 
 pub use error::SimError;
 pub use observer::Observer;
+pub use part_on_table::PartOnTable;
 pub use prepare::{Choice, Prepared, tool_radii};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, SurfaceMap};

@@ -17,6 +17,7 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    part_on_table::PartOnTable,
     programs,
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
@@ -123,10 +124,7 @@ impl Prepared {
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
-        let mut fixtures = Vec::new();
-        for fixture in &scene.file.fixture {
-            fixtures.push((fixture.name.clone(), fixture_mesh(&scene, fixture, &table_from_work, &mut inputs)?));
-        }
+        let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);
         }
@@ -139,7 +137,8 @@ impl Prepared {
         let made = match reschedule {
             None => None,
             Some(reschedule) => {
-                let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools)?;
+                let part = PartOnTable::new(&scene, &table_from_work, part_mesh.as_ref(), &fixtures)?;
+                let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools, &part)?;
                 let text = programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?;
                 digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
                 Some(MadeProgram { text, runs: made.runs })
@@ -190,6 +189,17 @@ impl Prepared {
             work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
             ..NcSettings::default()
         })
+    }
+
+    /// Part and fixtures of a scene on the table, as re-scheduling sees them.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read or bounds no solid, numbers that make no blade.
+    pub fn part_on_table(scene: &Scene, entry: Option<&ProgramFile>) -> Result<PartOnTable, SimError> {
+        let table_from_work = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount).table_from_work();
+        let part = part_mesh(scene, &mut Vec::new())?;
+        let fixtures = fixture_meshes(scene, &table_from_work, &mut Vec::new())?;
+        Ok(PartOnTable::new(scene, &table_from_work, part.as_ref(), &fixtures)?)
     }
 
     /// The text that runs, as commands.
@@ -339,6 +349,15 @@ fn make_stock(scene: &Scene, cell: f64, inputs: &mut Vec<(String, PathBuf)>) -> 
     let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
     inputs.push(("stock".into(), path.clone()));
     Ok(TriDexel::from_mesh(&read_solid(&path)?, cell, STOCK_MEMORY)?)
+}
+
+fn fixture_meshes(
+    scene: &Scene,
+    table_from_work: &Pose,
+    inputs: &mut Vec<(String, PathBuf)>,
+) -> Result<Vec<(String, TriMesh)>, SimError> {
+    let named = |f: &FixtureFile| Ok((f.name.clone(), fixture_mesh(scene, f, table_from_work, inputs)?));
+    scene.file.fixture.iter().map(named).collect()
 }
 
 fn fixture_mesh(

@@ -3,18 +3,19 @@
 use std::path::Path;
 
 use proveout_controller::{Reprogrammed, Reprogramming};
-use proveout_geom::{ToolPose, Vector};
+use proveout_geom::{Pose, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::post::{PostSettings, post_for};
 use proveout_nc::{
     AXIS_LETTERS, AxisValues, Command, Coolant, Dialect, Feed, Location, Motion, Offset, Op, OrientationInterpolation,
-    PathMode, Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName,
+    PathMode, Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName, WorkOffset,
 };
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 
 use crate::{
     config::ConfigError,
     error::SimError,
+    part_on_table::PartOnTable,
     scene::{HelixFile, RescheduleFile, Scene},
 };
 
@@ -95,9 +96,15 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
     let wrong = |e: String| file(e, "correct [part.blade] and [plan.helix]");
     let blade = blade.blade(0.0).map_err(|e| wrong(e.to_string()))?;
     let points = plan.pass(radius).points(&blade).map_err(|e| wrong(e.to_string()))?;
-    let mut writer = Writer { commands: Vec::new(), line: 0 };
-    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(writer.commands) };
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(Vec::new()) };
     let table_from_work = scene.file.mount.table_from_work();
+    let Some(offset) = scene.file.work_offsets.get(&plan.work_offset).map(WorkOffset::from) else {
+        let known: Vec<&str> = scene.file.work_offsets.keys().map(String::as_str).collect();
+        let message =
+            format!("[plan.helix] wants the work offset {:?}, which the scene does not give", plan.work_offset);
+        return Err(file(message, &format!("add [work_offsets.{}], or name one of {known:?}", plan.work_offset)).into());
+    };
+    let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, offset };
     let start = machine.inverse_nearest(&first.pose.transformed(&table_from_work), tool.gauge_length, &machine.home());
     let start =
         start.map_err(|e| file(format!("the machine cannot reach the start of the pass: {e}"), "move the mount"))?;
@@ -126,6 +133,9 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
 struct Writer {
     commands: Vec<Command>,
     line: u32,
+    table_from_work: Pose,
+    /// The work offset that the program calls.
+    offset: WorkOffset,
 }
 
 impl Writer {
@@ -160,18 +170,19 @@ impl Writer {
     /// The rotary axes turn while the tool is clear of the part, before tool center point control: with it the slides would
     /// carry the tool round the table.
     fn rotary(&mut self, machine: &Machine, q: &JointValues) {
-        let mut end = AxisValues::NONE;
+        let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
         let mut programmed = 0;
         for &joint in machine.rotary_joints() {
             let letter = (3..6).find(|&l| machine.joint_for_letter(AXIS_LETTERS[l]) == Some(joint));
             if let Some(letter) = letter {
-                end.put(letter, q[joint]);
+                end.put(letter, q[joint] - self.offset.rotary[letter - 3]);
+                base.put(letter, q[joint]);
                 programmed |= 1 << letter;
             }
         }
         self.push(Op::Rapid(Motion {
             end,
-            end_base: end,
+            end_base: base,
             tool_axis: None,
             tool_axis_base: None,
             programmed,
@@ -191,16 +202,23 @@ impl Writer {
         self.push(Op::Feed(Feed::InverseTime(seconds)));
     }
 
+    /// A motion to a pose of the workpiece frame. Base coordinates are those of the table; a work offset shifts, so that the
+    /// programmed vector is that of the table too.
     fn motion(&mut self, pose: &ToolPose, rapid: bool) {
-        let mut end = AxisValues::NONE;
-        for axis in 0..3 {
-            end.put(axis, pose.tip[axis]);
+        let axis = self.table_from_work.vector(&pose.axis);
+        let turned = self.table_from_work.rotation * pose.tip.coords;
+        let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
+        for k in 0..3 {
+            let place = self.table_from_work.translation[k];
+            // Where the offset is the place of the mount, the programmed point is that of the workpiece, to the last bit.
+            end.put(k, turned[k] + (place - self.offset.translation[k]));
+            base.put(k, turned[k] + place);
         }
         let motion = Motion {
             end,
-            end_base: end,
-            tool_axis: Some(pose.axis.into()),
-            tool_axis_base: Some(pose.axis.into()),
+            end_base: base,
+            tool_axis: Some(axis.into()),
+            tool_axis_base: Some(axis.into()),
             programmed: 0b111,
             machine_coordinates: false,
             exact_stop: false,
@@ -209,7 +227,7 @@ impl Writer {
     }
 }
 
-/// Reads a program, re-schedules it and gives the commands before posting.
+/// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask about.
 ///
 /// # Errors
 /// The program cannot be read, or the method refuses it, with the first block concerned.
@@ -219,6 +237,7 @@ pub fn rescheduled(
     settings: &Settings,
     machine: &Machine,
     tools: &ToolLibrary,
+    part: &PartOnTable,
 ) -> Result<Reprogrammed, SimError> {
     let commands = Program::open(program, settings)?.collect::<Result<Vec<Command>, _>>()?;
     let tool = |name: &ToolName| -> Option<&Tool> {
@@ -231,7 +250,10 @@ pub fn rescheduled(
     };
     let method = reschedule.method();
     let cutter = |name: &ToolName| tip(tool(name)?).cloned();
-    let work = Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: None, region: None };
+    // Meshes that bound no solid are refused when the scene is read; a region that cannot be made is one that is not known.
+    let region = |name: &ToolName| part.region(tool(name)?).ok()?;
+    let work =
+        Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: part.surface(), region: &region };
     work.apply(commands).map_err(SimError::Control)
 }
 

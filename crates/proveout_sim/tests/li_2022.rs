@@ -5,12 +5,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use proveout_controller::{JointTrack, ProgramRun, Reprogrammed, TrackSettings, program_runs};
-use proveout_machine::Machine;
+use proveout_controller::{JointDemand, JointTrack, ProgramRun, Reprogrammed, TrackSettings, program_runs};
+use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_nc::{Command, Dialect, Op, Program, Settings};
-use proveout_sim::scene::{MethodFile, RescheduleFile, Scene};
-use proveout_sim::{Choice, Prepared, programs};
+use proveout_sim::scene::Scene;
+use proveout_sim::{PartOnTable, Prepared, programs};
 use proveout_tool::ToolLibrary;
+use proveout_toolpath::reschedule::CurveKind;
 
 /// Radius of the ball, mm.
 const BALL: f64 = 8.0;
@@ -43,8 +44,8 @@ impl Experiment {
 
     fn made(&self, name: &str) -> Reprogrammed {
         let reschedule = self.scene.program(Some(name)).unwrap().reschedule.clone().unwrap();
-        programs::rescheduled(&reschedule, &self.file("original.mpf"), &self.settings, &self.machine, &self.tools)
-            .unwrap()
+        let (program, part) = (self.file("original.mpf"), PartOnTable::default());
+        programs::rescheduled(&reschedule, &program, &self.settings, &self.machine, &self.tools, &part).unwrap()
     }
 
     fn commands(&self, name: &str, text: &str) -> Vec<Command> {
@@ -80,6 +81,22 @@ fn the_committed_originals_are_what_plan_writes() {
             made == committed,
             "{file} differs from line {line:?} on; write it again with \
              `proveout plan scenes/li-2022-s-theta --strategy helix --output scenes/li-2022-s-theta/{file}`"
+        );
+    }
+}
+
+#[test]
+fn both_languages_of_the_original_are_the_same_path() {
+    let e = Experiment::read();
+    let [mpf, apt] =
+        ["original.mpf", "original.apt"].map(|f| e.run(&e.commands(f, &fs::read_to_string(e.file(f)).unwrap())));
+    assert_eq!(mpf.blocks.len(), apt.blocks.len());
+    for (a, b) in mpf.blocks.iter().zip(&apt.blocks) {
+        // Both have four decimals of ends and eight of vectors.
+        assert!(
+            (a.pose.tip - b.pose.tip).norm() < 1e-6 && (a.pose.axis - b.pose.axis).norm() < 1e-9,
+            "line {}",
+            b.line
         );
     }
 }
@@ -138,14 +155,94 @@ fn the_joints_gain_what_the_specification_expects() {
     let original = e.track(&fs::read_to_string(e.file("original.mpf")).unwrap(), &stretch);
     let quaternion = e.track(&posted(&e.made("quaternion")), &stretch);
     let proposed = e.track(&posted(&proposed), &stretch);
-    let of = |track: &JointTrack, name: &str| track.demand(joint(name));
-    let a = [&original, &quaternion, &proposed].map(|t| of(t, "A"));
-    let shown = format!("A {:?}", a.map(|d| (d.velocity.to_degrees(), d.acceleration.to_degrees(), d.reversals)));
-    println!("{shown}");
-    for name in ["X", "Y", "Z", "B"] {
-        let [o, q, p] = [&original, &quaternion, &proposed].map(|t| of(t, name));
-        println!("{name} o {o:?}\n  q {q:?}\n  p {p:?}");
-        println!("{name}: {:.1} {:.1}", reduction(q.velocity, p.velocity), reduction(q.acceleration, p.acceleration));
+    let tracks = [&original, &quaternion, &proposed];
+    let demands = |name: &str| tracks.map(|t| t.demand(joint(name)));
+
+    // Hard criteria of section 8.
+    let a = demands("A");
+    assert_eq!(a.map(|d| d.reversals), [12, 12, 0], "two a layer, and none");
+    // The bands: A 25 to 55 and 45 to 90 percent, the others within a factor of two of the paper's Table 2.
+    let bands = [
+        ("A", [25.0, 45.0], [55.0, 90.0]),
+        ("X", [6.3 / 2.0, 10.6 / 2.0], [6.3 * 2.0, 10.6 * 2.0]),
+        ("Y", [46.2 / 2.0, 71.4 / 2.0], [92.4, 142.8]),
+        ("Z", [69.2 / 2.0, 83.7 / 2.0], [138.4, 167.4]),
+    ];
+    let mut table =
+        String::from("| joint | original | quaternion | s-theta | reduction | paper |\n|---|---|---|---|---|---|\n");
+    for ((name, low, high), paper) in bands.into_iter().zip(["38.1 / 72.9", "6.3 / 10.6", "46.2 / 71.4", "69.2 / 83.7"])
+    {
+        let [o, q, p] = demands(name);
+        let unit = if name == "A" { "deg" } else { "mm" };
+        let scale = |v: f64| if name == "A" { v.to_degrees() } else { v };
+        let gain = [reduction(q.velocity, p.velocity), reduction(q.acceleration, p.acceleration)];
+        let cell = |d: &JointDemand| format!("{:.1} / {:.0}", scale(d.velocity), scale(d.acceleration));
+        table += &format!(
+            "| {name}, {unit}/s and {unit}/s2 | {} | {} | {} | {:.1} / {:.1} % | {paper} % |\n",
+            cell(&o),
+            cell(&q),
+            cell(&p),
+            gain[0],
+            gain[1]
+        );
+        for k in 0..2 {
+            assert!(gain[k] > 0.0 && (low[k]..high[k]).contains(&gain[k]), "{name}: {gain:?}\n{table}");
+        }
     }
-    println!("A: {:.1} {:.1}", reduction(a[1].velocity, a[2].velocity), reduction(a[1].acceleration, a[2].acceleration));
+    // Time at the velocity that the proposed path needs of A, both readings of "efficiency": 15 to 35 percent.
+    let mut limits = JointValues([f64::INFINITY; MAX_JOINTS]);
+    limits[joint("A")] = a[2].velocity;
+    let times = tracks.map(|t| t.time_within(&limits));
+    assert!((times[2] - proposed.length() / FEED).abs() < 1e-9, "its own demand slows nothing down");
+    let gains = [100.0 * (times[0] / times[2] - 1.0), reduction(times[0], times[2])];
+    table += &format!(
+        "\nTime of the cutting stretch at the A velocity of `s-theta`: {:.1} s, {:.1} s and {:.1} s; against the original {:.1} percent \
+         more\nrate, {:.1} percent less time.\n",
+        times[0], times[1], times[2], gains[0], gains[1]
+    );
+    assert!(gains.iter().all(|g| (15.0..35.0).contains(g)), "{table}");
+
+    // The limits that the scene gives the A axis are this demand, to three digits.
+    let limit = &e.scene.file.control.joint_limits["A"];
+    assert!((limit.max_velocity_deg_s.unwrap() / a[2].velocity.to_degrees() - 1.0).abs() < 2e-3, "{table}");
+    assert!((limit.max_acceleration_deg_s2.unwrap() / a[2].acceleration.to_degrees() - 1.0).abs() < 2e-3, "{table}");
+    let readme = fs::read_to_string(e.file("README.md")).unwrap();
+    assert!(readme.contains(&table), "README.md of the scene should say\n{table}");
+}
+
+#[test]
+fn the_planned_angle_stays_in_its_channel_and_is_monotone_after_reading() {
+    let e = Experiment::read();
+    let made = e.made("s-theta");
+    let study = &made.runs[0].study;
+    assert!(study.figure("smallest margin").unwrap() > -1e-9);
+    // The same from the text: angles in the section between the limits of the study, up to the digits of the text.
+    let run =
+        e.run(&e.commands("made.mpf", &programs::text(&made.commands, Dialect::Siemens840d, &e.settings).unwrap()));
+    let limits: Vec<_> = study.curves.iter().filter(|c| c.kind == CurveKind::Limit).collect();
+    assert_eq!(limits.iter().map(|c| c.name).collect::<Vec<_>>(), ["forward limit", "backward limit"]);
+    let result = study.curve(CurveKind::Result).unwrap();
+    let stretch = made.runs[0].stretch.clone();
+    assert_eq!(result.points.len(), stretch.len());
+    let mut last: Option<f64> = None;
+    let (mut sense, mut zero) = (0.0, None);
+    for (k, block) in run.blocks[stretch].iter().enumerate() {
+        let t = &block.pose.axis;
+        let angle = t.z.atan2(t.y).to_degrees();
+        let turned = last.map_or(0.0, |l| (angle - l + 540.0).rem_euclid(360.0) - 180.0);
+        last = Some(angle);
+        if sense == 0.0 && turned.abs() > 0.01 {
+            sense = turned.signum();
+        }
+        // Eight decimals of a unit vector: 1e-6 degrees.
+        assert!(turned * sense >= -2e-6, "block {k} turns back by {turned} degrees");
+        let [theta, upper, lower] = [result, limits[0], limits[1]].map(|c| c.points[k][1]);
+        assert!(theta <= upper + 1e-9 && theta >= lower - 1e-9, "block {k}");
+        let off = (theta * sense - angle + 540.0).rem_euclid(360.0) - 180.0;
+        if k > 0 && sense != 0.0 {
+            // Zero and sense of the plane are the method's: what it shows and what is written differ by a constant.
+            let first = *zero.get_or_insert(off);
+            assert!((off - first).abs() < 2e-6, "block {k}: {off} {first}");
+        }
+    }
 }

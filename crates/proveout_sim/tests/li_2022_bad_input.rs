@@ -5,10 +5,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use proveout_controller::ControlError;
+use proveout_controller::{ControlError, Reprogrammed};
 use proveout_machine::Machine;
 use proveout_sim::scene::{MethodFile, RescheduleFile, Scene};
-use proveout_sim::{Prepared, SimError, programs};
+use proveout_sim::{PartOnTable, Prepared, SimError, programs};
 use proveout_tool::ToolLibrary;
 
 /// The scene of Li et al. 2022, of which each test spoils one thing.
@@ -44,9 +44,13 @@ impl Spoilt {
         self
     }
 
+    fn made(&self) -> Result<Reprogrammed, SimError> {
+        let (settings, part) = (Prepared::reader_settings(&self.scene, None).unwrap(), PartOnTable::default());
+        programs::rescheduled(&self.reschedule, &self.program, &settings, &self.machine, &self.tools, &part)
+    }
+
     fn refused(&self) -> ControlError {
-        let settings = Prepared::reader_settings(&self.scene, None).unwrap();
-        match programs::rescheduled(&self.reschedule, &self.program, &settings, &self.machine, &self.tools) {
+        match self.made() {
             Err(SimError::Control(error)) => *error,
             Err(other) => panic!("{other}"),
             Ok(made) => panic!("{} runs were re-scheduled", made.runs.len()),
@@ -59,7 +63,7 @@ fn first_block(text: &str) -> u32 {
     text.lines().position(|l| l.starts_with("G1 ")).unwrap() as u32 + 1
 }
 
-/// All words are told, and the place is a line of the program from the first motion in feed on.
+/// All words are told, and the place is a motion of the program.
 fn told(error: &ControlError, code: &str, spoilt: &Spoilt, words: &[&str]) -> u32 {
     let text = error.to_string();
     assert_eq!(error.code, code, "{text}");
@@ -69,7 +73,9 @@ fn told(error: &ControlError, code: &str, spoilt: &Spoilt, words: &[&str]) -> u3
     assert!(text.contains("(help: "), "{text}");
     let place = error.location.as_ref().unwrap();
     assert!(Path::new(&*place.file).ends_with(spoilt.program.file_name().unwrap()), "{text}");
-    assert!(place.line >= first_block(&spoilt.text()) && (place.line as usize) <= spoilt.text().lines().count());
+    let program = spoilt.text();
+    let line = program.lines().nth(place.line as usize - 1).unwrap();
+    assert!(["G0 ", "G1 ", "X", "Y", "Z"].iter().any(|start| line.starts_with(start)), "{text}: {line}");
     place.line
 }
 
@@ -83,10 +89,7 @@ fn concave_turning_and_a_clearance_too_large_leave_no_channel() {
     let help = error.help.unwrap();
     let most: f64 = help.split_whitespace().find_map(|w| w.parse().ok()).unwrap();
     spoilt.reschedule.clearance_deg = Some(most - 0.1);
-    let settings = Prepared::reader_settings(&spoilt.scene, None).unwrap();
-    let made =
-        programs::rescheduled(&spoilt.reschedule, &spoilt.program, &settings, &spoilt.machine, &spoilt.tools).unwrap();
-    assert_eq!(made.runs.len(), 1);
+    assert_eq!(spoilt.made().unwrap().runs.len(), 1);
 }
 
 #[test]
@@ -109,7 +112,7 @@ fn a_path_of_less_than_a_turn_has_no_layers() {
 fn a_tool_that_is_no_ball_is_refused_at_the_first_block() {
     let mut spoilt = Spoilt::new();
     let text = "description = \"flat\"\n[[tool]]\nnumber = 1\nname = \"BALL_D16\"\nkind = \"flat\"\ndiameter_mm = 16\n\
-                flute_length_mm = 32\nshank_diameter_mm = 16\noverall_length_mm = 170\ngauge_length_mm = 190\nflutes = 4\n\
+                flute_length_mm = 32\nshank_diameter_mm = 16\noverall_length_mm = 170\ngauge_length_mm = 150\nflutes = 4\n\
                 center_cutting = true\nsource = \"test\"\n";
     spoilt.tools = ToolLibrary::from_text(Path::new("flat.toml"), text).unwrap();
     for method in [MethodFile::STheta, MethodFile::Quaternion] {
@@ -133,10 +136,16 @@ fn an_orientation_outside_of_the_joint_ranges_is_named_at_its_block() {
         1,
     );
     spoilt.machine = Machine::from_text(&file, &format!("{head}{stops}")).unwrap();
-    let line = told(&spoilt.refused(), "reschedule-range", &spoilt, &["out of reach", "A", "400", "wider range"]);
+    let line = told(
+        &spoilt.refused(),
+        "reschedule-range",
+        &spoilt,
+        &["out of reach", "A stands at", "400.0 degrees", "wider range"],
+    );
     assert!(line > first_block(&spoilt.text()) + 100, "the first turns are in reach: {line}");
-    // A head that cannot take the tilt of the program: the first block already.
+    // A head that cannot take the tilt of the program: the first motion with the tool center held already.
     let text = text.replacen("travel_deg = [-87, 87]", "travel_deg = [-87, 3]", 1);
     spoilt.machine = Machine::from_text(&file, &text).unwrap();
-    told(&spoilt.refused(), "reschedule-range", &spoilt, &["out of reach", "B", "3.0"]);
+    let line = told(&spoilt.refused(), "reschedule-range", &spoilt, &["out of reach", "B", "3.0"]);
+    assert!(line <= first_block(&spoilt.text()), "{line}");
 }

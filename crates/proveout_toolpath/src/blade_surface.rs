@@ -85,11 +85,8 @@ impl BladeSurface {
             ];
             let det = a * c - b * b;
             // Where the distance has no minimum nearby (a point beyond the center of curvature) the gradient leads on.
-            let step = if a > 1e-6 && det > 1e-6 {
-                [(c * g[0] - b * g[1]) / det, (a * g[1] - b * g[0]) / det]
-            } else {
-                g
-            };
+            let step =
+                if a > 1e-6 && det > 1e-6 { [(c * g[0] - b * g[1]) / det, (a * g[1] - b * g[0]) / det] } else { g };
             // Curvature jumps at the ends of the edge arcs: a step stays near.
             s -= step[0].clamp(-reach, reach);
             x -= step[1].clamp(-reach, reach);

@@ -305,6 +305,13 @@ fn random_channels_give_monotone_smooth_curves_inside() {
                 last = theta;
             }
         }
+        // Layers join without knowing of each other: level at both ends, where corners take half of the flat at most.
+        let (ends, n) = (&curve.points, curve.points.len());
+        for (from, to) in [(ends[0], ends[1]), (ends[n - 1], ends[n - 2])] {
+            assert_eq!(from[1], to[1], "seed {seed}: no flat");
+            let inside = curve.at(from[0] + 0.4 * (to[0] - from[0]));
+            assert!((inside - from[1]).abs() < 1e-12, "seed {seed} {unit:?}: {inside} {}", from[1]);
+        }
         // G2 at the joints: both pieces of a corner and the straight segments meet with equal slope, and with no curvature:
         // theta leaves its tangent there only with the third power of the distance.
         for corner in curve.corners.iter().flatten().take(4) {

@@ -53,7 +53,8 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         let machine = Machine::read(&scene.resolve(entry.machine.as_ref().unwrap_or(&scene.file.machine)))?;
         let settings = Prepared::reader_settings(&scene, Some(entry))?;
         let reschedule = RescheduleFile::plain(method, &args.program);
-        let made = programs::rescheduled(&reschedule, &scene.resolve(file), &settings, &machine, &tools)?;
+        let part = Prepared::part_on_table(&scene, Some(entry))?;
+        let made = programs::rescheduled(&reschedule, &scene.resolve(file), &settings, &machine, &tools, &part)?;
         programs::text(&made.commands, language(&args.output), &settings)
     };
     let text = work().map_err(|e| Failure::from(&e))?;

@@ -113,6 +113,10 @@ pub trait Method {
     fn name(&self) -> &'static str;
     /// The paper.
     fn source(&self) -> &'static str;
+    /// Whether the method asks for [`Surroundings::region`], which costs meshes and search trees to make.
+    fn needs_region(&self) -> bool {
+        false
+    }
     /// New poses for a run.
     ///
     /// # Errors

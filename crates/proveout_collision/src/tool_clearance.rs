@@ -1,0 +1,54 @@
+//! Distance of a tool in one pose from solids that stand still: which tool axes are free at a place.
+
+use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
+use proveout_tool::{Role, Tool};
+
+use crate::distance::{Gap, gap};
+use crate::parts::mesh_shape;
+use crate::report::CollisionError;
+use crate::shape::{Revolved, Shape};
+
+/// GJK may be this much too large near contact, mm (see the text of the crate).
+const SLACK_MM: f64 = 2e-4;
+
+/// Neck, shank and holder of a tool among solids; the cutting end, which touches what it cuts, is left out.
+#[derive(Clone, Debug)]
+pub struct ToolClearance {
+    tool: Shape,
+    solids: Vec<Shape>,
+}
+
+impl ToolClearance {
+    /// A tool among named solids, all in one frame, mm.
+    ///
+    /// # Errors
+    /// A mesh that does not bound a solid.
+    pub fn new(tool: &Tool, solids: &[(String, TriMesh)]) -> Result<Self, CollisionError> {
+        let bodies = tool.bodies.iter().filter(|b| b.role != Role::Cutting).map(|b| Revolved::new(&b.profile));
+        let solid =
+            |(name, mesh): &(String, TriMesh)| Ok(Shape::Mesh(Box::new(mesh_shape("solid", name, mesh, true)?)));
+        Ok(Self { tool: Shape::Convex(bodies.collect()), solids: solids.iter().map(solid).collect::<Result<_, _>>()? })
+    }
+
+    /// Smallest distance of the tool from the solids where it is below `limit`, else `limit`, mm; zero where skins meet.
+    /// Never larger than the true distance. A tool wholly inside of a solid does not meet its skin: no tool is that short.
+    pub fn distance(&self, pose: &ToolPose, limit: f64) -> f64 {
+        let solid_from_tip = upright(pose);
+        self.solids.iter().fold(limit, |least, solid| match gap(&self.tool, solid, &solid_from_tip, least) {
+            Gap::Beyond => least,
+            Gap::At(distance, ..) => (distance - SLACK_MM).max(0.0),
+            Gap::Meeting(_) => 0.0,
+        })
+    }
+}
+
+/// A frame with its z along the tool axis; bodies of revolution do not care for the rest.
+fn upright(pose: &ToolPose) -> Pose {
+    let across = Vector::z().cross(&pose.axis);
+    let turn = match across.try_normalize(1e-12) {
+        Some(axis) => Pose::from_axis_angle(&axis, across.norm().atan2(pose.axis.z)),
+        None if pose.axis.z > 0.0 => Pose::identity(),
+        None => Pose::from_axis_angle(&Vector::x(), std::f64::consts::PI),
+    };
+    Pose { translation: pose.tip.coords, ..turn }
+}

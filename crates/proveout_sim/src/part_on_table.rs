@@ -1,0 +1,67 @@
+//! What re-scheduling may ask about the part of a scene: where the tool touches the design, and what the rest of the tool must
+//! keep away from.
+
+use proveout_collision::{CollisionError, ToolClearance};
+use proveout_geom::{Pose, ToolPose, TriMesh};
+use proveout_tool::Tool;
+use proveout_toolpath::BladeSurface;
+use proveout_toolpath::reschedule::{ContactSurface, FeasibleRegion};
+
+use crate::{config::ConfigError, scene::Scene};
+
+/// Clearances above this are not told apart, mm: a method asks whether a pose is free and by how much, not how far away
+/// everything else is.
+const REACH_MM: f64 = 50.0;
+
+/// Design part and fixtures in the frame of the table, which is that of programs under tool center point control.
+#[derive(Clone, Debug, Default)]
+pub struct PartOnTable {
+    surface: Option<BladeSurface>,
+    solids: Vec<(String, TriMesh)>,
+}
+
+impl PartOnTable {
+    /// The part of a scene (mesh in the workpiece frame) and its fixtures (table frame).
+    ///
+    /// # Errors
+    /// Numbers that make no blade.
+    pub fn new(
+        scene: &Scene,
+        table_from_work: &Pose,
+        part: Option<&TriMesh>,
+        fixtures: &[(String, TriMesh)],
+    ) -> Result<Self, ConfigError> {
+        let blade = scene.file.part.as_ref().and_then(|p| p.blade);
+        let blade = blade.map(|b| b.blade(0.0)).transpose();
+        let blade = blade.map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade]"))?;
+        let part = part.map(|mesh| ("part".to_owned(), mesh.transformed(table_from_work)));
+        Ok(Self {
+            surface: blade.map(|b| BladeSurface::new(b, *table_from_work)),
+            solids: part.into_iter().chain(fixtures.iter().cloned()).collect(),
+        })
+    }
+
+    /// The airfoil, where the part is a blade.
+    pub fn surface(&self) -> Option<&dyn ContactSurface> {
+        self.surface.as_ref().map(|s| s as &dyn ContactSurface)
+    }
+
+    /// What a tool must keep away from; none where there is nothing.
+    ///
+    /// # Errors
+    /// A mesh that does not bound a solid.
+    pub fn region(&self, tool: &Tool) -> Result<Option<Box<dyn FeasibleRegion>>, CollisionError> {
+        if self.solids.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(Box::new(Region(ToolClearance::new(tool, &self.solids)?))))
+    }
+}
+
+struct Region(ToolClearance);
+
+impl FeasibleRegion for Region {
+    fn clearance(&self, pose: &ToolPose) -> f64 {
+        self.0.distance(pose, REACH_MM)
+    }
+}
