@@ -4,5 +4,6 @@
 
 mod axis_cross;
 mod cone_frustum;
+mod control;
 mod languages;
 mod tool_list;
