@@ -96,7 +96,7 @@ fn every_machine_is_stable_and_lags_by_speed_over_gain_at_every_cycle() {
         }
         let home = machine.home();
         let mut worst = 0.0_f64;
-        for cycle in [0.5e-3, 1e-3, 2e-3, 4e-3, 10e-3] {
+        for cycle in [0.5e-3, 2e-3, 10e-3] {
             for (j, joint) in machine.joints.iter().enumerate() {
                 let letter = joint.name.chars().next().expect("a letter");
                 let [low, high] = joint.travel.unwrap_or([-3.0, 3.0]);
@@ -159,7 +159,8 @@ fn rapid_motion_saturates_no_drive() {
 fn a_platform_is_refused_by_name() {
     let machine = library().1;
     let platform = &machine.platforms[0].name;
-    let refused = Controller::new(Program::default().source(), &machine, &[], servo(2e-3));
+    let program = Program::default();
+    let refused = Controller::new(program.source(), &machine, &[], servo(2e-3));
     let Err(e) = refused else { panic!("not refused") };
     let text = e.to_string();
     assert!(e.code == "control-servo" && text.contains(&machine.name), "{text}");
