@@ -4,6 +4,7 @@
 
 mod axis_cross;
 mod cone_frustum;
+mod control;
 mod languages;
 mod li_2022;
 mod tool_list;

@@ -3,6 +3,7 @@
 mod actions;
 mod check;
 mod coupled;
+mod numbers;
 
 use std::{sync::Arc, time::Instant};
 
@@ -225,6 +226,7 @@ where
 
     fn execute(&mut self, command: &Command) -> Result<(), Box<ControlError>> {
         let location = &command.location;
+        numbers::check_numbers(command)?;
         match &command.op {
             Op::Rapid(motion) => self.straight(motion, Pace::Rapid, location)?,
             Op::Linear(motion) => self.straight(motion, Pace::Feed, location)?,

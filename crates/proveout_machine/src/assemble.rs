@@ -220,6 +220,9 @@ fn read_trust(source: &Source<'_>, content: &MachineFile) -> Checked<Vec<Trust>>
         (vec![Key("table")], "table".into(), &content.table.source, &content.table.chosen),
         (vec![Key("control")], "control".into(), &content.control.source, &content.control.chosen),
     ];
+    if let Some(d) = &content.body_density {
+        tables.push((vec![Key("body_density")], "body_density".into(), &d.source, &d.chosen));
+    }
     for (i, j) in content.joint.iter().enumerate() {
         tables.push((vec![Key("joint"), Item(i)], format!("joint.{}", j.name), &j.source, &j.chosen));
     }

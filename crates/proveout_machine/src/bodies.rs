@@ -9,7 +9,7 @@ use crate::{
     assemble::{Checked, finite_vector},
     description::{AlongFile, BodyFile, BoxFile, CylinderFile, MachineFile, PrismFile},
     locate::{Source, Step, Step::Item, Step::Key},
-    mass::read_mass,
+    mass::{check_densities, read_mass},
     model::Model,
 };
 
@@ -36,6 +36,7 @@ pub(crate) fn read_bodies(
             Some(model)
         }
     };
+    check_densities(source, content)?;
     let bound: Vec<&str> = content.body.iter().filter_map(|b| b.node.as_deref()).collect();
     let mut bodies: Vec<MachineBody> = Vec::new();
     for (i, body) in content.body.iter().enumerate() {
@@ -55,7 +56,7 @@ pub(crate) fn read_bodies(
             }
         };
         let mesh = body_mesh(source, i, body, model.as_ref(), &bound)?;
-        let mass = read_mass(source, i, body.mass.as_ref(), &mesh)?;
+        let mass = read_mass(source, i, content, &mesh)?;
         let (name, role) = (body.name.clone(), body.role.clone());
         bodies.push(MachineBody { name, role, attached_to, mesh, mass, color, check: body.check });
     }

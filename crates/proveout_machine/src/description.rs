@@ -6,7 +6,12 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{drive::DriveFile, errors_reader::ErrorsFile, mass::MassFile, platform_reader::PlatformFile};
+use crate::{
+    drive::DriveFile,
+    errors_reader::ErrorsFile,
+    mass::{DensityFile, MassFile},
+    platform_reader::PlatformFile,
+};
 
 /// Notes on numbers: key of the same table, or `*` for all others, to a text.
 pub(crate) type Notes = BTreeMap<String, String>;
@@ -38,6 +43,8 @@ pub(crate) struct MachineFile {
     pub(crate) table: TableFile,
     /// The control.
     pub(crate) control: ControlFile,
+    /// Mean densities of bodies that state no mass, for drive loads; without it such a body's mass is not known.
+    pub(crate) body_density: Option<DensityFile>,
     /// Parts for collision checks and pictures.
     #[serde(default)]
     pub(crate) body: Vec<BodyFile>,
@@ -223,7 +230,7 @@ pub(crate) struct BodyFile {
     pub(crate) color: Option<Vec<u8>>,
     /// False for a body that is only drawn.
     pub(crate) check: bool,
-    /// Mass, for drive loads.
+    /// Mass, for drive loads; when left out, volume times the density of the role in body_density.
     pub(crate) mass: Option<MassFile>,
     /// Node of the model file whose meshes, children included, make the body.
     pub(crate) node: Option<String>,

@@ -303,6 +303,9 @@ impl Machine {
         if !self.errors.is_zero() {
             tables.push("errors".to_owned());
         }
+        if self.places.line("body_density") > 0 {
+            tables.push("body_density".to_owned());
+        }
         for table in tables.into_iter().filter(|t| !noted(t)) {
             let message = format!("no number of {table} has a note on where it comes from");
             let remedy = "add a source or chosen table beside the numbers";

@@ -1,4 +1,5 @@
-//! Mass, center and inertia of bodies: stated, or estimated from the shape.
+//! Mass, center and inertia of bodies: stated, or estimated from the shape and a density, the body's own or that of its
+//! role in `[body_density]`.
 //!
 //! A closed shell of triangles bounds the signed tetrahedra of its triangles and any one point. With `a, b, c` the
 //! corners of a triangle seen from that point and `v = a . (b x c) / 6` its tetrahedron's volume, the sums
@@ -13,6 +14,8 @@
 //! Limits: shells of one body that overlap count twice where they overlap; a stated mass scales the result, so that
 //! only its distribution is then estimated.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Matrix3;
 use proveout_geom::{Point, TriMesh, Vector};
 use schemars::JsonSchema;
@@ -20,7 +23,9 @@ use serde::Deserialize;
 
 use crate::{
     assemble::{Checked, finite_vector, positive},
-    locate::{Source, Step::Item, Step::Key},
+    description::{MachineFile, Notes},
+    error::ContentError,
+    locate::{Source, Step, Step::Item, Step::Key},
 };
 
 /// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all joints at
@@ -37,6 +42,42 @@ pub(crate) struct MassFile {
     pub(crate) center_mm: Option<[f64; 3]>,
     /// Inertia about the center, along the machine axes: xx, yy, zz, xy, yz, zx, where xy is minus the integral of x y.
     pub(crate) inertia_kg_m2: Option<[f64; 6]>,
+}
+
+/// Mean densities of the bodies that state no mass of their own, over their shapes as drawn, hollows included. Such
+/// bodies count as estimated.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DensityFile {
+    /// Bodies of every role that is not named.
+    pub(crate) default_kg_m3: f64,
+    /// Bodies of a role, by its name.
+    #[serde(default)]
+    pub(crate) roles_kg_m3: BTreeMap<String, f64>,
+    /// Where numbers of this table come from.
+    #[serde(default)]
+    pub(crate) source: Notes,
+    /// Numbers of this table that were chosen, and why.
+    #[serde(default)]
+    pub(crate) chosen: Notes,
+}
+
+/// Checks `[body_density]`: densities above zero, and roles that bodies have.
+pub(crate) fn check_densities(source: &Source<'_>, content: &MachineFile) -> Checked<()> {
+    let Some(densities) = &content.body_density else { return Ok(()) };
+    positive(source, &[Key("body_density"), Key("default_kg_m3")], Some(densities.default_kg_m3))?;
+    for (role, density) in &densities.roles_kg_m3 {
+        let at = [Key("body_density"), Key("roles_kg_m3"), Key(role)];
+        positive(source, &at, Some(*density))?;
+        if content.body.iter().all(|b| b.role != *role) {
+            let mut roles: Vec<&str> = content.body.iter().map(|b| b.role.as_str()).collect();
+            roles.sort_unstable();
+            roles.dedup();
+            let remedy = format!("name a role of this file: {}", roles.join(", "));
+            return Err(source.error("machine-unknown-role", &at, format!("no body has the role {role:?}"), remedy));
+        }
+    }
+    Ok(())
 }
 
 /// Mass, center and inertia of a body in M with all joints at zero.
@@ -75,14 +116,22 @@ pub(crate) fn solid_moments(mesh: &TriMesh) -> Option<(f64, Point, Matrix3<f64>)
     Some((volume, origin + center, inertia))
 }
 
-/// Checks the mass of body `index` and completes it from the shape.
+/// Checks the mass of body `index` and completes it from the shape; a body without one takes the density of its role.
 pub(crate) fn read_mass(
     source: &Source<'_>,
     index: usize,
-    file: Option<&MassFile>,
+    content: &MachineFile,
     mesh: &TriMesh,
 ) -> Checked<Option<BodyMass>> {
-    let Some(f) = file else { return Ok(None) };
+    let Some(body) = content.body.get(index) else { return Ok(None) };
+    let Some(f) = &body.mass else {
+        let Some(densities) = &content.body_density else { return Ok(None) };
+        let density = densities.roles_kg_m3.get(&body.role).copied().unwrap_or(densities.default_kg_m3);
+        return match solid_moments(mesh) {
+            Some(moments) => Ok(Some(spread(moments, density * 1e-9 * moments.0))),
+            None => Err(no_volume(source, &[Key("body"), Item(index), Key("name")])),
+        };
+    };
     let at = |key| [Key("body"), Item(index), Key("mass"), Key(key)];
     let stated = positive(source, &at("mass_kg"), f.mass_kg)?;
     let density = positive(source, &at("density_kg_m3"), f.density_kg_m3)?;
@@ -104,13 +153,20 @@ pub(crate) fn read_mass(
         }
         return Ok(Some(BodyMass { mass, center, inertia, estimated: false }));
     }
-    let Some((volume, center, over_density)) = solid_moments(mesh) else {
-        let message = "the shape has no volume to spread the mass over";
-        let remedy = "give mass_kg, center_mm and inertia_kg_m2, or close the shape";
-        return Err(source.error("machine-mass", &at("mass_kg"), message, remedy));
-    };
-    let mass = stated.unwrap_or_else(|| density.unwrap_or(0.0) * 1e-9 * volume);
-    Ok(Some(BodyMass { mass, center, inertia: over_density * (mass / volume), estimated: true }))
+    let Some(moments) = solid_moments(mesh) else { return Err(no_volume(source, &at("mass_kg"))) };
+    let mass = stated.unwrap_or_else(|| density.unwrap_or(0.0) * 1e-9 * moments.0);
+    Ok(Some(spread(moments, mass)))
+}
+
+fn no_volume(source: &Source<'_>, path: &[Step<'_>]) -> Box<ContentError> {
+    let message = "the shape has no volume to spread the mass over";
+    let remedy = "give mass_kg, center_mm and inertia_kg_m2, or close the shape";
+    source.error("machine-mass", path, message, remedy)
+}
+
+/// A mass (kg) that is spread evenly over a shape with these moments.
+fn spread((volume, center, over_density): (f64, Point, Matrix3<f64>), mass: f64) -> BodyMass {
+    BodyMass { mass, center, inertia: over_density * (mass / volume), estimated: true }
 }
 
 /// True for the tensor of a body: positive, and no principal value above the sum of the others (within rounding).

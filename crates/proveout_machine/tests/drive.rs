@@ -69,6 +69,28 @@ fn everything_is_optional() {
 }
 
 #[test]
+fn a_body_without_a_mass_takes_the_density_of_its_role() {
+    let rule = |rule: &str, body: &str| read(&format!("{}\n[body_density]\n{rule}\n", text("", "", body)));
+    let mass = |machine: Result<Machine, MachineError>| {
+        machine.unwrap_or_else(|e| panic!("{e}")).bodies[0].mass.expect("a mass")
+    };
+    // 6 dm³; evenly spread as if the density stood with the body itself.
+    let by_default = mass(rule("default_kg_m3 = 2500", ""));
+    let own = mass(read(&text("", "", "mass = { density_kg_m3 = 2500 }")));
+    assert!((by_default.mass - 15.0).abs() < 1e-12 && by_default == own);
+    let by_role = mass(rule("default_kg_m3 = 2500\nroles_kg_m3 = { slide = 7000 }", ""));
+    assert!((by_role.mass - 42.0).abs() < 1e-12 && by_role.estimated);
+    let stated = mass(rule("default_kg_m3 = 2500\nroles_kg_m3 = { slide = 7000 }", "mass = { mass_kg = 5 }"));
+    assert!((stated.mass - 5.0).abs() < 1e-12, "what a body states goes first");
+    // The choice of the numbers is noted like all others.
+    let noted = rule("default_kg_m3 = 2500\nchosen = { \"*\" = \"ribbed castings\" }", "").expect("readable");
+    assert!(noted.trust.iter().any(|t| t.key == "body_density.*" && t.chosen));
+    let silent = rule("default_kg_m3 = 2500", "").expect("readable");
+    let told = |m: &Machine| m.diagnose().iter().any(|d| d.code == "machine-no-source" && d.key == "body_density");
+    assert!(told(&silent) && !told(&noted));
+}
+
+#[test]
 fn mistakes_are_told_with_key_and_remedy() {
     let gain = "velocity_bandwidth_hz = 20\n";
     let on_slide = |keys: &str| text(&drive(keys), "", "");
@@ -108,7 +130,14 @@ fn mistakes_are_told_with_key_and_remedy() {
         ),
         (text("", "", "").replace("up = [0, 0, 1]", "up = [0, 0, 2]"), "up", "[0.000000000, 0.000000000, 1.000000000]"),
     ];
-    for (text, key, remedy) in cases {
+    let rule = |rule: &str| format!("{}\n[body_density]\n{rule}\n", text("", "", ""));
+    let rules = [
+        (rule("default_kg_m3 = -1"), "body_density.default_kg_m3", "above zero"),
+        (rule("default_kg_m3 = 1\nroles_kg_m3 = { slide = nan }"), "body_density.roles_kg_m3.slide", "above zero"),
+        (rule("default_kg_m3 = 1\nroles_kg_m3 = { slied = 5 }"), "roles_kg_m3.slied", "name a role of this file: slide"),
+        (rule("default_kg_m3 = 1\nchosen = { mass = \"\" }"), "body_density.chosen.mass", "name a key of the same table"),
+    ];
+    for (text, key, remedy) in cases.into_iter().chain(rules) {
         match read(&text) {
             Ok(_) => panic!("accepted: {key}"),
             Err(e) => {

@@ -101,6 +101,8 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         part: None,
         fixtures: &[],
         table_from_work,
+        dynamics: proveout_controller::Dynamics::Planned,
+        plant: proveout_controller::servo::Plant::NewtonEuler,
     };
     let places = [machine.home(), position(&machine, pose)?];
     let sample = |k: usize| {

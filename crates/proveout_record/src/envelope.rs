@@ -75,6 +75,19 @@ impl Envelope {
         out
     }
 
+    /// Begin and end (s) of the times that have samples; neighboring stretches are joined.
+    pub(crate) fn marked(&self) -> Vec<[f64; 2]> {
+        let mut out: Vec<[f64; 2]> = Vec::new();
+        for (i, _) in self.buckets.iter().enumerate().filter(|(_, b)| b.is_some()) {
+            let (begin, end) = (i as f64 * self.width, (i + 1) as f64 * self.width);
+            match out.last_mut() {
+                Some(last) if last[1] == begin => last[1] = end,
+                _ => out.push([begin, end]),
+            }
+        }
+        out
+    }
+
     /// Length of a stretch, s.
     pub(crate) fn width(&self) -> f64 {
         self.width
@@ -129,6 +142,17 @@ mod tests {
             envelope.stretches(),
             [(middle(0), 2.0, 5.0), (middle(1), 2.0, 2.0), (middle(last - 1), 2.0, 2.0), (middle(last), 9.0, 9.0)]
         );
+    }
+
+    #[test]
+    fn marked_times_are_joined_stretches() {
+        let mut envelope = Envelope::default();
+        for time in [1.0, 1.004, 1.008, 2.0] {
+            envelope.push(time, 1.0);
+        }
+        let w = FIRST_WIDTH;
+        assert_eq!(envelope.marked(), [[1.0, 1.0 + 3.0 * w], [2.0, 2.0 + w]]);
+        assert!(Envelope::default().marked().is_empty());
     }
 
     #[test]

@@ -166,7 +166,8 @@ fn judge_gates(
     let process = Coverage {
         checked: Some("rapid in material, spindle, and rubbing of neck and shank, on every piece of motion".into()),
         left_out: if probes > 0 {
-            vec![format!("{probes} probing motions: what the probe finds is not known")]
+            let motions = if probes == 1 { "motion" } else { "motions" };
+            vec![format!("{probes} probing {motions}: what the probe finds is not known")]
         } else {
             vec![]
         },

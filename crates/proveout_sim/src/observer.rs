@@ -2,7 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
-use proveout_controller::{Event, MoveKind, Piece, Sample};
+use proveout_controller::{Dynamics, Event, MoveKind, Piece, Sample, servo::Plant};
 use proveout_geom::{Pose, TriMesh};
 use proveout_machine::Machine;
 use proveout_stock::{TileId, TriDexel};
@@ -42,6 +42,10 @@ pub struct Setup<'a> {
     pub fixtures: &'a [(String, TriMesh)],
     /// Workpiece frame to table frame.
     pub table_from_work: Pose,
+    /// Which motion cuts in this run.
+    pub dynamics: Dynamics,
+    /// What moves under the forces of the drives, where they are simulated.
+    pub plant: Plant,
 }
 
 /// Signals beside the motion of one sample; same order as [`Batch::samples`].

@@ -72,6 +72,8 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
         part: prepared.part_mesh.as_ref(),
         fixtures: &prepared.fixtures,
         table_from_work: prepared.table_from_work,
+        dynamics: prepared.dynamics,
+        plant: prepared.plant,
     };
     let told = Instant::now();
     for observer in observers.iter_mut() {

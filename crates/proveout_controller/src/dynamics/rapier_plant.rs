@@ -10,12 +10,15 @@
 //!
 //! Things to know about the library (0.36.1), each held by a test: a multibody on a fixed root reports six degrees of
 //! freedom too many until its first forward kinematics; rotary joints start with a damping of 0.1; its integration is of
-//! first order, so that steps are kept at 0.1 ms or less, each of four substeps. Lengths are in m inside.
+//! first order, so that steps are kept at 0.1 ms or less, each of four substeps; the principal axes that it finds of an
+//! inertia tensor may be off by degrees where two principal values are nearly equal (a long body then turns about its long
+//! axis with several times its inertia), so that they are found here. Lengths are in m inside.
 
+use nalgebra::Matrix3;
 use proveout_machine::{JointValues, MAX_JOINTS};
 use rapier3d_f64::{
     dynamics::{MassProperties, MultibodyJointHandle, PrismaticJointBuilder, RevoluteJointBuilder, RigidBodyBuilder},
-    math::{Matrix, Vector},
+    math::{Matrix, Rotation, Vector},
     prelude::{PhysicsWorld, RigidBodyHandle},
 };
 
@@ -27,6 +30,19 @@ const SUBSTEPS: usize = 4;
 
 fn to_meter(v: &proveout_geom::Vector) -> Vector {
     Vector::new(v.x * METER, v.y * METER, v.z * METER)
+}
+
+/// Principal inertias and the rotation from their axes to those of the tensor.
+fn principal_axes(tensor: &Matrix3<f64>) -> (Vector, Rotation) {
+    let eigen = tensor.symmetric_eigen();
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes.column_mut(2).neg_mut();
+    }
+    let columns: [f64; 9] = std::array::from_fn(|k| axes[(k % 3, k / 3)]);
+    let value = |k: usize| eigen.eigenvalues[k].max(0.0);
+    let frame = Rotation::from_mat3(&Matrix::from_cols_array(&columns)).normalize();
+    (Vector::new(value(0), value(1), value(2)), frame)
 }
 
 fn direction(v: &proveout_geom::Vector) -> Vector {
@@ -72,12 +88,12 @@ impl RapierPlant {
         let base = world.insert_body(RigidBodyBuilder::fixed());
         let (mut bodies, mut joints): (Vec<RigidBodyHandle>, Vec<MultibodyJointHandle>) = (Vec::new(), Vec::new());
         for link in &tree.links {
-            let i = link.inertia * (METER * METER);
-            let columns: [f64; 9] = std::array::from_fn(|k| i[(k % 3, k / 3)]);
-            let mass = MassProperties::with_inertia_matrix(
+            let (principal, frame) = principal_axes(&(link.inertia * (METER * METER)));
+            let mass = MassProperties::with_principal_inertia_frame(
                 to_meter(&link.center.coords),
                 link.mass,
-                Matrix::from_cols_array(&columns),
+                principal,
+                frame,
             );
             let body = world.insert_body(
                 RigidBodyBuilder::dynamic()

@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Vector};
-use proveout_machine::{Attachment, MAX_JOINTS, Machine};
+use proveout_machine::{Attachment, MAX_JOINTS, Machine, Platform};
 
 /// What hangs on one joint, in M with all joints at zero.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,8 @@ pub struct MassReport {
     pub unknown: Vec<(usize, String)>,
 }
 
-/// The machine as a tree of rigid bodies, one a joint; parents stand before their children.
+/// The machine as a tree of rigid bodies, one a joint; parents stand before their children. Platforms are no trees: loads
+/// of their joints, of those that carry them and of those on them are not known.
 #[derive(Clone, Debug)]
 pub struct RigidTree {
     pub(crate) links: Vec<Link>,
@@ -92,7 +93,11 @@ impl RigidTree {
                     None => missing[j] = Some(format!("body {} has no mass", body.name)),
                 }
             }
-            if bodies == 0 {
+            let moved_by_legs = |p: &&Platform| p.heave == j || p.tilt == j;
+            if let Some(platform) = machine.platforms.iter().find(moved_by_legs) {
+                // Its legs close loops, and the tilt brings a sideways motion with it: no tree of screws.
+                missing[j] = Some(format!("joint {} is moved by the legs of platform {}", joint.name, platform.name));
+            } else if bodies == 0 {
                 missing[j] = Some(format!("joint {} carries no body", joint.name));
             }
             let parent = joint.parent.and_then(|p| order.iter().position(|o| *o == p));
@@ -104,6 +109,10 @@ impl RigidTree {
         for (i, link) in links.iter().enumerate() {
             let carried = (i..links.len()).filter(|&k| ancestor(&links, i, k));
             let reason = carried.filter_map(|k| missing[links[k].joint].clone()).next();
+            // What a platform carries moves in a way that the tree does not know.
+            let below = (0..i).filter(|&k| ancestor(&links, k, i)).map(|k| links[k].joint);
+            let on_platform = |j: usize| machine.platforms.iter().any(|p| p.tilt == j);
+            let reason = reason.or_else(|| below.filter(|&j| on_platform(j)).find_map(|j| missing[j].clone()));
             let reason = reason.or_else(|| machine.up.is_none().then(|| "the machine does not state `up`".to_owned()));
             known[link.joint] = reason.is_none();
             if let Some(reason) = reason {

@@ -3,16 +3,19 @@
 //! * [`DriveModel`] – one joint: cascade control, friction, backlash, one elastic mode, force limit, in exact discrete
 //!   form; [`DriveState`] is all that changes.
 //! * [`Plant`] – how the machine's bodies load the drives.
+//! * [`size_drives`] – drives by a rule where none are published.
 //! * `stage` – the stream of the planned run turned into the actual one.
 
 pub(crate) mod contour;
 mod linear;
 mod model;
 mod plant_run;
+mod sizing;
 pub(crate) mod stage;
 mod step;
 pub(crate) mod trail;
 
 pub use model::{DriveFault, DriveModel};
 pub use plant_run::Plant;
+pub use sizing::{SizedDrive, largest_loads, size_drives};
 pub use step::{DriveState, Reference};

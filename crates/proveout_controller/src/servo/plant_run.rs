@@ -59,9 +59,18 @@ fn fault(machine: &Machine, joint: usize, message: &str, help: &str) -> Box<Cont
     })
 }
 
+/// Heave joint and a sentence for a machine with a platform: its drives act on legs, which this model does not have.
+pub(crate) fn platform_fault(machine: &Machine) -> Option<(usize, String)> {
+    let p = machine.platforms.first()?;
+    Some((p.heave, format!("platform {} moves it by legs, and drives of legs are not simulated", p.name)))
+}
+
 impl Bank {
     /// Drives of all joints, at rest at home.
     pub(crate) fn new(machine: &Machine, cycle: f64, plant: Plant) -> Result<Self, Box<ControlError>> {
+        if let Some((joint, message)) = platform_fault(machine) {
+            return Err(fault(machine, joint, &message, "run with dynamics \"planned\" or \"ideal\""));
+        }
         let tree = RigidTree::new(machine);
         let home = machine.home();
         let matrix = tree.mass_matrix(&home);

@@ -41,11 +41,18 @@ impl Eye {
     }
 }
 
-/// Sends the layout: machine and workpiece in three dimensions, plots, findings as text, time panel on simulated time.
+/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis (with those of its
+/// drive where `drives` are simulated), findings as text, time panel on simulated time.
 ///
 /// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
 /// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
-pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) -> Result<(), RecordError> {
+pub(crate) fn send(
+    sink: &Sink,
+    joints: &[String],
+    drives: bool,
+    machine: &Aabb,
+    work: &Aabb,
+) -> Result<(), RecordError> {
     let machine_view: ContainerLike = Spatial3DView::new("Machine")
         .with_origin("/machine")
         .with_contents(["$origin/**", "- /machine/table/work/part/**", "- /machine/table/work/path/**"])
@@ -67,50 +74,37 @@ pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) 
             eyes.push(Eye::at(view.blueprint_path().to_string(), bounds));
         }
     }
-    let signal = |name: &str, what: &str| -> ContainerLike {
+    let process = |name: &str, signals: &[&str]| -> ContainerLike {
         TimeSeriesView::new(name)
-            .with_origin("/")
-            .with_contents(joints.iter().map(|j| format!("+ /axes/{j}/{what}")))
+            .with_origin("/process")
+            .with_contents(signals.iter().map(|s| format!("+ /process/{s}")))
             .into()
     };
+    let mut plots: Vec<ContainerLike> = vec![
+        Vertical::new([
+            process("Feed", &["feed", "feed_programmed"]),
+            process("Removal rate", &["removal"]),
+            process("Clearance", &["clearance"]),
+        ])
+        .with_name("Process")
+        .into(),
+    ];
+    plots.extend(joints.iter().map(|joint| axis_tab(joint, drives)));
     let blueprint = Blueprint::new(
         Horizontal::new([
             Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
             Vertical::new([
-                Tabs::new([
-                    signal("Position", "position"),
-                    signal("Velocity", "velocity"),
-                    signal("Acceleration", "acceleration"),
-                    signal("Jerk", "jerk"),
-                    signal("Following error", "following_error"),
-                    signal("Drive force", "force"),
-                ])
-                .into(),
-                TimeSeriesView::new("Feed")
-                    .with_origin("/process")
-                    .with_contents(["+ /process/feed", "+ /process/feed_programmed"])
-                    .into(),
-                Tabs::new([
-                    TimeSeriesView::new("Removal rate")
-                        .with_origin("/process")
-                        .with_contents(["+ /process/removal"])
-                        .into(),
-                    TimeSeriesView::new("Clearance")
-                        .with_origin("/process")
-                        .with_contents(["+ /process/clearance"])
-                        .into(),
-                ])
-                .into(),
+                Tabs::new(plots).into(),
                 Tabs::new([
                     TextLogView::new("Findings and messages").with_origin("/log").into(),
                     TextDocumentView::new("About").with_origin("/about").into(),
                 ])
                 .into(),
             ])
-            .with_row_shares([1.3, 1.0, 1.0, 1.1])
+            .with_row_shares([3.4, 1.0])
             .into(),
         ])
-        .with_column_shares([1.35, 1.0]),
+        .with_column_shares([1.2, 1.0]),
     )
     .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
     .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
@@ -123,6 +117,23 @@ pub(crate) fn send(sink: &Sink, joints: &[String], machine: &Aabb, work: &Aabb) 
         sink.stream.send_blueprint(messages, command);
     }
     Ok(())
+}
+
+/// The plots of one axis above each other, each with its own unit.
+fn axis_tab(joint: &str, drives: bool) -> ContainerLike {
+    let strip = |name: &str, what: &str| -> ContainerLike {
+        let entity = format!("/axes/{joint}/{what}");
+        TimeSeriesView::new(format!("{joint} {name}")).with_origin("/").with_contents([format!("+ {entity}/**")]).into()
+    };
+    let motion = [
+        ("position", "position"),
+        ("velocity", "velocity"),
+        ("acceleration", "acceleration"),
+        ("jerk", "jerk"),
+    ];
+    let drive = [("following error", "following_error"), ("drive force", "force"), ("drive power", "power")];
+    let all = motion.into_iter().chain(drive.into_iter().filter(|_| drives));
+    Vertical::new(all.map(|(name, what)| strip(name, what))).with_name(joint).into()
 }
 
 /// The messages of a blueprint with the cameras of its views.

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use proveout_controller::{Event, MoveKind};
+use proveout_controller::{Dynamics, Event, MoveKind};
 use proveout_machine::{Attachment, JointValues};
 use proveout_sim::{
     Observer,
@@ -44,6 +44,7 @@ const MARKS: usize = 300;
 const FEED_COLOR: Rgba = [64, 148, 232, 255];
 const RAPID_COLOR: Rgba = [236, 150, 60, 255];
 const FINDING_COLOR: Rgba = [230, 60, 70, 255];
+const LIMIT_COLOR: Rgba = [150, 60, 64, 255];
 const FIXTURE_COLOR: Rgba = [120, 128, 140, 255];
 const PART_COLOR: Rgba = [110, 170, 130, 255];
 /// Lines of plots: six hues of about the same lightness.
@@ -55,6 +56,11 @@ const LINES: [Rgba; 6] = [
     [176, 120, 210, 255],
     [80, 190, 195, 255],
 ];
+
+/// Signals of a joint's motion.
+const MOTION: [&str; 4] = ["position", "velocity", "acceleration", "jerk"];
+/// Signals of a joint's drive.
+const DRIVE: [&str; 3] = ["following_error", "force", "power"];
 
 /// Writes `recording.rrd`, or sends the same to a viewer while the run goes on.
 pub struct RerunObserver {
@@ -76,9 +82,10 @@ struct Open {
     units: Vec<JointUnit>,
     thinner: MotionThinner,
     movers: Vec<Mover>,
-    joints: Vec<[Signal; 5]>,
-    /// Force of the drives; without rows where they are not simulated.
-    forces: Vec<Signal>,
+    /// Set points of each joint with three derivatives.
+    joints: Vec<[Signal; 4]>,
+    /// Following error, force and power of the drives; none where they are not simulated.
+    drives: Vec<[Signal; 3]>,
     process: [Signal; 4],
     tool: Option<usize>,
     tiles: StockTiles,
@@ -171,22 +178,25 @@ impl Open {
                 movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
             }
         }
-        let joints: Vec<[Signal; 5]> = units
+        let joints: Vec<[Signal; 4]> = units
             .iter()
-            .map(|u| {
-                ["position", "velocity", "acceleration", "jerk", "following_error"]
-                    .map(|s| Signal::new(["axes", &u.name, s]))
-            })
+            .map(|u| MOTION.map(|s| Signal::new(["axes", &u.name, s])))
             .collect();
         for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
-            for (signal, per) in signals.iter().zip(["", "/s", "/s²", "/s³", ""]) {
+            for (signal, per) in signals.iter().zip(["", "/s", "/s²", "/s³"]) {
                 let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
                 sink.signal_style(signal.path(), &format!("{} {symbol}{per}", unit.name), *color, false)?;
             }
         }
-        let forces: Vec<Signal> = units.iter().map(|u| Signal::new(["axes", &u.name, "force"])).collect();
-        for ((signal, unit), color) in forces.iter().zip(&units).zip(LINES.iter().cycle()) {
-            sink.signal_style(signal.path(), &format!("{} {}", unit.name, unit.force_unit), *color, false)?;
+        let servo = setup.dynamics == Dynamics::Servo;
+        let with_drives = units.iter().filter(|_| servo);
+        let drives: Vec<[Signal; 3]> =
+            with_drives.map(|u| DRIVE.map(|s| Signal::new(["axes", &u.name, s]))).collect();
+        for ((signals, unit), color) in drives.iter().zip(&units).zip(LINES.iter().cycle()) {
+            let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
+            for (signal, symbol) in signals.iter().zip([symbol, unit.force_unit, "W"]) {
+                sink.signal_style(signal.path(), &format!("{} {symbol}", unit.name), *color, false)?;
+            }
         }
         let process = ["feed", "feed_programmed", "removal", "clearance"].map(|s| Signal::new(["process", s, ""]));
         let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "clearance, mm"];
@@ -197,7 +207,7 @@ impl Open {
         sink.document(path(["about"]), about(setup, &tiles))?;
         let (machine_box, work_box) = boxes(setup);
         let names: Vec<String> = units.iter().map(|u| u.name.clone()).collect();
-        blueprint::send(&sink, &names, &machine_box, &work_box)?;
+        blueprint::send(&sink, &names, servo, &machine_box, &work_box)?;
         let mut open = Self {
             sink,
             live,
@@ -205,7 +215,7 @@ impl Open {
             thinner: MotionThinner::default(),
             movers,
             joints,
-            forces,
+            drives,
             process,
             tool: None,
             tiles,
@@ -235,16 +245,18 @@ impl Open {
             }
             self.last_joints = Some((sample.time, sample.actual));
             for (k, (signals, unit)) in self.joints.iter_mut().zip(&self.units).enumerate() {
-                let following = sample.actual[k] - sample.commanded[k];
-                let values =
-                    [sample.commanded[k], sample.velocity[k], sample.acceleration[k], sample.jerk[k], following];
+                let values = [sample.commanded[k], sample.velocity[k], sample.acceleration[k], sample.jerk[k]];
                 for (signal, value) in signals.iter_mut().zip(values) {
                     signal.push(sample.time, value * unit.factor);
                 }
             }
             if let Some(drive) = &sample.drive {
-                for (k, (signal, unit)) in self.forces.iter_mut().zip(&self.units).enumerate() {
-                    signal.push(sample.time, drive.force[k] * unit.force_factor);
+                for (k, (signals, unit)) in self.drives.iter_mut().zip(&self.units).enumerate() {
+                    let following = (sample.actual[k] - sample.commanded[k]) * unit.factor;
+                    let values = [following, drive.force[k] * unit.force_factor, drive.power[k]];
+                    for (signal, value) in signals.iter_mut().zip(values) {
+                        signal.push(sample.time, value);
+                    }
                 }
             }
             let beside = batch.signals.get(i).copied().unwrap_or_default();
@@ -273,9 +285,11 @@ impl Open {
         if let Some((time, joints)) = self.last_joints {
             self.place(setup, time, &joints);
         }
-        for signal in self.joints.iter_mut().flatten().chain(&mut self.forces).chain(&mut self.process) {
+        let drives = self.drives.iter_mut().flatten();
+        for signal in self.joints.iter_mut().flatten().chain(drives).chain(&mut self.process) {
             signal.finish();
         }
+        self.limits(setup, end)?;
         self.send(1)?;
         self.stock_frame(end, true, outcome.stock)?;
         self.send_frames()?;
@@ -288,6 +302,38 @@ impl Open {
         self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
         self.surface(setup, outcome, end)?;
         self.sink.finish()
+    }
+
+    /// Lines at the limits that a signal comes near: travel, speed, acceleration, jerk, force of the drive.
+    fn limits(&self, setup: &Setup<'_>, end: f64) -> Result<(), RecordError> {
+        let draw = |signal: &Signal, bounds: [f64; 2], factor: f64| {
+            for (name, bound) in ["lower_limit", "upper_limit"].into_iter().zip(bounds) {
+                let bound = bound * factor;
+                if signal.comes_near(bound) {
+                    let entity = signal.path().join(&path([name]));
+                    self.sink.signal_style(entity.clone(), "limit", LIMIT_COLOR, false)?;
+                    self.sink.signal(entity, &[(0.0, bound), (end, bound)])?;
+                }
+            }
+            Ok(())
+        };
+        for (k, (joint, unit)) in setup.machine.joints.iter().zip(&self.units).enumerate() {
+            let Some(signals) = self.joints.get(k) else { continue };
+            if let Some(travel) = joint.travel {
+                draw(&signals[0], travel, unit.factor)?;
+            }
+            let rates = [joint.max_velocity, joint.max_acceleration, joint.max_jerk];
+            for (signal, limit) in signals[1..].iter().zip(rates) {
+                if let Some(limit) = limit {
+                    draw(signal, [-limit, limit], unit.factor)?;
+                }
+            }
+            let force = joint.drive.as_ref().and_then(|d| d.max_force);
+            if let (Some(drive), Some(force)) = (self.drives.get(k), force) {
+                draw(&drive[1], [-force, force], unit.force_factor)?;
+            }
+        }
+        Ok(())
     }
 
     /// Poses of all that moves.
@@ -407,7 +453,8 @@ impl Open {
         for mover in self.movers.iter_mut().filter(|m| m.rows.len() >= least || self.live) {
             mover.send(&self.sink)?;
         }
-        for signal in self.joints.iter_mut().flatten().chain(&mut self.forces).chain(&mut self.process) {
+        let drives = self.drives.iter_mut().flatten();
+        for signal in self.joints.iter_mut().flatten().chain(drives).chain(&mut self.process) {
             if signal.rows.len() >= least || self.live {
                 signal.send(&self.sink)?;
             }

@@ -59,11 +59,20 @@ pub(crate) struct Signal {
     parts: [String; 3],
     thinner: SignalThinner,
     pub(crate) rows: Vec<(f64, f64)>,
+    /// Smallest and largest value so far.
+    range: [f64; 2],
 }
 
 impl Signal {
     pub(crate) fn new(parts: [&str; 3]) -> Self {
-        Self { parts: parts.map(str::to_owned), thinner: SignalThinner::default(), rows: Vec::new() }
+        let range = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { parts: parts.map(str::to_owned), thinner: SignalThinner::default(), rows: Vec::new(), range }
+    }
+
+    /// True when the bound is no farther from the signal than half the signal's span: a far one would press the plot flat.
+    pub(crate) fn comes_near(&self, bound: f64) -> bool {
+        let [low, high] = self.range;
+        low - bound <= 0.5 * (high - low) && bound - high <= 0.5 * (high - low)
     }
 
     pub(crate) fn path(&self) -> rerun::EntityPath {
@@ -71,6 +80,7 @@ impl Signal {
     }
 
     pub(crate) fn push(&mut self, time: f64, value: f64) {
+        self.range = [self.range[0].min(value), self.range[1].max(value)];
         self.thinner.push(time, value, &mut self.rows);
     }
 

@@ -10,6 +10,8 @@ pub(crate) struct JointSignals {
     pub(crate) name: String,
     /// `mm` or `deg`.
     pub(crate) unit: &'static str,
+    /// Travel, where the machine has it.
+    pub(crate) travel: Option<[f64; 2]>,
     /// Limits of speed, acceleration and jerk, where the machine has them.
     pub(crate) limits: [Option<f64>; 3],
     /// Commanded position, velocity, acceleration, jerk.
@@ -18,6 +20,10 @@ pub(crate) struct JointSignals {
     pub(crate) following: Envelope,
     /// Force (N) or torque (Nm) of the drive; empty where drives are not simulated.
     pub(crate) force: Envelope,
+    /// Mechanical power of the drive, W; empty where drives are not simulated.
+    pub(crate) power: Envelope,
+    /// Has samples where the drive is at its highest force.
+    pub(crate) saturated: Envelope,
     /// `N` or `Nm`.
     pub(crate) force_unit: &'static str,
     /// Highest force or torque of the drive, where it is stated.

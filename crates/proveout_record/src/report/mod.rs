@@ -11,11 +11,10 @@ mod tests;
 
 use std::{fs, path::Path};
 
-use proveout_controller::{Event, MoveKind};
+use proveout_controller::{Dynamics, Event, LimitKind, MoveKind, servo::Plant};
 use proveout_sim::{
     Observer, SurfaceMap,
     observer::{Batch, ObserverError, Outcome, Setup},
-    scene::DynamicsFile,
 };
 
 use self::data::{JointSignals, Page, PartView, ProcessSignals};
@@ -28,6 +27,8 @@ use crate::{
 
 /// Most triangles of the page's 3D view: about 4 MB of page.
 const VIEW_TRIANGLES: usize = 300_000;
+/// Part of the drive's highest force from which on a sample counts as saturated: rounding of the force.
+const AT_LIMIT: f64 = 1.0 - 1e-9;
 /// Classes of the histogram.
 const CLASSES: usize = 41;
 
@@ -49,6 +50,7 @@ impl Observer for ReportObserver {
         let signals = |(unit, joint): (&JointUnit, &proveout_machine::Joint)| JointSignals {
             name: unit.name.clone(),
             unit: unit.unit,
+            travel: joint.travel.map(|t| t.map(|l| l * unit.factor)),
             limits: [joint.max_velocity, joint.max_acceleration, joint.max_jerk].map(|l| l.map(|l| l * unit.factor)),
             force_unit: unit.force_unit,
             force_limit: joint.drive.as_ref().and_then(|d| d.max_force).map(|f| f * unit.force_factor),
@@ -68,7 +70,12 @@ impl Observer for ReportObserver {
                 }
                 if let Some(drive) = &s.drive {
                     joint.following.push(s.time, (s.actual[k] - s.commanded[k]) * unit.factor);
-                    joint.force.push(s.time, drive.force[k] * unit.force_factor);
+                    let force = drive.force[k] * unit.force_factor;
+                    joint.force.push(s.time, force);
+                    joint.power.push(s.time, drive.power[k]);
+                    if joint.force_limit.is_some_and(|l| force.abs() >= l * AT_LIMIT) {
+                        joint.saturated.push(s.time, 1.0);
+                    }
                 }
             }
             let beside = batch.signals.get(i).copied().unwrap_or_default();
@@ -82,9 +89,18 @@ impl Observer for ReportObserver {
             }
         }
         for event in batch.events {
-            if let Event::ToolChange { time, tool, .. } = event {
-                let name = tool.and_then(|t| setup.tools.tools.get(t)).map_or("empty spindle", |t| t.name.as_str());
-                self.process.tool_changes.push((*time, name.to_owned()));
+            match event {
+                Event::ToolChange { time, tool, .. } => {
+                    let name = tool.and_then(|t| setup.tools.tools.get(t)).map_or("empty spindle", |t| t.name.as_str());
+                    self.process.tool_changes.push((*time, name.to_owned()));
+                }
+                // A drive may be at its limit between two samples alone.
+                Event::Limit { time, joint: Some(k), kind: LimitKind::DriveForce, .. } => {
+                    if let Some(joint) = self.joints.get_mut(*k) {
+                        joint.saturated.push(*time, 1.0);
+                    }
+                }
+                _ => {}
             }
         }
         Ok(())
@@ -179,11 +195,14 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
     );
     put(
         "Motion that cuts",
-        match file.control.dynamics {
-            DynamicsFile::Ideal => "the programmed path without corner rounding".into(),
-            DynamicsFile::Planned => "the set points of the control, corners rounded within its tolerance".into(),
-            DynamicsFile::Servo => {
-                "the joints as the drives bring them: lag, friction, backlash, elasticity, loads".into()
+        match (setup.dynamics, setup.plant) {
+            (Dynamics::Ideal, _) => "the programmed path without corner rounding".into(),
+            (Dynamics::Planned, _) => "the set points of the control, corners rounded within its tolerance".into(),
+            (Dynamics::Servo, Plant::NewtonEuler) => {
+                "the joints as the drives bring them: lag, friction, backlash, elasticity, loads by Newton-Euler".into()
+            }
+            (Dynamics::Servo, Plant::Rapier) => {
+                "the joints as the drives bring them: lag, friction, backlash, elasticity, rigid bodies in Rapier".into()
             }
         },
     );

@@ -15,7 +15,7 @@ use crate::{
         findings::{groups, marks},
         format::{compact, count, duration, fixed, length, length_or_dash, volume},
         plot::{Bar, Strip, histogram, svg},
-        rows::{axes, deviation, inspection, symbol, time, tools},
+        rows::{axes, deviation, drives, inspection, symbol, time, tools},
     },
 };
 
@@ -77,6 +77,8 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "tool_names": tool_changes(&page.process.tool_changes),
         "stretch": duration(page.process.feed.width().max(page.joints.first().map_or(0.0, |j| j.signals[0].width()))),
         "axes": axes(v, page.joints),
+        "drives": drives(v, page.joints),
+        "saturated": page.joints.iter().any(|j| !j.saturated.is_empty()),
         "plots": page.joints.iter().map(|j| joint_plot(j, end)).collect::<Vec<_>>(),
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
@@ -244,30 +246,49 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let unit = symbol(joint.unit);
     let names = ["Position", "Velocity", "Acceleration", "Jerk"];
     let per = ["", "/s", "/s²", "/s³"];
+    let both = |limit: Option<f64>| [limit.map(|l| -l), limit];
     let mut strips: Vec<Strip<'_>> = (0..4)
         .map(|k| Strip {
             name: format!("{}, {unit}{}", names[k], per[k]),
             signal: &joint.signals[k],
             second: None,
-            limit: k.checked_sub(1).and_then(|k| joint.limits[k]),
+            limits: match k.checked_sub(1) {
+                None => joint.travel.map_or([None; 2], |t| t.map(Some)),
+                Some(k) => both(joint.limits[k]),
+            },
+            marks: Vec::new(),
             height: if k == 0 { 84.0 } else { 62.0 },
         })
         .collect();
     let mut what = "position, velocity, acceleration and jerk".to_owned();
     if joint.following.range().is_some() {
-        let more = [
-            (format!("Following error, {unit}"), &joint.following, None),
-            (format!("Drive, {}", joint.force_unit), &joint.force, joint.force_limit),
-        ];
-        strips.extend(more.map(|(name, signal, limit)| Strip { name, signal, second: None, limit, height: 62.0 }));
-        what = "position, velocity, acceleration, jerk, following error and drive force".to_owned();
+        let kind = if joint.force_unit == "N" { "force" } else { "torque" };
+        let strip = |name: String, signal, limits, marks| Strip { name, signal, second: None, limits, marks, height: 62.0 };
+        strips.extend([
+            strip(format!("Following error, {unit}"), &joint.following, [None; 2], Vec::new()),
+            strip(
+                format!("Drive {kind}, {}", joint.force_unit),
+                &joint.force,
+                both(joint.force_limit),
+                joint.saturated.marked(),
+            ),
+            strip("Drive power, W".to_owned(), &joint.power, [None; 2], Vec::new()),
+        ]);
+        what = format!("position, velocity, acceleration, jerk, following error, drive {kind} and power");
     }
     let name = format!("Axis {}", joint.name);
     Plot { svg: svg(&strips, 560.0, end, &[], &format!("{name}: {what} over time")), name }
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
-    let strip = |name: &str, signal, second, height| Strip { name: name.into(), signal, second, limit: None, height };
+    let strip = |name: &str, signal, second, height| Strip {
+        name: name.into(),
+        signal,
+        second,
+        limits: [None; 2],
+        marks: Vec::new(),
+        height,
+    };
     let mut strips = vec![
         strip(
             "Feed reached (blue) and programmed (orange), mm/min",

@@ -18,8 +18,10 @@ pub(crate) struct Strip<'a> {
     pub(crate) signal: &'a Envelope,
     /// Line over it: the largest value of each stretch.
     pub(crate) second: Option<&'a Envelope>,
-    /// Limit to both sides of zero, drawn when the signal comes near it.
-    pub(crate) limit: Option<f64>,
+    /// Lower and upper limit, each drawn when the signal comes near it.
+    pub(crate) limits: [Option<f64>; 2],
+    /// Begin and end (s) of times that are marked at the upper edge.
+    pub(crate) marks: Vec<[f64; 2]>,
     /// Height of the strip in the picture.
     pub(crate) height: f64,
 }
@@ -79,12 +81,11 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
         );
         return;
     }
-    // A limit is shown when it is reached for by half; a far one would press the signal flat.
-    let limits: Vec<f64> = strip
-        .limit
-        .filter(|l| l.is_finite() && *l > 0.0)
-        .map(|l| [l, -l].into_iter().filter(|s| s * if *s > 0.0 { high } else { low } > 0.5 * l * l).collect())
-        .unwrap_or_default();
+    // A limit is shown when it is no farther from the signal than half the signal's span; a far one would press the signal
+    // flat. A signal to both sides of zero thus shows limits that it uses by half.
+    let near = 0.5 * (high - low);
+    let is_near = |l: &f64, k: usize| l.is_finite() && if k == 0 { low - l <= near } else { l - high <= near };
+    let limits: Vec<f64> = (0..2).filter_map(|k| strip.limits[k].filter(|l| is_near(l, k))).collect();
     for l in &limits {
         (low, high) = (low.min(*l), high.max(*l));
     }
@@ -113,6 +114,14 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
     }
     for l in &limits {
         put(out, format_args!(r#"<path class="limit" d="M{LEFT} {:.1}H{}"/>"#, y(*l), width - RIGHT));
+    }
+    for [begin, end] in &strip.marks {
+        // At least two units wide, so that a short one is seen.
+        let width = (x(*end) - x(*begin)).max(2.0);
+        put(
+            out,
+            format_args!(r#"<rect class="saturated" x="{:.1}" y="{top:.1}" width="{width:.1}" height="4"/>"#, x(*begin)),
+        );
     }
     let stretches = strip.signal.stretches();
     let upper = stretches.iter().map(|&(t, _, h)| (t, h));
@@ -214,15 +223,39 @@ mod tests {
     }
 
     #[test]
+    fn far_limits_are_left_out() {
+        let mut signal = Envelope::default();
+        for i in 0..500 {
+            signal.push(f64::from(i) * 0.01, 100.0 + 20.0 * (f64::from(i) * 0.1).sin());
+        }
+        let lines = |limits| {
+            let strip = Strip { name: "Z".into(), signal: &signal, second: None, limits, marks: vec![], height: 70.0 };
+            svg(&[strip], 640.0, 5.0, &[], "Z").matches("class=\"limit\"").count()
+        };
+        // The signal runs from 80 to 120: limits down to 60 and up to 140 are near.
+        assert_eq!(lines([Some(61.0), Some(139.0)]), 2);
+        assert_eq!(lines([Some(59.0), Some(139.0)]), 1);
+        assert_eq!(lines([Some(110.0), None]), 1, "one that was passed is near");
+        assert_eq!(lines([Some(f64::NEG_INFINITY), Some(f64::NAN)]), 0);
+    }
+
+    #[test]
     fn plots_stay_inside_their_frame_and_escape_names() {
         let mut signal = Envelope::default();
         for i in 0..5000 {
             signal.push(f64::from(i) * 0.01, (f64::from(i) * 0.02).sin() * 1e3);
         }
         let empty = Envelope::default();
-        let strip =
-            |name: &str, signal| Strip { name: name.into(), signal, second: None, limit: Some(1100.0), height: 70.0 };
+        let strip = |name: &str, signal| Strip {
+            name: name.into(),
+            signal,
+            second: None,
+            limits: [Some(-1100.0), Some(1100.0)],
+            marks: vec![[10.0, 10.001]],
+            height: 70.0,
+        };
         let text = svg(&[strip("<b>X", &signal), strip("Y", &empty)], 640.0, 50.0, &[7.0], "a \"b\"");
+        assert_eq!(text.matches("class=\"saturated\"").count(), 1, "only where there is a signal");
         assert!(text.contains("&lt;b&gt;X") && text.contains("a &quot;b&quot;") && text.contains("not recorded"));
         assert_eq!(text.matches("class=\"limit\"").count(), 2);
         assert!(!text.contains("NaN") && !text.contains("inf"));

@@ -1,6 +1,6 @@
 //! Rows of the page's tables, as text.
 
-use proveout_sim::verdict::Verdict;
+use proveout_sim::verdict::{Axis, Verdict};
 use serde::Serialize;
 
 use crate::report::{
@@ -138,36 +138,74 @@ pub(crate) struct AxisRow {
     max: String,
     uses: Vec<Use>,
     reversals: String,
-    following: String,
 }
 
-/// One row a joint: in machine order, then joints that the machine does not name.
+/// Joints in machine order, then those that the machine does not name.
+fn in_order<'v>(v: &'v Verdict, joints: &[JointSignals]) -> Vec<(&'v String, &'v Axis)> {
+    let named = joints.iter().filter_map(|j| v.axes.get_key_value(&j.name));
+    let others = v.axes.iter().filter(|(name, _)| joints.iter().all(|j| j.name != **name));
+    named.chain(others).collect()
+}
+
+/// A bar with the share of a limit.
+fn usage(value: String, part: Option<f64>, most: f64) -> Use {
+    Use {
+        value,
+        percent: part.map(|p| fixed(100.0 * p, 1)),
+        width: fixed(part.map_or(0.0, |p| (100.0 * p).clamp(0.0, 100.0)), 0),
+        over: part.is_some_and(|p| p > most),
+    }
+}
+
+/// One row a joint.
 pub(crate) fn axes(v: &Verdict, joints: &[JointSignals]) -> Vec<AxisRow> {
-    let row = |(name, a): (&String, &proveout_sim::verdict::Axis)| {
+    let row = |(name, a): (&String, &Axis)| {
         let sign = symbol(&a.unit);
-        let usage = |value: f64, per: &str, part: Option<f64>| Use {
-            value: format!("{} {sign}/{per}", compact(value)),
-            percent: part.map(|p| fixed(100.0 * p, 1)),
-            width: fixed(part.map_or(0.0, |p| (100.0 * p).clamp(0.0, 100.0)), 0),
-            over: part.is_some_and(|p| p > 1.001), // the promise of the planner: 0.1 percent
-        };
-        let error = |e: f64| if a.unit == "deg" { format!("{}°", compact(e)) } else { length(e) };
+        // The promise of the planner: 0.1 percent.
+        let rate = |value: f64, per: &str, part| usage(format!("{} {sign}/{per}", compact(value)), part, 1.001);
         AxisRow {
             name: name.clone(),
             min: format!("{} {sign}", fixed(a.min, 3)),
             max: format!("{} {sign}", fixed(a.max, 3)),
             uses: vec![
-                usage(a.max_velocity, "s", a.velocity_utilisation),
-                usage(a.max_acceleration, "s²", a.acceleration_utilisation),
-                usage(a.max_jerk, "s³", a.jerk_utilisation),
+                rate(a.max_velocity, "s", a.velocity_utilisation),
+                rate(a.max_acceleration, "s²", a.acceleration_utilisation),
+                rate(a.max_jerk, "s³", a.jerk_utilisation),
             ],
             reversals: count(a.reversals),
-            following: a.max_following_error.map_or_else(|| "not simulated".into(), error),
         }
     };
-    let named = joints.iter().filter_map(|j| v.axes.get_key_value(&j.name));
-    let others = v.axes.iter().filter(|(name, _)| joints.iter().all(|j| j.name != **name));
-    named.chain(others).map(row).collect()
+    in_order(v, joints).into_iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+pub(crate) struct DriveRow {
+    name: String,
+    following: String,
+    force: Use,
+    power: String,
+    energy: String,
+}
+
+/// One row a joint whose drive was simulated; none where drives were not.
+pub(crate) fn drives(v: &Verdict, joints: &[JointSignals]) -> Vec<DriveRow> {
+    let row = |(name, a): (&String, &Axis)| {
+        let error = a.max_following_error?;
+        let force = a.max_drive_force.map_or_else(|| "–".into(), compact);
+        Some(DriveRow {
+            name: name.clone(),
+            following: if a.unit == "deg" { format!("{}°", compact(error)) } else { length(error) },
+            // A drive at its limit is a finding.
+            force: usage(
+                format!("{force} {}", a.drive_force_unit.as_deref().unwrap_or("")),
+                a.drive_utilisation,
+                1.0 - 1e-9,
+            ),
+            power: a.max_drive_power_w.map_or_else(|| "–".into(), |w| format!("{} W", compact(w))),
+            energy: a.drive_energy_j.map_or_else(|| "–".into(), |j| format!("{} kJ", compact(j * 1e-3))),
+        })
+    };
+    in_order(v, joints).into_iter().filter_map(row).collect()
 }
 
 pub(crate) fn symbol(unit: &str) -> &str {

@@ -91,6 +91,8 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
         part: Some(&part),
         fixtures: &fixtures,
         table_from_work,
+        dynamics: proveout_controller::Dynamics::Planned,
+        plant: proveout_controller::servo::Plant::NewtonEuler,
     };
     for o in observers.iter_mut() {
         o.begin(&setup, folder).expect("begin");
