@@ -50,9 +50,12 @@
 //! Meshes as stock may have several shells, but not crossing or nested ones with the same orientation. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
+mod codec;
 mod dexel;
 mod error;
+mod file;
 mod grid;
+mod history;
 #[cfg(test)]
 mod kernel_tests;
 mod lane_ball;
@@ -64,10 +67,12 @@ mod meridian;
 mod mesh_rays;
 mod motion;
 mod qef;
+mod raw;
 mod ray;
 mod ray_ball;
 mod ray_translate;
 mod ray_turn;
+mod regrid;
 mod sheets;
 mod span;
 mod surface;
@@ -75,8 +80,13 @@ mod sweep;
 mod tile;
 mod tile_work;
 mod vec3;
+mod watch;
 
 pub use dexel::{Interval, SurfacePoint, TriDexel};
 pub use error::StockError;
+pub use file::StockFileError;
+pub use history::HistoryError;
+pub use raw::Cells;
+pub use regrid::Regrid;
 pub use surface::{SurfaceMesh, TileId};
 pub use sweep::{Action, SweepItem, SweepMotion, SweepReport};

@@ -11,6 +11,7 @@ use crate::{
     meridian::{Meridian, TOUCH},
     motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
     tile_work::{Batch, Ready, Scratch, Work},
+    watch::Watch,
 };
 
 /// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
@@ -216,12 +217,14 @@ impl TriDexel {
     }
 
     fn run(&mut self, batch: &Batch<'_>, bins: Bins, reports: &mut [SweepReport]) {
+        let mut undo = self.history.as_mut();
         let mut works: Vec<Work> = bins
             .tiles
             .into_iter()
             .map(|(index, entries)| Work {
                 index,
                 tile: std::mem::take(&mut self.tiles[index]),
+                watch: Watch::new(undo.as_mut().map(|h| std::mem::take(&mut h.tiles[index])), false),
                 entries,
                 found: Vec::new(),
                 changed: [f64::INFINITY, f64::NEG_INFINITY],
@@ -234,9 +237,9 @@ impl TriDexel {
                 batch.item_on_tile(grid, work, item, scratch);
             }
         });
-        let area = self.grid.cell * self.grid.cell / 3.0;
         for work in works {
             let (a, _) = self.grid.tile_place(work.index);
+            let area = self.grid.ray_area(a) / 3.0;
             for p in &work.found {
                 let report = &mut reports[p.item as usize];
                 report.volume_mm3 += p.length * area;
@@ -252,6 +255,9 @@ impl TriDexel {
             }
             if work.changed[0] < work.changed[1] {
                 self.mark_changed(work.index, work.changed);
+            }
+            if let (Some(history), Some(undo)) = (&mut self.history, work.watch.undo) {
+                history.tiles[work.index] = undo;
             }
             self.tiles[work.index] = work.tile;
         }

@@ -63,6 +63,11 @@ impl Tile {
         }
     }
 
+    /// Changes marks of all spans; heights must stay.
+    pub(crate) fn update_spans(&mut self, change: impl FnMut(&mut Span)) {
+        self.spans.iter_mut().for_each(change);
+    }
+
     pub(crate) fn update_range(&mut self) {
         (self.lo, self.hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for s in &self.spans {

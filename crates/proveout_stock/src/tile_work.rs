@@ -17,6 +17,7 @@ use crate::{
     span::{Mark, SLIVER, Span},
     tile::{Cut, Overlap, Tile, subtract},
     vec3::{V, along, dot, norm, scale, sub},
+    watch::Watch,
 };
 
 /// An item made ready.
@@ -47,6 +48,7 @@ pub(crate) struct Partial {
 pub(crate) struct Work {
     pub index: usize,
     pub tile: Tile,
+    pub watch: Watch,
     /// Range of the bin in the list of entries.
     pub entries: std::ops::Range<usize>,
     pub found: Vec<Partial>,
@@ -197,7 +199,7 @@ impl Batch<'_> {
             return;
         }
         let mut sum = Partial::new(item);
-        let mut place = Place { grid, tile: &mut work.tile, ready, a };
+        let mut place = Place { grid, tile: &mut work.tile, watch: &mut work.watch, ready, a };
         // Patches of rays share one half space for each piece, which clears most of them at the cost of a product.
         for patch_j in (j_from - j_from % PATCH..j_to).step_by(PATCH) {
             let j = [patch_j.max(j_from), (patch_j + PATCH).min(j_to)];
@@ -360,6 +362,7 @@ impl Batch<'_> {
 struct Place<'a> {
     grid: &'a Grid,
     tile: &'a mut Tile,
+    watch: &'a mut Watch,
     ready: &'a Ready,
     a: usize,
 }
@@ -384,6 +387,7 @@ impl Place<'_> {
             }
             let (below, above) = (lo - span.lo > SLIVER, span.hi - hi > SLIVER);
             let old = *span;
+            self.watch.before(&[old]);
             let mut overlap = Overlap { length: old.hi - old.lo, longest: hi - lo, middle: 0.5 * (lo + hi), lo, hi };
             let lower = Span { hi: lo, ..old };
             let upper = Span { lo: hi, ..old };
@@ -404,6 +408,7 @@ impl Place<'_> {
                 }
                 (false, false) => self.tile.replace(r, &[]),
             }
+            self.watch.after(r, id, self.tile.ray(r));
             return;
         }
         cuts.clear();
@@ -423,7 +428,9 @@ impl Place<'_> {
         if overlap.longest > 0.0 {
             sum.add(u, v, &overlap);
             if self.ready.removes {
+                self.watch.before(self.tile.ray(r));
                 self.tile.replace(r, left);
+                self.watch.after(r, self.ready.id, self.tile.ray(r));
             }
         }
     }
