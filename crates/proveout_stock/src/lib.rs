@@ -57,6 +57,10 @@ mod grid;
 mod kernel_tests;
 mod lane_ball;
 mod lane_body;
+mod lane_rows;
+mod lane_sample;
+mod lane_search;
+mod lane_set;
 #[cfg(test)]
 mod lane_tests;
 mod lanes;
@@ -70,9 +74,12 @@ mod ray_translate;
 mod ray_turn;
 mod sheets;
 mod span;
+mod step;
 mod surface;
 mod sweep;
 mod tile;
+mod tile_cut;
+mod tile_field;
 mod tile_work;
 mod vec3;
 

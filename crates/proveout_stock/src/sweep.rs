@@ -2,15 +2,14 @@
 
 use proveout_geom::{Aabb, Point, ToolPose};
 use proveout_tool::Profile;
-use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::{
     dexel::TriDexel,
     grid::{Grid, TILE},
-    meridian::{Meridian, TOUCH},
-    motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
-    tile_work::{Batch, Ready, Scratch, Work},
+    meridian::Meridian,
+    step::{Batch, Split},
+    tile_work::{Scratch, Work},
 };
 
 /// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
@@ -92,46 +91,16 @@ impl TriDexel {
     }
 
     fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
-        let split: Vec<[Vec<Piece>; 2]> = items
+        let split: Vec<Split> = items
             .par_iter()
             .zip(index)
             .with_min_len(64)
-            .map(|(item, &body)| {
-                let body = &bodies[body];
-                [
-                    body.ball.map_or_else(Vec::new, |[z, _]| motion::ball_pieces(&item.motion, z)),
-                    if body.has_rest { motion::pieces(&item.motion, body.radius) } else { Vec::new() },
-                ]
-            })
+            .map(|(item, &body)| Split::of(item, &bodies[body]))
             .collect();
-        let mut ready = Vec::with_capacity(items.len());
-        let mut pieces: [Vec<Piece>; 3] = [Vec::new(), Vec::new(), Vec::new()];
-        for ((item, &body), split) in items.iter().zip(index).zip(&split) {
-            let mut ranges = split.iter().map(|split| {
-                let first = pieces[0].len();
-                for p in split {
-                    for (a, list) in pieces.iter_mut().enumerate() {
-                        list.push(motion::permuted(p, a));
-                    }
-                }
-                first..pieces[0].len()
-            });
-            let (ball, rest) = (ranges.next().unwrap_or(0..0), ranges.next().unwrap_or(0..0));
-            let path = if rest.is_empty() { &split[0] } else { &split[1] };
-            ready.push(Ready {
-                body,
-                id: item.id,
-                removes: item.action == Action::Remove,
-                // Smaller as the body is, so that its flat faces lie on the box.
-                region: motion::swept_box(path, &bodies[body]).expanded(-TOUCH),
-                ball,
-                rest,
-            });
-            let turns = path.iter().any(Piece::turns);
-            let bound = SEARCH_ERROR + 2.0 * TOUCH + if turns { TURN_ERROR } else { 0.0 };
-            self.sweep_bound = self.sweep_bound.max(bound);
+        for s in &split {
+            self.sweep_bound = self.sweep_bound.max(s.bound);
         }
-        let batch = Batch { ready, pieces, bodies, arch: Arch::new() };
+        let batch = Batch::new(items, index, &split, bodies);
         let mut first = 0;
         while first < batch.ready.len() {
             let (bins, next) = self.bin(&batch, first);
@@ -230,9 +199,7 @@ impl TriDexel {
         let grid = &self.grid;
         works.par_iter_mut().with_max_len(16).for_each_init(Scratch::default, |scratch, work| {
             let entries = work.entries.clone();
-            for &item in &bins.entries[entries] {
-                batch.item_on_tile(grid, work, item, scratch);
-            }
+            batch.on_tile(grid, work, &bins.entries[entries], scratch);
         });
         let area = self.grid.cell * self.grid.cell / 3.0;
         for work in works {
