@@ -159,6 +159,14 @@ impl TriDexel {
         })
     }
 
+    /// Has every removing item report where its body was engaged ([`SweepReport::contact`]); costs the time of one search for
+    /// each end of a removed interval.
+    ///
+    /// [`SweepReport::contact`]: crate::SweepReport::contact
+    pub fn watch_engagement(&mut self, on: bool) {
+        self.watch_engagement = on;
+    }
+
     /// True when nothing is left.
     pub fn is_empty(&self) -> bool {
         self.tiles.iter().all(Tile::is_empty)

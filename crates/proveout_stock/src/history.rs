@@ -86,22 +86,24 @@ fn is_later(change: &Change, id: Option<u32>) -> bool {
 }
 
 impl Undo {
-    /// Remembers how a ray that goes from `old` to `new` gets back.
-    pub(crate) fn note(&mut self, ray: usize, id: u32, old: &[Span], new: &[Span]) {
-        let end = |spans: &[Span], k: usize| spans[k / 2].ends()[k % 2];
-        let (n, m) = (2 * old.len(), 2 * new.len());
+    /// Remembers how a ray gets from its new ends back to the old ones; `n` and `m` are their numbers, `same(i, j)` compares an
+    /// old with a new end, `old(i)` gives an old one.
+    pub(crate) fn note(
+        &mut self,
+        ray: u8,
+        id: u32,
+        [n, m]: [usize; 2],
+        same: impl Fn(usize, usize) -> bool,
+        old: impl FnMut(usize) -> End,
+    ) {
         let shorter = n.min(m);
-        let first = (0..shorter).find(|&k| end(old, k) != end(new, k)).unwrap_or(shorter);
-        let same =
-            (0..shorter - first).find(|&k| end(old, n - 1 - k) != end(new, m - 1 - k)).unwrap_or(shorter - first);
-        let (put, take) = (n - same - first, m - same - first);
-        if put == 0 && take == 0 {
-            return;
-        }
+        let first = (0..shorter).find(|&k| !same(k, k)).unwrap_or(shorter);
+        let last = (0..shorter - first).find(|&k| !same(n - 1 - k, m - 1 - k)).unwrap_or(shorter - first);
+        let (put, take) = (n - last - first, m - last - first);
         let small = |x: usize| u16::try_from(x);
         if let (Ok(at), Ok(take), Ok(put)) = (small(first), small(take), small(put)) {
-            self.changes.push(Change { id, at, take, put, ray: ray as u8 });
-            self.ends.extend((first..n - same).map(|k| end(old, k)));
+            self.changes.push(Change { id, at, take, put, ray });
+            self.ends.extend((first..n - last).map(old));
         } else {
             self.broken = true;
         }
@@ -189,7 +191,9 @@ impl TriDexel {
             let mut rays: Vec<Vec<End>> =
                 (0..TILE_RAYS).map(|r| tile.ray(r).iter().flat_map(Span::ends).collect()).collect();
             undo.back_to(id, &mut rays);
-            Tile::from_rays(rays.into_iter().map(|r| r.chunks_exact(2).map(|e| Span::from_ends(e[0], e[1])).collect()))
+            Tile::from_rays(|r, spans| {
+                spans.extend(rays[r].chunks_exact(2).map(|e| Span::from_ends(e[0], e[1])));
+            })
         });
         Ok(self.with_tiles(tiles.collect()))
     }

@@ -51,6 +51,7 @@
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
 mod codec;
+mod contact;
 mod dexel;
 mod error;
 mod file;
@@ -60,6 +61,10 @@ mod history;
 mod kernel_tests;
 mod lane_ball;
 mod lane_body;
+mod lane_rows;
+mod lane_sample;
+mod lane_search;
+mod lane_set;
 #[cfg(test)]
 mod lane_tests;
 mod lanes;
@@ -75,13 +80,17 @@ mod ray_turn;
 mod regrid;
 mod sheets;
 mod span;
+mod step;
 mod surface;
 mod sweep;
 mod tile;
+mod tile_cut;
+mod tile_field;
 mod tile_work;
 mod vec3;
 mod watch;
 
+pub use contact::Contact;
 pub use dexel::{Interval, SurfacePoint, TriDexel};
 pub use error::StockError;
 pub use file::StockFileError;

@@ -80,10 +80,12 @@ impl TriDexel {
         for t in 0..grid.first_tile[3] {
             let (a, [i0, j0]) = grid.tile_place(t);
             let (nu, nv) = (grid.n[(a + 1) % 3], grid.n[(a + 2) % 3]);
-            tiles.push(Tile::from_rays((0..TILE_RAYS).map(|r| {
+            tiles.push(Tile::from_rays(|r, list| {
                 let (i, j) = (i0 + r % TILE, j0 + r / TILE);
-                if i < nu && j < nv { spans(a, i, j) } else { Vec::new() }
-            })));
+                if i < nu && j < nv {
+                    list.extend(spans(a, i, j));
+                }
+            }));
         }
         let changed = vec![true; grid.blocks.iter().product()];
         let mut stock = Self {

@@ -49,6 +49,9 @@ pub(crate) struct Mark {
 const FULL: f64 = 32767.0;
 
 impl Mark {
+    /// Of an end that nothing is known of.
+    pub(crate) const NONE: Self = Self { id: INITIAL, normal: 0 };
+
     /// Packs a unit normal into two 16-bit octahedral coordinates (Meyer et al. 2010, "On Floating-Point Normal
     /// Vectors"); the error is below 7e-5 rad.
     pub(crate) fn new(id: u32, n: [f64; 3]) -> Self {
@@ -62,12 +65,6 @@ impl Mark {
         }
         let pack = |v: f64| (v * FULL + 0.5_f64.copysign(v)) as i16 as u16;
         Self { id, normal: u32::from(pack(x)) | u32::from(pack(y)) << 16 }
-    }
-
-    /// From the two coordinates that `lanes::Packing` leaves in the last bits.
-    pub(crate) fn packed(id: u32, code: [f64; 2]) -> Self {
-        let bits = code.map(|x| u32::from(x.to_bits() as u16));
-        Self { id, normal: bits[0] | bits[1] << 16 }
     }
 
     /// From an id and the packed normal that [`Self::code`] gave.

@@ -94,7 +94,8 @@ fn a_damaged_file_is_refused_whatever_the_damage() {
 fn announced(good: &[u8], at: usize, number: u64) -> Vec<u8> {
     let mut bad = good.to_vec();
     bad[at..at + 8].copy_from_slice(&number.to_le_bytes());
-    let digest = bad[..168].iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
+    let digest =
+        bad[..168].iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
     bad[168..176].copy_from_slice(&digest.to_le_bytes());
     bad
 }
@@ -105,7 +106,7 @@ fn absurd_numbers_with_a_right_digest_are_refused_before_memory_is_taken() {
     for number in [0, 1, 1 << 20, 1 << 40, u64::MAX, f64::NAN.to_bits(), 1e-9_f64.to_bits(), 1e300_f64.to_bits()] {
         for at in (16..168).step_by(8) {
             // Bounds of the sweep and of re-gridding may be any number; all others hang together.
-            let free = matches!(at, 88..=112);
+            let free = matches!(at, 88..=112) || good[at..at + 8] == number.to_le_bytes();
             assert!(free || loaded(&announced(&good, at, number)).is_err(), "{number} at {at}");
         }
     }
@@ -117,7 +118,8 @@ fn absurd_numbers_with_a_right_digest_are_refused_before_memory_is_taken() {
 #[test]
 fn contents_that_are_no_stock_are_refused() {
     let good = saved(&cut_block(1.0));
-    let digest = |b: &[u8]| b.iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
+    let digest =
+        |b: &[u8]| b.iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3));
     let mut refused = 0;
     let mut random = Random(3);
     for _ in 0..2000 {
@@ -194,17 +196,17 @@ fn the_stock_of_an_earlier_moment_is_that_of_a_run_stopped_there() {
     assert_eq!(block(1.0).after(3).unwrap_err(), HistoryError::Missing);
     let mut mixed = block(1.0);
     mixed.keep_history();
-    mixed.sweep(&[items[20], items[3]].map(|i| SweepItem { id: if i.id > 10 { 9 } else { 2 }, ..i }));
+    let deeper = |id: u32, z: f64| remove(id, &tools[2], pose([2.0, 8.0, z], UP), pose([18.0, 8.0, z], UP));
+    mixed.sweep(&[deeper(9, 7.0), deeper(2, 5.0)]);
     let order = mixed.after(5);
-    assert!(matches!(order, Err(HistoryError::Order { .. }) | Ok(_)), "rays that both have cut tell");
+    assert!(matches!(order, Err(HistoryError::Order { id: 2, before: 9 })), "tiles that both have cut tell: {order:?}");
 }
 
 #[test]
 fn keeping_the_history_changes_no_result() {
     let mut random = Random(4);
     let (_, tool) = random_cutter(&mut random);
-    let items =
-        [remove(1, &tool, pose([2.0, 3.0, 5.0], UP), pose([15.0, 9.0, 4.0], [0.05, 0.0, 1.0]))];
+    let items = [remove(1, &tool, pose([2.0, 3.0, 5.0], UP), pose([15.0, 9.0, 4.0], [0.05, 0.0, 1.0]))];
     let (mut with, mut without) = (block(0.3), block(0.3));
     with.keep_history();
     assert_eq!(with.sweep(&items), without.sweep(&items));
@@ -223,8 +225,10 @@ fn a_stock_turned_by_right_angles_loses_nothing() {
         assert_eq!(new.sweep_bound_mm(), stock.sweep_bound_mm());
         assert!((new.volume() - stock.volume()).abs() < 1e-9 * stock.volume());
         let key = |p: Point| [0, 1, 2].map(|k| (p[k] * 1e6).round() as i64);
-        let mut want: Vec<([i64; 3], Vector)> =
-            stock.surface_points().map(|p| (key(new_from_old.point(&p.point)), new_from_old.vector(&p.normal.unwrap()))).collect();
+        let mut want: Vec<([i64; 3], Vector)> = stock
+            .surface_points()
+            .map(|p| (key(new_from_old.point(&p.point)), new_from_old.vector(&p.normal.unwrap())))
+            .collect();
         let mut have: Vec<([i64; 3], Vector)> = new
             .surface_points()
             .map(|p| {
@@ -254,9 +258,12 @@ fn a_block_with_a_ball_slot_in_a_new_pose_stays_within_its_bound() {
     let size = [20.0, 16.0, 8.0];
     let (y, z, r) = (7.03, 6.51, 3.0);
     let tool = ball(r, 30.0);
-    for (cell, new_cell, angles) in
-        [(0.2, 0.2, [20.0, 35.0, 50.0]), (0.25, 0.15, [0.0, 0.0, 0.0]), (0.3, 0.4, [0.0, 0.0, 30.0]), (0.2, 0.3, [-70.0, 5.0, 0.1])]
-    {
+    for (cell, new_cell, angles) in [
+        (0.2, 0.2, [20.0, 35.0, 50.0]),
+        (0.25, 0.15, [0.0, 0.0, 0.0]),
+        (0.3, 0.4, [0.0, 0.0, 30.0]),
+        (0.2, 0.3, [-70.0, 5.0, 0.1]),
+    ] {
         let mut stock = TriDexel::from_box(&cuboid([0.0; 3], size), cell, GIB).unwrap();
         stock.sweep(&[remove(1, &tool, pose([-9.0, y, z - r], UP), pose([29.0, y, z - r], UP))]);
         let [a, b, c] = angles.map(rad);
@@ -271,7 +278,8 @@ fn a_block_with_a_ball_slot_in_a_new_pose_stays_within_its_bound() {
             let (off, second) = slotted_block(&x, size, y, z, r);
             // Faces of the box meet along edges, too.
             let near_face = (0..3).filter(|&k| x[k].abs() < 2.0 * cell || (x[k] - size[k]).abs() < 2.0 * cell).count();
-            let at_edge = near_face >= 2 || near_face >= 1 && (r - (x.y - y).hypot(x.z - z)).abs() < 4.0 * cell && second > -4.0 * cell;
+            let at_edge = near_face >= 2
+                || near_face >= 1 && (r - (x.y - y).hypot(x.z - z)).abs() < 4.0 * cell && second > -4.0 * cell;
             if at_edge {
                 edge = edge.max(off.abs());
             } else {
@@ -279,13 +287,17 @@ fn a_block_with_a_ball_slot_in_a_new_pose_stays_within_its_bound() {
                 count += 1;
             }
         }
-        println!("{cell} to {new_cell}: {smooth:.6} of {:.6} on faces, {edge:.6} of {:.6} at edges", bound.surface_mm, bound.edge_mm);
+        println!(
+            "{cell} to {new_cell}: {smooth:.6} of {:.6} on faces, {edge:.6} of {:.6} at edges",
+            bound.surface_mm, bound.edge_mm
+        );
         assert!(count > 10_000 && new.surface_points().all(|p| p.made_by.is_none()));
         assert!(smooth <= bound.surface_mm + new.sweep_bound_mm(), "{smooth} {bound:?}");
         assert!(edge <= bound.edge_mm + bound.surface_mm, "{edge} {bound:?}");
         // The bound says something: a facet of the slot is off by cell^2 / 8 r.
         assert!(bound.surface_mm < cell * cell / r, "{bound:?}");
-        assert!((new.volume() / stock.volume() - 1.0).abs() < 2e-3);
+        // Nothing is missing: a ray stands for the area of its cell, of which the last may reach past a face.
+        assert!((new.volume() / stock.volume() - 1.0).abs() < 0.015);
     }
 }
 
