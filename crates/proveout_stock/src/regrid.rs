@@ -239,36 +239,40 @@ pub(crate) fn spread(vertex: &Point, crossings: &[(Point, Vector)]) -> Spread {
     out
 }
 
-/// Distance of a point from a triangle, mm (Ericson 2005, "Real-Time Collision Detection", 5.1.5).
-pub(crate) fn to_triangle(p: &Point, [a, b, c]: [&Point; 3]) -> f64 {
+/// Distance of a point from a triangle, mm.
+pub(crate) fn to_triangle(p: &Point, corners: [&Point; 3]) -> f64 {
+    (nearest_on_triangle(p, corners) - p).norm()
+}
+
+/// The point of a triangle nearest to `p` (Ericson 2005, "Real-Time Collision Detection", 5.1.5).
+pub(crate) fn nearest_on_triangle(p: &Point, [a, b, c]: [&Point; 3]) -> Point {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
     if d1 <= 0.0 && d2 <= 0.0 {
-        return ap.norm();
+        return *a;
     }
     let bp = p - b;
     let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
     if d3 >= 0.0 && d4 <= d3 {
-        return bp.norm();
+        return *b;
     }
     let cp = p - c;
     let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
     if d6 >= 0.0 && d5 <= d6 {
-        return cp.norm();
+        return *c;
     }
     let vc = d1 * d4 - d3 * d2;
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return (ap - ab * (d1 / (d1 - d3))).norm();
+        return a + ab * (d1 / (d1 - d3));
     }
     let vb = d5 * d2 - d1 * d6;
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return (ap - ac * (d2 / (d2 - d6))).norm();
+        return a + ac * (d2 / (d2 - d6));
     }
     let va = d3 * d6 - d5 * d4;
     if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return (bp - (c - b) * w).norm();
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
     }
-    let normal = ab.cross(&ac);
-    normal.dot(&ap).abs() / normal.norm().max(f64::MIN_POSITIVE)
+    let sum = va + vb + vc;
+    a + ab * (vb / sum) + ac * (vc / sum)
 }

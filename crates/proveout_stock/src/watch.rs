@@ -12,6 +12,10 @@ use crate::{
     vec3::V,
 };
 
+/// Removed intervals shorter than this (mm) are no engagement: a surface that the same body made overlaps with it by the bound
+/// of the sweep, which is this long on rays at two degrees to it.
+const SHAVING: f64 = 0.01;
+
 /// The watch over one tile.
 #[derive(Default)]
 pub(crate) struct Watch {
@@ -62,8 +66,9 @@ impl Watch {
             if let Some(moves) = moves {
                 let (u, v) = (old[0].u, old[0].v);
                 taken(old, new, |lo, hi| {
-                    for s in [lo, hi] {
-                        contact.add(moves.touch(item, in_space(a, [s, u, v])));
+                    if hi - lo > SHAVING {
+                        contact.add(moves.touch(item, in_space(a, [lo, u, v])));
+                        contact.add(moves.touch(item, in_space(a, [hi, u, v])));
                     }
                 });
             }
