@@ -74,7 +74,7 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
         region: prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb()),
         only_cut: false,
         tolerance_floor: floor,
-        cell: stock.cell_mm(),
+        cells: stock.cells_mm(),
     };
     let result = deviation_of(&samples, design.surface.as_ref(), &settings);
     map.points =

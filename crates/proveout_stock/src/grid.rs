@@ -9,14 +9,15 @@ pub(crate) const TILE_RAYS: usize = TILE * TILE;
 /// Cells on one side of a block of the surface (see [`crate::TileId`]).
 pub(crate) const BLOCK: usize = 32;
 
-/// Cubic cells from the lower corner of the stock's box. Rays of set `a` run along axis `a` through the cell centers of
-/// the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
+/// Cells from the lower corner of the stock's box, with an edge of their own along each axis. Rays of set `a` run along axis
+/// `a` through the cell centers of the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
     pub bounds: Aabb,
-    pub cell: f64,
+    /// Edges of a cell along x, y, z, mm.
+    pub cells: [f64; 3],
     /// 1 / cell, 1/mm.
-    per_cell: f64,
+    per_cell: [f64; 3],
     /// Cells along x, y, z.
     pub n: [usize; 3],
     /// Tiles along u and v of each set.
@@ -28,9 +29,9 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    pub(crate) fn new(bounds: &Aabb, cell: f64) -> Result<Self, StockError> {
-        if !(cell.is_finite() && cell > 0.0) {
-            return Err(StockError::Cell { cell_mm: cell });
+    pub(crate) fn new(bounds: &Aabb, cells: [f64; 3]) -> Result<Self, StockError> {
+        if let Some(&cell_mm) = cells.iter().find(|c| !(c.is_finite() && **c > 0.0)) {
+            return Err(StockError::Cell { cell_mm });
         }
         let size = bounds.size();
         if !(0..3).all(|i| size[i].is_finite() && bounds.min[i].is_finite() && size[i] > 0.0) {
@@ -38,32 +39,42 @@ impl Grid {
             return Err(StockError::Degenerate { what });
         }
         // A length of n cells and a rounding error has n cells.
-        let n = [0, 1, 2].map(|i| ((size[i] / cell - 1e-7).ceil() as usize).max(1));
+        let n = [0, 1, 2].map(|i| ((size[i] / cells[i] - 1e-7).ceil() as usize).max(1));
         let tiles = [0, 1, 2].map(|a| [n[(a + 1) % 3].div_ceil(TILE), n[(a + 2) % 3].div_ceil(TILE)]);
         let mut first_tile = [0; 4];
         for a in 0..3 {
             first_tile[a + 1] = first_tile[a] + tiles[a][0] * tiles[a][1];
         }
         let blocks = n.map(|k| k.div_ceil(BLOCK));
-        Ok(Self { bounds: *bounds, cell, per_cell: 1.0 / cell, n, tiles, first_tile, blocks })
+        Ok(Self { bounds: *bounds, cells, per_cell: cells.map(|c| 1.0 / c), n, tiles, first_tile, blocks })
     }
 
     /// Coordinate of a cell center.
     pub(crate) fn center(&self, axis: usize, index: usize) -> f64 {
-        self.bounds.min[axis] + (index as f64 + 0.5) * self.cell
+        self.bounds.min[axis] + (index as f64 + 0.5) * self.cells[axis]
+    }
+
+    /// Area that a ray of set `a` stands for, mm².
+    pub(crate) fn ray_area(&self, a: usize) -> f64 {
+        self.cells[(a + 1) % 3] * self.cells[(a + 2) % 3]
+    }
+
+    /// Longest edge of a cell, mm.
+    pub(crate) fn longest_cell(&self) -> f64 {
+        self.cells.into_iter().fold(0.0, f64::max)
     }
 
     /// Index of the first cell whose center is at or above `x`, at most the number of cells.
     pub(crate) fn first_at_or_above(&self, axis: usize, x: f64) -> usize {
         // Rounded up by hand: without SSE4.1 `ceil` is a call.
-        let guess = ((x - self.bounds.min[axis]) * self.per_cell - 0.5).clamp(-1.0, self.n[axis] as f64);
+        let guess = ((x - self.bounds.min[axis]) * self.per_cell[axis] - 0.5).clamp(-1.0, self.n[axis] as f64);
         let down = guess as isize;
         (down + isize::from(guess > down as f64)).max(0) as usize
     }
 
     /// Index of the nearest cell.
     pub(crate) fn nearest(&self, axis: usize, x: f64) -> usize {
-        let guess = ((x - self.bounds.min[axis]) / self.cell).floor();
+        let guess = ((x - self.bounds.min[axis]) / self.cells[axis]).floor();
         guess.clamp(0.0, (self.n[axis] - 1) as f64) as usize
     }
 

@@ -3,16 +3,58 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lanes::{L, Lanes, join, load},
+    lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, join},
+    lanes::{L, load, width},
     motion::Piece,
     span::SLIVER,
+    vec3::{V, dot, sub},
 };
 
-/// One ball on one piece of motion, for all lanes.
-pub(crate) struct BallOnLanes<'a> {
-    pub piece: &'a Piece,
-    pub center_z: f64,
+/// The path of the center of a ball, ready for any number of rays.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BallPath {
+    pub start: V,
+    /// From the first center to the last, mm.
+    pub way: V,
     pub radius: f64,
+    /// Square of the part of the way across the ray; 0 when there is none.
+    across2: f64,
+    per_across2: f64,
+    per_across: f64,
+    /// Share of the way that runs along the ray.
+    lean: f64,
+}
+
+impl BallPath {
+    /// The ball with its center at height `center_z` on the tool axis.
+    pub(crate) fn new(piece: &Piece, center_z: f64, radius: f64) -> Self {
+        let (start, end) = (piece.on_axis(center_z, 0.0), piece.on_axis(center_z, 1.0));
+        let way = sub(end, start);
+        let mut across2 = way[1] * way[1] + way[2] * way[2];
+        // Along the ray the time of the nearest approach is any; all times are then within the limit.
+        let (mut per_across2, mut per_across) = (0.0, 1e30);
+        let mut lean = if way[0] >= 0.0 { 1.0 } else { -1.0 };
+        if across2 > 1e-24 {
+            per_across2 = 1.0 / across2;
+            per_across = 1.0 / across2.sqrt();
+            lean = way[0] / dot(way, way).sqrt();
+        } else {
+            across2 = 0.0;
+        }
+        Self { start, way, radius, across2, per_across2, per_across, lean }
+    }
+
+    /// Box of the center on its way: lowest and highest coordinates.
+    pub(crate) fn center_box(&self) -> [V; 2] {
+        let end = [0, 1, 2].map(|i| self.start[i] + self.way[i]);
+        [[0, 1, 2].map(|i| self.start[i].min(end[i])), [0, 1, 2].map(|i| self.start[i].max(end[i]))]
+    }
+}
+
+/// One ball on one piece of motion, for all lanes that are asked for.
+pub(crate) struct BallOnLanes<'a> {
+    pub path: &'a BallPath,
+    pub maker: Maker,
     pub lanes: &'a mut Lanes,
 }
 
@@ -21,54 +63,87 @@ impl WithSimd for BallOnLanes<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { piece, center_z, radius, lanes } = self;
-        let (start, end) = (piece.on_axis(center_z, 0.0), piece.on_axis(center_z, 1.0));
-        let (de, du, dv) = (end[0] - start[0], end[1] - start[1], end[2] - start[2]);
-        let mut dp2 = du * du + dv * dv;
-        // Along the ray the time of the nearest approach is any; all times are then within the limit.
-        let (mut per_dp2, mut per_dp) = (0.0, 1e30);
-        let mut lean = if de >= 0.0 { 1.0 } else { -1.0 };
-        if dp2 > 1e-24 {
-            per_dp2 = 1.0 / dp2;
-            per_dp = 1.0 / dp2.sqrt();
-            lean = de / (dp2 + de * de).sqrt();
-        } else {
-            dp2 = 0.0;
-        }
+        let Self { path, maker, lanes } = self;
         let zero = L::splat(simd, 0.0);
-        let (one, r2, per_r) = (zero.same(1.0), zero.same(radius * radius), zero.same(1.0 / radius));
-        let (s_start, u_start, v_start) = (zero.same(start[0]), zero.same(start[1]), zero.same(start[2]));
-        let (de, du, dv, dp2) = (zero.same(de), zero.same(du), zero.same(dv), zero.same(dp2));
-        let (per_dp2, per_dp, lean) = (zero.same(per_dp2), zero.same(per_dp), zero.same(lean));
-        for g in 0..lanes.len().div_ceil(S::F64_LANES) {
-            let (lo, hi) = (load(simd, &lanes.lo, g), load(simd, &lanes.hi, g));
+        let (one, r2) = (zero.same(1.0), zero.same(path.radius * path.radius));
+        let (s_start, u_start, v_start) =
+            (zero.same(path.start[0]), zero.same(path.start[1]), zero.same(path.start[2]));
+        let (de, du, dv) = (zero.same(path.way[0]), zero.same(path.way[1]), zero.same(path.way[2]));
+        let (across2, per_across2) = (zero.same(path.across2), zero.same(path.per_across2));
+        let (per_across, lean) = (zero.same(path.per_across), zero.same(path.lean));
+        for g in 0..LANES / width::<S>() {
+            if !lanes.asks::<S>(g) {
+                continue;
+            }
             let (u, v) = (u_start - load(simd, &lanes.u, g), v_start - load(simd, &lanes.v, g));
-            let nearest = -(u * du + v * dv) * per_dp2;
+            let nearest = -(u * du + v * dv) * per_across2;
             let (pu, pv) = (u + nearest * du, v + nearest * dv);
             let k2 = r2 - (pu * pu + pv * pv);
             let near = k2.gt(zero);
-            if !near.any() {
-                continue;
-            }
-            let limit = k2.max(zero).sqrt() * per_dp;
+            let limit = k2.max(zero).sqrt() * per_across;
             let first = (-nearest).max(-limit);
             let last = (one - nearest).min(limit);
             let best = limit * lean;
             let top = best.max(first).min(last);
             let bottom = (-best).max(first).min(last);
-            let half_top = (k2 - dp2 * top * top).max(zero).sqrt();
-            let half_bottom = (k2 - dp2 * bottom * bottom).max(zero).sqrt();
+            let half_top = (k2 - across2 * top * top).max(zero).sqrt();
+            let half_bottom = (k2 - across2 * bottom * bottom).max(zero).sqrt();
             let middle = s_start + nearest * de;
             let to = middle + de * top + half_top;
             let from = middle + de * bottom - half_bottom;
-            let hit = near & first.lt(last) & (to - from).gt(zero.same(SLIVER)) & to.gt(lo) & from.lt(hi);
+            let (lo, hi) = (load(simd, &lanes.lo, g), load(simd, &lanes.hi, g));
+            let asked = load(simd, &lanes.state, g).lt(one.same(UNPROVEN));
+            let overlap = to.min(hi) - from.max(lo);
+            let hit = near & asked & first.lt(last) & overlap.gt(zero.same(SLIVER));
             if !hit.any() {
                 continue;
             }
-            let (t_top, t_bottom) = (top + nearest, bottom + nearest);
-            let lower = [-half_bottom * per_r, -(u + t_bottom * du) * per_r, -(v + t_bottom * dv) * per_r];
-            let upper = [half_top * per_r, -(u + t_top * du) * per_r, -(v + t_top * dv) * per_r];
-            join(simd, lanes, g, hit, [from, to], [lower, upper], SLIVER);
+            join(simd, lanes, g, hit, [from, to], [bottom + nearest, top + nearest], maker, SLIVER);
         }
     }
+}
+
+/// Rows of a tile that a ball may meet: a bit each.
+///
+/// The path is taken for its box, the row for its range along u; what lies between both is `R^2 = h^2 + du^2 + dv^2`.
+pub(crate) struct BallOnRows<'a> {
+    pub path: &'a BallPath,
+    pub u: [f64; 2],
+    pub v: &'a [f64; ROW],
+    pub lo: &'a [f64; ROW],
+    pub hi: &'a [f64; ROW],
+}
+
+impl WithSimd for BallOnRows<'_> {
+    type Output = u8;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> u8 {
+        let Self { path, u, v, lo, hi } = self;
+        let [low, high] = path.center_box();
+        let du = (low[1] - u[1]).max(u[0] - high[1]).max(0.0);
+        let zero = L::splat(simd, 0.0);
+        let room = zero.same(path.radius * path.radius - du * du);
+        let mut met = [0.0; ROW];
+        for g in 0..ROW / width::<S>() {
+            let v = load(simd, v, g);
+            let dv = (zero.same(low[2]) - v).max(v - zero.same(high[2])).max(zero);
+            let k2 = room - dv * dv;
+            let half = k2.max(zero).sqrt();
+            let reached =
+                load(simd, hi, g).gt(zero.same(low[0]) - half) & load(simd, lo, g).lt(half + zero.same(high[0]));
+            crate::lanes::store(&mut met, g, (k2.gt(zero) & reached).select(zero.same(1.0), zero));
+        }
+        bits(&met)
+    }
+}
+
+/// A bit for every number that is not zero.
+#[inline(always)]
+pub(crate) fn bits(x: &[f64; ROW]) -> u8 {
+    let mut all = 0;
+    for (k, &x) in x.iter().enumerate() {
+        all |= u8::from(x > 0.0) << k;
+    }
+    all
 }

@@ -50,33 +50,55 @@
 //! Meshes as stock may have several shells, but not crossing or nested ones with the same orientation. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
+mod codec;
+mod contact;
 mod dexel;
 mod error;
+mod file;
 mod grid;
+mod history;
 #[cfg(test)]
 mod kernel_tests;
 mod lane_ball;
 mod lane_body;
+mod lane_rows;
+mod lane_sample;
+mod lane_search;
+mod lane_set;
 #[cfg(test)]
 mod lane_tests;
 mod lanes;
+mod measure;
 mod meridian;
 mod mesh_rays;
 mod motion;
 mod qef;
+mod raw;
 mod ray;
 mod ray_ball;
 mod ray_translate;
 mod ray_turn;
+mod regrid;
+mod section;
 mod sheets;
 mod span;
+mod step;
 mod surface;
 mod sweep;
 mod tile;
+mod tile_cut;
+mod tile_field;
 mod tile_work;
 mod vec3;
+mod watch;
 
+pub use contact::Contact;
 pub use dexel::{Interval, SurfacePoint, TriDexel};
 pub use error::StockError;
+pub use file::StockFileError;
+pub use history::HistoryError;
+pub use measure::{Nearest, Outline, Probe, Wall};
+pub use raw::Cells;
+pub use regrid::Regrid;
 pub use surface::{SurfaceMesh, TileId};
 pub use sweep::{Action, SweepItem, SweepMotion, SweepReport};

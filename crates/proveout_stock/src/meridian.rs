@@ -76,48 +76,29 @@ impl Piece {
 }
 
 /// Arcs as tubes, and the corners that no arc rounds.
-fn tubes(segments: &[Segment]) -> Vec<[f64; 3]> {
-    let mut tubes: Vec<[f64; 3]> = Vec::new();
+fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
+    let mut tubes: Vec<[f64; 4]> = Vec::new();
     for s in segments {
         if let Segment::Arc { center, radius, .. } = *s {
-            tubes.push([center[0], center[1], radius]);
+            tubes.push([center[0], center[1], radius, center[0].hypot(center[1])]);
         }
     }
     for p in segments.iter().flat_map(|s| [s.from(), s.to()]) {
-        let inside = |t: &[f64; 3]| (p[0] - t[0]).hypot(p[1] - t[1]) <= t[2] + 1e-9;
+        let inside = |t: &[f64; 4]| (p[0] - t[0]).hypot(p[1] - t[1]) <= t[2] + 1e-9;
         if !tubes.iter().any(inside) {
-            tubes.push([p[0], p[1], 0.0]);
+            tubes.push([p[0], p[1], 0.0, p[0].hypot(p[1])]);
         }
     }
     tubes
-}
-
-fn low_reach(segments: &[Segment]) -> f64 {
-    let mut reach = 0.0_f64;
-    for s in segments {
-        let (from, to) = (s.from(), s.to());
-        match *s {
-            Segment::Line { .. } if to[0] > from[0] => {
-                reach = reach.max(from[0].hypot(from[1])).max(to[0].hypot(to[1]))
-            }
-            Segment::Arc { center, radius, .. } if from[1] < center[1] => {
-                let top = if to[1] > center[1] { [center[0] + radius, center[1]] } else { to };
-                let low = from[1].abs().max(top[1].abs());
-                reach = reach.max(top[0].max(from[0]).hypot(low));
-            }
-            _ => {}
-        }
-    }
-    reach
 }
 
 /// The convex function of a body, and the ball that makes up its lower end if there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
     pub pieces: Vec<Piece>,
-    /// Circles about the axis, (r, z, radius): the body lies in the hull of the tubes round them, so its support function is
-    /// at most the largest of theirs.
-    pub tubes: Vec<[f64; 3]>,
+    /// Circles about the axis, (r, z, radius, distance of the circle from the tip): the body lies in the hull of the tubes
+    /// round them, so its support function is at most the largest of theirs.
+    pub tubes: Vec<[f64; 4]>,
     /// Height of the center and radius of a ball that lies in the body and holds all of it below `pieces`.
     pub ball: Option<[f64; 2]>,
     /// False when the ball is all there is.
@@ -129,8 +110,6 @@ pub(crate) struct Meridian {
     pub rest_z: f64,
     /// Largest distance of a point of the body from the tip, mm.
     pub reach: f64,
-    /// The same of the points whose outward normal points away from the holder.
-    pub low_reach: f64,
 }
 
 impl Meridian {
@@ -145,7 +124,6 @@ impl Meridian {
             z: [profile.z_min(), profile.z_max()],
             rest_z: profile.z_min(),
             reach: profile.max_radius().hypot(profile.z_min().abs().max(profile.z_max().abs())),
-            low_reach: low_reach(profile.segments()),
         }
     }
 

@@ -20,6 +20,15 @@ const LATTICE: f64 = 1.0 / 1_048_576.0;
 /// Crossings closer than this (mm) may change places by rounding without being called a self-crossing.
 const SAME: f64 = 1e-6;
 
+/// How shells that overlap are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shells {
+    /// They may not: a ray that enters twice is an error.
+    Apart,
+    /// Their union counts: material is where the winding number is positive.
+    Union,
+}
+
 struct Crossing {
     s: f64,
     /// +1: the ray leaves the body, -1: enters.
@@ -43,7 +52,12 @@ fn side(a: [i64; 2], b: [i64; 2], p: [i64; 2]) -> i64 {
 }
 
 /// Material on each ray of set `a`, u fastest.
-pub(crate) fn mesh_intervals(mesh: &TriMesh, grid: &Grid, a: usize) -> Result<Vec<Vec<Span>>, StockError> {
+pub(crate) fn mesh_intervals(
+    mesh: &TriMesh,
+    grid: &Grid,
+    a: usize,
+    shells: Shells,
+) -> Result<Vec<Vec<Span>>, StockError> {
     let (u, v) = ((a + 1) % 3, (a + 2) % 3);
     let (nu, nv) = (grid.n[u], grid.n[v]);
     let mut crossings: Vec<Vec<Crossing>> = Vec::new();
@@ -83,10 +97,13 @@ pub(crate) fn mesh_intervals(mesh: &TriMesh, grid: &Grid, a: usize) -> Result<Ve
     for (k, mut list) in crossings.into_iter().enumerate() {
         list.sort_by(|x, y| x.s.total_cmp(&y.s).then(x.leaves.cmp(&y.leaves)));
         let place = [grid.center(u, k % nu), grid.center(v, k / nu)];
-        rays.push(spans_of(&list).map_err(|s| StockError::SelfCrossing {
-            point: Grid::point(a, s, place[0], place[1]),
-            axis: ['x', 'y', 'z'][a],
-        })?);
+        rays.push(match shells {
+            Shells::Union => union_of(&list),
+            Shells::Apart => spans_of(&list).map_err(|s| StockError::SelfCrossing {
+                point: Grid::point(a, s, place[0], place[1]),
+                axis: ['x', 'y', 'z'][a],
+            })?,
+        });
     }
     Ok(rays)
 }
@@ -99,6 +116,32 @@ fn height(corner: &[Point; 3], normal: &[f64; 3], a: usize, at: [f64; 2]) -> f64
     let c = &corner[0];
     let s = c[a] - (normal[u] * (at[0] - c[u]) + normal[v] * (at[1] - c[v])) / normal[a];
     if s.is_finite() { s.clamp(low, high) } else { 0.5 * (low + high) }
+}
+
+/// Material where more shells were entered than left.
+fn union_of(list: &[Crossing]) -> Vec<Span> {
+    let mut spans: Vec<Span> = Vec::new();
+    let mut depth = 0;
+    let mut entry: Option<&Crossing> = None;
+    for c in list {
+        let before = depth;
+        depth -= c.leaves;
+        if before <= 0 && depth > 0 {
+            entry = Some(c);
+        } else if before > 0
+            && depth <= 0
+            && let Some(from) = entry.take()
+        {
+            match spans.last_mut() {
+                Some(last) if from.s - last.hi <= SLIVER => (last.hi, last.hi_mark) = (c.s, c.mark),
+                _ if c.s - from.s > SLIVER => {
+                    spans.push(Span { lo: from.s, hi: c.s, lo_mark: from.mark, hi_mark: c.mark });
+                }
+                _ => {}
+            }
+        }
+    }
+    spans
 }
 
 /// Pairs entries with exits; the error is the height where they do not alternate.

@@ -180,22 +180,31 @@ pub(crate) fn permuted(p: &Piece, a: usize) -> Piece {
     Piece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
 }
 
-/// Box round the body on its way, mm. Between the ends of a piece a point leaves its chord by at most the bend / 8.
-pub(crate) fn swept_box(pieces: &[Piece], body: &Meridian) -> Aabb {
+/// Box round the part of the body above `Meridian::rest_z` on one piece of its way, mm. Between the ends of a piece a point leaves
+/// its chord by at most the bend / 8.
+pub(crate) fn swept_box(p: &Piece, body: &Meridian) -> Aabb {
     let mut all = Aabb::empty();
-    let mut margin = 0.0_f64;
-    for p in pieces {
-        margin = margin.max(p.bend(body.reach) / 8.0);
-        for tau in [0.0, 1.0] {
-            let (tip, axis) = (p.tip_at(tau), p.axis_at(tau));
-            for z in body.z {
-                let c = along(tip, axis, z);
-                // A disc of radius R about the axis w reaches R sqrt(1 - w_i^2) along axis i.
-                let half = axis.map(|w| body.radius * (1.0 - w * w).max(0.0).sqrt());
-                all.grow(&Point::from(sub(c, half)));
-                all.grow(&Point::from(add(c, half)));
-            }
+    for tau in [0.0, 1.0] {
+        let (tip, axis) = (p.tip_at(tau), p.axis_at(tau));
+        for z in [body.rest_z, body.z[1]] {
+            let c = along(tip, axis, z);
+            // A disc of radius R about the axis w reaches R sqrt(1 - w_i^2) along axis i.
+            let half = axis.map(|w| body.radius * (1.0 - w * w).max(0.0).sqrt());
+            all.grow(&Point::from(sub(c, half)));
+            all.grow(&Point::from(add(c, half)));
         }
     }
-    all.expanded(margin)
+    all.expanded(p.bend(body.reach) / 8.0)
+}
+
+/// Box round the ball of a body on one piece of its way, mm.
+pub(crate) fn ball_box(p: &Piece, body: &Meridian) -> Aabb {
+    let mut all = Aabb::empty();
+    if let Some([z, radius]) = body.ball {
+        for tau in [0.0, 1.0] {
+            all.grow(&Point::from(p.on_axis(z, tau)));
+        }
+        all = all.expanded(radius);
+    }
+    all
 }

@@ -30,8 +30,8 @@ impl Ray {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
     pub s: f64,
-    /// Outward normal of the body there, (ray, u, v).
-    pub normal: V,
+    /// When the body is there: time of the piece.
+    pub tau: f64,
 }
 
 /// Interval that a moving body takes up on a ray.

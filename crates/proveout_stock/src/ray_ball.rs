@@ -17,23 +17,22 @@
 //! range nearest to tau*. No search, no case is missed: the ray is touched exactly when k^2 > 0 and the ranges meet.
 
 use crate::{
-    motion::Piece,
+    lane_ball::BallPath,
     ray::{End, Ray, Taken},
     span::SLIVER,
-    vec3::{along, dot},
+    vec3::dot,
 };
 
-/// Interval that the ball with its center at height `center_z` on the tool axis takes up on its way.
+/// Interval that a ball takes up on its way.
 ///
 /// A turning axis moves the center on an arc; the splitting of the motion bounds its distance from the chord.
-pub(crate) fn sweep_ball(piece: &Piece, center_z: f64, radius: f64, ray: &Ray) -> Option<Taken> {
-    let (start, end) = (piece.on_axis(center_z, 0.0), piece.on_axis(center_z, 1.0));
-    let (de, du, dv) = (end[0] - start[0], end[1] - start[1], end[2] - start[2]);
+pub(crate) fn sweep_ball(path: &BallPath, ray: &Ray) -> Option<Taken> {
+    let (start, [de, du, dv], radius) = (path.start, path.way, path.radius);
     let (u, v) = (start[1] - ray.u, start[2] - ray.v);
     let dp2 = du * du + dv * dv;
-    let (first, last, s0, k2, tau_best);
+    let (first, last, s0, k2, tau_best, nearest);
     if dp2 > 1e-24 {
-        let nearest = -(u * du + v * dv) / dp2;
+        nearest = -(u * du + v * dv) / dp2;
         let (pu, pv) = (u + nearest * du, v + nearest * dv);
         k2 = radius * radius - (pu * pu + pv * pv);
         if k2 <= 0.0 {
@@ -47,12 +46,13 @@ pub(crate) fn sweep_ball(piece: &Piece, center_z: f64, radius: f64, ray: &Ray) -
             return None;
         }
         s0 = start[0] + nearest * de;
-        tau_best = limit * de / (dp2 + de * de).sqrt();
+        tau_best = limit * de / dot(path.way, path.way).sqrt();
     } else {
         k2 = radius * radius - (u * u + v * v);
         if k2 <= 0.0 {
             return None;
         }
+        nearest = 0.0;
         (first, last, s0, tau_best) = (0.0, 1.0, start[0], if de >= 0.0 { 1.0 } else { 0.0 });
     }
     let half = |tau: f64| if dp2 > 1e-24 { (k2 - dp2 * tau * tau).max(0.0).sqrt() } else { k2.sqrt() };
@@ -60,15 +60,8 @@ pub(crate) fn sweep_ball(piece: &Piece, center_z: f64, radius: f64, ray: &Ray) -
     let bottom = if dp2 > 1e-24 { (-tau_best).clamp(first, last) } else { 1.0 - top };
     let hi = s0 + de * top + half(top);
     let lo = s0 + de * bottom - half(bottom);
-    if hi - lo <= SLIVER || hi <= ray.lo || lo >= ray.hi {
+    if hi.min(ray.hi) - lo.max(ray.lo) <= SLIVER {
         return None;
     }
-    let normal = |s: f64, tau: f64| {
-        let t = if dp2 > 1e-24 { tau - (u * du + v * dv) / dp2 } else { tau };
-        let c = along(start, [de, du, dv], t);
-        let n = [s - c[0], ray.u - c[1], ray.v - c[2]];
-        let length = dot(n, n).sqrt();
-        n.map(|x| x / length)
-    };
-    Some(Taken { lo: End { s: lo, normal: normal(lo, bottom) }, hi: End { s: hi, normal: normal(hi, top) } })
+    Some(Taken { lo: End { s: lo, tau: bottom + nearest }, hi: End { s: hi, tau: top + nearest } })
 }

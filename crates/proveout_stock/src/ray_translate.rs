@@ -21,9 +21,8 @@
 use crate::{
     meridian::Meridian,
     motion::{Piece, SEARCH_ERROR, Sample},
-    ray::{End, REACHED, Ray, Taken, swept_normal},
+    ray::{End, REACHED, Ray, Taken},
     span::SLIVER,
-    vec3::norm,
 };
 
 /// Corners that the polygon may have; each cut adds at most one.
@@ -99,22 +98,12 @@ pub(crate) fn sweep_translation(piece: &Piece, body: &Meridian, ray: &Ray) -> Op
     if first.f > REACHED {
         polygon.cut(0.5, s, &first);
     }
-    let (hi, hi_time, hi_sample) = find_end(piece, body, ray, &mut polygon, 1.0)?;
-    let (lo, lo_time, lo_sample) = find_end(piece, body, ray, &mut polygon, -1.0)?;
+    let (hi, hi_time, _) = find_end(piece, body, ray, &mut polygon, 1.0)?;
+    let (lo, lo_time, _) = find_end(piece, body, ray, &mut polygon, -1.0)?;
     if hi - lo <= SLIVER {
         return None;
     }
-    let way = norm(piece.travel);
-    // An end at the end of the material makes no surface.
-    let end = |s: f64, tau: f64, sign: f64, sample: &Sample| End {
-        s,
-        normal: if s < ray.hi && s > ray.lo {
-            swept_normal(piece, body, ray, (s, tau), sign, sample, way)
-        } else {
-            sample.normal
-        },
-    };
-    Some(Taken { lo: end(lo, lo_time, -1.0, &lo_sample), hi: end(hi, hi_time, 1.0, &hi_sample) })
+    Some(Taken { lo: End { s: lo, tau: lo_time }, hi: End { s: hi, tau: hi_time } })
 }
 
 /// Height, time and sample of an end.

@@ -37,7 +37,7 @@
 use crate::{
     meridian::Meridian,
     motion::{Piece, SEARCH_ERROR, Sample, TURN_ERROR},
-    ray::{End, REACHED, Ray, Taken, swept_normal},
+    ray::{End, REACHED, Ray, Taken},
     span::SLIVER,
     vec3::{V, add, cross, dot, norm, scale, sub},
 };
@@ -233,17 +233,7 @@ impl TurnSweep<'_> {
         if let Some((lo, hi)) = hull
             && hi.s - lo.s > SLIVER
         {
-            let end = |e: &Edge, sign: f64| {
-                let inner = e.s < self.ray.hi && e.s > self.ray.lo;
-                let at = (e.s, e.tau);
-                let normal = if inner {
-                    swept_normal(self.piece, self.body, self.ray, at, sign, &e.sample, self.way)
-                } else {
-                    e.sample.normal
-                };
-                End { s: e.s, normal }
-            };
-            taken.push(Taken { lo: end(&lo, -1.0), hi: end(&hi, 1.0) });
+            taken.push(Taken { lo: End { s: lo.s, tau: lo.tau }, hi: End { s: hi.s, tau: hi.tau } });
         }
     }
 

@@ -19,6 +19,25 @@ pub(crate) struct Span {
     pub hi_mark: Mark,
 }
 
+/// One end of an interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct End {
+    /// Height on the ray, mm.
+    pub s: f64,
+    pub mark: Mark,
+}
+
+impl Span {
+    /// Lower and upper end.
+    pub(crate) fn ends(&self) -> [End; 2] {
+        [End { s: self.lo, mark: self.lo_mark }, End { s: self.hi, mark: self.hi_mark }]
+    }
+
+    pub(crate) fn from_ends(lo: End, hi: End) -> Self {
+        Self { lo: lo.s, hi: hi.s, lo_mark: lo.mark, hi_mark: hi.mark }
+    }
+}
+
 /// What made an end: the id of a sweep item and the outward normal of the material there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mark {
@@ -30,6 +49,9 @@ pub(crate) struct Mark {
 const FULL: f64 = 32767.0;
 
 impl Mark {
+    /// Of an end that nothing is known of.
+    pub(crate) const NONE: Self = Self { id: INITIAL, normal: 0 };
+
     /// Packs a unit normal into two 16-bit octahedral coordinates (Meyer et al. 2010, "On Floating-Point Normal
     /// Vectors"); the error is below 7e-5 rad.
     pub(crate) fn new(id: u32, n: [f64; 3]) -> Self {
@@ -45,10 +67,14 @@ impl Mark {
         Self { id, normal: u32::from(pack(x)) | u32::from(pack(y)) << 16 }
     }
 
-    /// From the two coordinates that `lanes::Packing` leaves in the last bits.
-    pub(crate) fn packed(id: u32, code: [f64; 2]) -> Self {
-        let bits = code.map(|x| u32::from(x.to_bits() as u16));
-        Self { id, normal: bits[0] | bits[1] << 16 }
+    /// From an id and the packed normal that [`Self::code`] gave.
+    pub(crate) fn from_code(id: u32, code: u32) -> Self {
+        Self { id, normal: code }
+    }
+
+    /// The packed normal.
+    pub(crate) fn code(self) -> u32 {
+        self.normal
     }
 
     pub(crate) fn normal(self) -> Vector {

@@ -25,6 +25,7 @@ use crate::{
     dexel::TriDexel,
     grid::BLOCK,
     qef::Planes,
+    regrid::{Regrid, Spread, spread, to_triangle},
     sheets::{EDGES, Sheets},
     span::{INITIAL, Mark, SLIVER},
 };
@@ -56,6 +57,8 @@ struct Nodes<'a> {
     /// One bit a node, rows along z from `from[2]`, row (i, j) at ((i - from.x) * columns + j - from.y) * words.
     bits: Vec<u64>,
     words: usize,
+    /// Whether the vertices are told how far they may be off.
+    measured: bool,
 }
 
 /// One cell with surface in it.
@@ -76,6 +79,8 @@ struct Slab {
     positions: Vec<Point>,
     normals: Vec<Vector>,
     made_by: Vec<Option<u32>>,
+    /// One a vertex where it is asked for.
+    spread: Vec<Spread>,
 }
 
 impl TriDexel {
@@ -88,7 +93,13 @@ impl TriDexel {
     pub fn surface_with_step(&self, step: usize) -> SurfaceMesh {
         let step = step.max(1);
         let m = self.grid.n.map(|n| (n - 1) / step + 1);
-        extract(self, step, [0; 3], m.map(|m| m + 1))
+        extract(self, step, [0; 3], m.map(|m| m + 1), false).0
+    }
+
+    /// The whole surface, with bounds of how far it may lie from the true one (see `regrid`).
+    pub(crate) fn measured_mesh(&self) -> (TriMesh, Regrid) {
+        let (surface, off) = extract(self, 1, [0; 3], self.grid.n.map(|n| n + 1), true);
+        (surface.mesh, off)
     }
 
     /// The surface of one block, from every `step`-th node. The meshes of all blocks together are the whole surface: vertices
@@ -107,7 +118,7 @@ impl TriDexel {
         // Edges start at the nodes of the block; the first block also owns those from the empty layer.
         let from = [0, 1, 2].map(|a| if block[a] == 0 { 0 } else { block[a] * nodes + 1 });
         let to = [0, 1, 2].map(|a| ((block[a] + 1) * nodes + 1).min(m[a] + 1));
-        extract(self, step, from, to)
+        extract(self, step, from, to, false).0
     }
 
     /// Number of surface blocks.
@@ -119,23 +130,23 @@ impl TriDexel {
     pub fn tile_bounds(&self, tile: TileId) -> Aabb {
         let [bx, by, _] = self.grid.blocks;
         let id = tile.0 as usize;
-        let side = BLOCK as f64 * self.grid.cell;
-        let low = Vector::new((id % bx) as f64, (id / bx % by) as f64, (id / (bx * by)) as f64) * side;
-        let min = self.grid.bounds.min + low;
-        Aabb { min, max: (min + Vector::repeat(side)).inf(&self.grid.bounds.max) }
+        let side = Vector::from(self.grid.cells) * BLOCK as f64;
+        let place = Vector::new((id % bx) as f64, (id / bx % by) as f64, (id / (bx * by)) as f64);
+        let min = self.grid.bounds.min + place.component_mul(&side);
+        Aabb { min, max: (min + side).inf(&self.grid.bounds.max) }
     }
 }
 
-/// Mesh of the edges that start at the nodes `from..to`.
-fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3]) -> SurfaceMesh {
+/// Mesh of the edges that start at the nodes `from..to`, and how far it may be off where it is `measured`.
+fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3], measured: bool) -> (SurfaceMesh, Regrid) {
     let m = stock.grid.n.map(|n| (n - 1) / step + 1);
     // Cells one below the first edge, nodes one above the last cell.
     let first = from.map(|f| f.saturating_sub(1));
     let last = [0, 1, 2].map(|a| (to[a] + 1).min(m[a] + 2));
     if (0..3).any(|a| first[a] + 1 >= last[a]) {
-        return SurfaceMesh::default();
+        return (SurfaceMesh::default(), Regrid::default());
     }
-    let nodes = Nodes::new(stock, step, m, first, last);
+    let nodes = Nodes { measured, ..Nodes::new(stock, step, m, first, last) };
     let sheets = Sheets::new();
     let slabs: Vec<Slab> = (first[0]..last[0] - 1).into_par_iter().map(|i| nodes.slab(i, &sheets)).collect();
     let mut start = Vec::with_capacity(slabs.len());
@@ -144,7 +155,7 @@ fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3]) -> S
         start.push(total);
         total += s.positions.len() as u32;
     }
-    let triangles: Vec<Vec<[u32; 3]>> = (from[0]..to[0].min(last[0] - 1))
+    let parts: Vec<(Vec<[u32; 3]>, Regrid)> = (from[0]..to[0].min(last[0] - 1))
         .into_par_iter()
         .map(|i| nodes.triangles(i, from, to, &slabs, &start, &sheets))
         .collect();
@@ -154,8 +165,13 @@ fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3]) -> S
         mesh.normals.extend(s.normals);
         mesh.made_by.extend(s.made_by);
     }
-    mesh.mesh.triangles = triangles.concat();
-    mesh.without_loose_vertices()
+    let mut off = Regrid::default();
+    for (triangles, part) in parts {
+        mesh.mesh.triangles.extend(triangles);
+        off.surface_mm = off.surface_mm.max(part.surface_mm);
+        off.edge_mm = off.edge_mm.max(part.edge_mm);
+    }
+    (mesh.without_loose_vertices(), off)
 }
 
 impl SurfaceMesh {
@@ -204,7 +220,7 @@ impl<'a> Nodes<'a> {
                 }
             }
         });
-        Self { stock, step, m, from, to, bits, words }
+        Self { stock, step, m, from, to, bits, words, measured: false }
     }
 
     fn row(&self, i: usize, j: usize) -> &[u64] {
@@ -213,7 +229,7 @@ impl<'a> Nodes<'a> {
     }
 
     fn coordinate(&self, axis: usize, p: usize) -> f64 {
-        self.stock.grid.bounds.min[axis] + ((p as f64 - 1.0) * self.step as f64 + 0.5) * self.stock.grid.cell
+        self.stock.grid.bounds.min[axis] + ((p as f64 - 1.0) * self.step as f64 + 0.5) * self.stock.grid.cells[axis]
     }
 
     /// Cells with x index `i` and their vertices.
@@ -257,6 +273,7 @@ impl<'a> Nodes<'a> {
         let middle = nalgebra::center(&low, &high);
         for sheet in 0..sheets.count(config) {
             let mut planes = Planes::new(middle);
+            let mut crossings = Vec::new();
             let mut id = INITIAL;
             for edge in 0..EDGES {
                 if sheets.of(config, edge) != Some(sheet) {
@@ -266,13 +283,21 @@ impl<'a> Nodes<'a> {
                 let node = [0, 1, 2].map(|a| cell[a] + offset[a]);
                 let inside = Sheets::holds(config, offset);
                 let (point, mark) = self.crossing(node, axis, inside);
-                planes.add(&point, &mark.normal());
+                let normal = mark.normal();
+                planes.add(&point, &normal);
+                if self.measured {
+                    crossings.push((point, normal));
+                }
                 // A cut surface counts more than the initial one; among cuts the last.
                 if id == INITIAL || (mark.id != INITIAL && mark.id > id) {
                     id = mark.id;
                 }
             }
-            slab.positions.push(planes.solve().inf(&high).sup(&low));
+            let vertex = planes.solve().inf(&high).sup(&low);
+            if self.measured {
+                slab.spread.push(spread(&vertex, &crossings));
+            }
+            slab.positions.push(vertex);
             slab.normals.push(planes.normal.try_normalize(1e-9).unwrap_or_else(Vector::z));
             slab.made_by.push((id != INITIAL).then_some(id));
         }
@@ -307,18 +332,20 @@ impl<'a> Nodes<'a> {
         slabs: &[Slab],
         start: &[u32],
         sheets: &Sheets,
-    ) -> Vec<[u32; 3]> {
+    ) -> (Vec<[u32; 3]>, Regrid) {
         let mut out = Vec::new();
-        let find = |c: [usize; 3], edge: usize| -> Option<(u32, &Point)> {
+        let mut off = Regrid::default();
+        let find = |c: [usize; 3], edge: usize| -> Option<(u32, &Point, Spread)> {
             let s = c[0].checked_sub(self.from[0])?;
             let slab = slabs.get(s)?;
             let j = c[1].checked_sub(self.from[1])?;
             let row = &slab.cells[*slab.row.get(j)? as usize..*slab.row.get(j + 1)? as usize];
             let cell = row[row.binary_search_by(|x| (x.k as usize).cmp(&c[2])).ok()?];
             let local = cell.vertex as usize + sheets.of(cell.config, edge)?;
-            Some((start[s] + local as u32, &slab.positions[local]))
+            let spread = slab.spread.get(local).copied().unwrap_or_default();
+            Some((start[s] + local as u32, &slab.positions[local], spread))
         };
-        let Some(slab) = slabs.get(i - self.from[0]) else { return out };
+        let Some(slab) = slabs.get(i - self.from[0]) else { return (out, off) };
         for cell in &slab.cells {
             let p = [i, cell.j as usize, cell.k as usize];
             if (0..3).any(|a| p[a] < from[a] || p[a] >= to[a]) {
@@ -341,14 +368,18 @@ impl<'a> Nodes<'a> {
                 };
                 let quad = if cell.config & 1 == 1 { [a, b, c, d] } else { [a, d, c, b] };
                 let cut = |k: usize| (quad[k].1 - quad[k + 2].1).norm_squared();
-                let [a, b, c, d] = quad.map(|q| q.0);
-                if cut(0) <= cut(1) {
-                    out.extend([[a, b, c], [a, c, d]]);
-                } else {
-                    out.extend([[a, b, d], [b, c, d]]);
+                let halves = if cut(0) <= cut(1) { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] };
+                out.extend(halves.map(|h| h.map(|k| quad[k].0)));
+                if self.measured {
+                    let (point, _) = self.crossing(p, axis, cell.config & 1 == 1);
+                    let near = halves.map(|h| to_triangle(&point, h.map(|k| quad[k].1)));
+                    let height = quad.iter().map(|q| q.2.height).fold(0.0, f64::max) + near[0].min(near[1]);
+                    let edge = quad.iter().any(|q| q.2.edge);
+                    let worst = if edge { &mut off.edge_mm } else { &mut off.surface_mm };
+                    *worst = worst.max(height);
                 }
             }
         }
-        out
+        (out, off)
     }
 }

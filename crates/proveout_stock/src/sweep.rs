@@ -2,15 +2,16 @@
 
 use proveout_geom::{Aabb, Point, ToolPose};
 use proveout_tool::Profile;
-use pulp::Arch;
 use rayon::prelude::*;
 
 use crate::{
+    contact::{Contact, Moves},
     dexel::TriDexel,
     grid::{Grid, TILE},
-    meridian::{Meridian, TOUCH},
-    motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
-    tile_work::{Batch, Ready, Scratch, Work},
+    meridian::Meridian,
+    step::{Batch, Split},
+    tile_work::{Scratch, Work},
+    watch::Watch,
 };
 
 /// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
@@ -57,6 +58,8 @@ pub struct SweepReport {
     pub region: Option<Aabb>,
     /// Rays with overlap, all three sets.
     pub rays: u64,
+    /// Where the body was engaged, for removing items when [`TriDexel::watch_engagement`] asks for it.
+    pub contact: Option<Contact>,
 }
 
 /// Entries of tiles and items that one pass may hold: bounds the memory of a batch to some 100 MB.
@@ -92,46 +95,13 @@ impl TriDexel {
     }
 
     fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
-        let split: Vec<[Vec<Piece>; 2]> = items
-            .par_iter()
-            .zip(index)
-            .with_min_len(64)
-            .map(|(item, &body)| {
-                let body = &bodies[body];
-                [
-                    body.ball.map_or_else(Vec::new, |[z, _]| motion::ball_pieces(&item.motion, z)),
-                    if body.has_rest { motion::pieces(&item.motion, body.radius) } else { Vec::new() },
-                ]
-            })
-            .collect();
-        let mut ready = Vec::with_capacity(items.len());
-        let mut pieces: [Vec<Piece>; 3] = [Vec::new(), Vec::new(), Vec::new()];
-        for ((item, &body), split) in items.iter().zip(index).zip(&split) {
-            let mut ranges = split.iter().map(|split| {
-                let first = pieces[0].len();
-                for p in split {
-                    for (a, list) in pieces.iter_mut().enumerate() {
-                        list.push(motion::permuted(p, a));
-                    }
-                }
-                first..pieces[0].len()
-            });
-            let (ball, rest) = (ranges.next().unwrap_or(0..0), ranges.next().unwrap_or(0..0));
-            let path = if rest.is_empty() { &split[0] } else { &split[1] };
-            ready.push(Ready {
-                body,
-                id: item.id,
-                removes: item.action == Action::Remove,
-                // Smaller as the body is, so that its flat faces lie on the box.
-                region: motion::swept_box(path, &bodies[body]).expanded(-TOUCH),
-                ball,
-                rest,
-            });
-            let turns = path.iter().any(Piece::turns);
-            let bound = SEARCH_ERROR + 2.0 * TOUCH + if turns { TURN_ERROR } else { 0.0 };
-            self.sweep_bound = self.sweep_bound.max(bound);
+        let split: Vec<Split> =
+            items.par_iter().zip(index).with_min_len(64).map(|(item, &body)| Split::of(item, &bodies[body])).collect();
+        for s in &split {
+            self.sweep_bound = self.sweep_bound.max(s.bound);
         }
-        let batch = Batch { ready, pieces, bodies, arch: Arch::new() };
+        let mut batch = Batch::new(items, index, &split, bodies);
+        batch.moves = self.watch_engagement.then(|| Moves::new(items, index));
         let mut first = 0;
         while first < batch.ready.len() {
             let (bins, next) = self.bin(&batch, first);
@@ -216,12 +186,14 @@ impl TriDexel {
     }
 
     fn run(&mut self, batch: &Batch<'_>, bins: Bins, reports: &mut [SweepReport]) {
+        let mut undo = self.history.as_mut();
         let mut works: Vec<Work> = bins
             .tiles
             .into_iter()
             .map(|(index, entries)| Work {
                 index,
                 tile: std::mem::take(&mut self.tiles[index]),
+                watch: Watch::new(undo.as_mut().map(|h| std::mem::take(&mut h.tiles[index]))),
                 entries,
                 found: Vec::new(),
                 changed: [f64::INFINITY, f64::NEG_INFINITY],
@@ -230,13 +202,11 @@ impl TriDexel {
         let grid = &self.grid;
         works.par_iter_mut().with_max_len(16).for_each_init(Scratch::default, |scratch, work| {
             let entries = work.entries.clone();
-            for &item in &bins.entries[entries] {
-                batch.item_on_tile(grid, work, item, scratch);
-            }
+            batch.on_tile(grid, work, &bins.entries[entries], scratch);
         });
-        let area = self.grid.cell * self.grid.cell / 3.0;
         for work in works {
             let (a, _) = self.grid.tile_place(work.index);
+            let area = self.grid.ray_area(a) / 3.0;
             for p in &work.found {
                 let report = &mut reports[p.item as usize];
                 report.volume_mm3 += p.length * area;
@@ -250,8 +220,15 @@ impl TriDexel {
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }
+            for (item, contact) in work.watch.contacts {
+                let report = &mut reports[item as usize];
+                report.contact = Some(report.contact.map_or(contact, |c| c.union(&contact)));
+            }
             if work.changed[0] < work.changed[1] {
                 self.mark_changed(work.index, work.changed);
+            }
+            if let (Some(history), Some(undo)) = (&mut self.history, work.watch.undo) {
+                history.tiles[work.index] = undo;
             }
             self.tiles[work.index] = work.tile;
         }

@@ -35,8 +35,8 @@ pub struct DeviationSettings {
     pub only_cut: bool,
     /// Error of the design surface itself (chord error of its mesh), mm: gouges up to it are not counted as area.
     pub tolerance_floor: f64,
-    /// Distance of neighboring rays, mm.
-    pub cell: f64,
+    /// Edges of a cell of the stock along x, y and z, mm: distances of neighboring rays.
+    pub cells: [f64; 3],
 }
 
 /// Result of a comparison; lengths in mm, areas in mm².
@@ -48,7 +48,8 @@ pub struct DeviationSettings {
 /// ```
 ///
 /// Mean, root mean square and areas weigh each point with the area it stands for. Rays along axis i with spacing h meet
-/// a surface of unit normal n at `|n_i| / h²` points an area. The weight `h² |n_i|` therefore makes the sum over the three
+/// a surface of unit normal n at `|n_i| / h²` points an area (`h²` is the area of the two other edges where cells are not
+/// cubes). The weight `h² |n_i|` therefore makes the sum over the three
 /// families `n_x² + n_y² + n_z² = 1` for each unit of area, with no weight above one cell, while `h² / |n_i|` would let
 /// points on grazing rays decide.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -158,7 +159,9 @@ fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings: &D
     let Some(nearest) = design.nearest(&s.point, settings.range) else { return Verdict::OutOfRange };
     // Without a normal of its own the point takes that of the design.
     let normal = s.normal.unwrap_or(nearest.normal);
-    let weight = settings.cell * settings.cell * normal.as_slice().get(usize::from(s.axis)).map_or(0.0, |n| n.abs());
+    let axis = usize::from(s.axis.min(2));
+    let area = settings.cells[(axis + 1) % 3] * settings.cells[(axis + 2) % 3];
+    let weight = area * normal[axis].abs();
     Verdict::Counts { deviation: nearest.distance, weight }
 }
 

@@ -154,7 +154,7 @@ fn the_flank_answers_only_between_its_ends() {
 }
 
 fn settings() -> DeviationSettings {
-    DeviationSettings { range: f64::INFINITY, region: None, only_cut: false, tolerance_floor: 0.0, cell: 1.0 }
+    DeviationSettings { range: f64::INFINITY, region: None, only_cut: false, tolerance_floor: 0.0, cells: [1.0; 3] }
 }
 
 /// Points of the plane n . x = 0 (pushed out by `offset` along n) on rays of all three directions.
@@ -196,7 +196,7 @@ fn offsets_are_gouge_or_excess() {
     let design = Plane { point: Point::origin(), normal: n };
     for offset in [-0.25, 0.25] {
         let samples = plane_samples(n, 0.5, offset);
-        let d = measure(&samples, &design, &DeviationSettings { cell: 0.5, tolerance_floor: 0.01, ..settings() });
+        let d = measure(&samples, &design, &DeviationSettings { cells: [0.5; 3], tolerance_floor: 0.01, ..settings() });
         assert!((d.mean - offset).abs() < 1e-12 && (d.rms - 0.25).abs() < 1e-12);
         assert!((d.gouge_max - (-offset).max(0.0)).abs() < 1e-12);
         assert!((d.excess_max - offset.max(0.0)).abs() < 1e-12);
@@ -286,7 +286,8 @@ fn a_slot_cut_into_stock_is_measured_exactly() {
     let floor = Plane { point: Point::new(0.0, 0.0, 12.0), normal: Vector::z() };
     // The walls of the slot stand on its floor: they are kept out by the region.
     let region = Aabb { min: Point::new(0.0, 10.5, 11.0), max: Point::new(40.0, 19.5, 13.0) };
-    let settings = DeviationSettings { cell: 0.5, only_cut: true, region: Some(region), range: 1.0, ..settings() };
+    let settings =
+        DeviationSettings { cells: [0.5; 3], only_cut: true, region: Some(region), range: 1.0, ..settings() };
     let d = measure(&samples, &floor, &settings);
     // The stock promises its sweep within this bound.
     let bound = stock.sweep_bound_mm();

@@ -1,0 +1,190 @@
+//! The function of a body and its derivatives for many rays at once.
+
+use pulp::Simd;
+
+use crate::{
+    lanes::{L, L3, along, cross, dot, scale},
+    meridian::{Meridian, Piece as Part},
+    motion::Piece,
+    vec3,
+};
+
+/// The piece of motion in all lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Motion<S: Simd> {
+    pub tip: L3<S>,
+    pub travel: L3<S>,
+    pub axis: L3<S>,
+    pub turn: L3<S>,
+    pub omega: L3<S>,
+    pub angle2: L<S>,
+    /// D of (1).
+    pub third: L<S>,
+}
+
+impl<S: Simd> Motion<S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, piece: &Piece, body: &Meridian) -> Self {
+        let angle = piece.angle2.sqrt();
+        let third = piece.angle2 * (angle * body.reach + 3.0 * vec3::norm(piece.travel)) / 6.0;
+        Self {
+            tip: L::splat3(simd, piece.tip),
+            travel: L::splat3(simd, piece.travel),
+            axis: L::splat3(simd, piece.axis),
+            turn: L::splat3(simd, piece.turn),
+            omega: L::splat3(simd, vec3::cross(piece.axis, piece.turn)),
+            angle2: L::splat(simd, piece.angle2),
+            third: L::splat(simd, third),
+        }
+    }
+}
+
+/// F and its derivatives.
+#[derive(Clone, Copy)]
+pub(crate) struct Sample<S: Simd> {
+    pub f: L<S>,
+    pub fs: L<S>,
+    pub ft: L<S>,
+    pub normal: L3<S>,
+    /// Curvature of F with time, and with time and height, by the shape of the body alone.
+    pub ftt: L<S>,
+    pub fts: L<S>,
+    /// From the tip to the point.
+    pub y: L3<S>,
+}
+
+/// How much deeper the body may be at other times than its sample says, by the half space of the sample held fixed in space.
+///
+/// A point of the body at the distance X from the tip that turns by the angle w leaves the chord of its way by at most
+/// w^2 X / 8. The body lies in the hull of its tubes (see `meridian`), so its support on its way is at most the largest, over
+/// the tubes, of those at both ends of the motion and that.
+#[inline(always)]
+pub(crate) fn fixed_half_space<S: Simd>(motion: &Motion<S>, body: &Meridian, q: &Sample<S>, tau: L<S>) -> L<S> {
+    let (zero, one) = (q.f.same(0.0), q.f.same(1.0));
+    let last = along(motion.axis, motion.turn, one);
+    let (c0, c1) = (dot(q.normal, motion.axis), dot(q.normal, last));
+    let (sine0, sine1) = ((one - c0 * c0).max(zero).sqrt(), (one - c1 * c1).max(zero).sqrt());
+    let here = dot(q.normal, q.y);
+    let way = dot(q.normal, motion.travel);
+    let (start, end) = (here + tau * way, here - (one - tau) * way);
+    let bend = motion.angle2 * zero.same(0.125);
+    let mut least = zero.same(f64::INFINITY);
+    for [r, z, radius, reach] in &body.tubes {
+        let (r, z) = (zero.same(*r), zero.same(*z));
+        let nearest = (start - sine0 * r - c0 * z).min(end - sine1 * r - c1 * z);
+        least = least.min(nearest - zero.same(*radius) - bend * zero.same(*reach));
+    }
+    q.f - least
+}
+
+/// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
+///
+/// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
+/// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
+#[inline(always)]
+pub(crate) fn sample<S: Simd, const TURNS: bool>(
+    motion: &Motion<S>,
+    body: &Meridian,
+    ray: &Ray<S>,
+    s: L<S>,
+    tau: L<S>,
+) -> Sample<S> {
+    let (zero, one) = (s.same(0.0), s.same(1.0));
+    let w = if TURNS {
+        let x = tau * (one - tau) * motion.angle2;
+        scale(along(motion.axis, motion.turn, tau), one + x * (s.same(0.5) + s.same(0.375) * x))
+    } else {
+        motion.axis
+    };
+    let tip = along(motion.tip, motion.travel, tau);
+    let y = [s - tip[0], ray.u - tip[1], ray.v - tip[2]];
+    let z = dot(y, w);
+    let p = along(y, w, -z);
+    let r = dot(p, p).sqrt();
+    let on_axis = r.le(s.same(1e-12));
+    let per_r = on_axis.select(zero, one / on_axis.select(one, r));
+    let Value { f, fr, fz, km } = function(body, r, z);
+    let kr = fr * per_r;
+    let normal = along(scale(p, kr), w, fz);
+    let mut velocity = [-motion.travel[0], -motion.travel[1], -motion.travel[2]];
+    let mut ft = dot(normal, velocity);
+    if TURNS {
+        ft = ft + dot(p, motion.turn) * (fz - kr * z);
+        let turning = cross(motion.omega, y);
+        velocity = [velocity[0] - turning[0], velocity[1] - turning[1], velocity[2] - turning[2]];
+    }
+    let (pv, wv) = (dot(p, velocity) * per_r, dot(w, velocity));
+    let tv = fr * wv - fz * pv;
+    let ts = fr * w[0] - fz * p[0] * per_r;
+    let round = cross(w, p);
+    let av = dot(round, velocity) * per_r;
+    let a_s = round[0] * per_r;
+    let ftt = km * tv * tv + kr * av * av;
+    let fts = km * tv * ts + kr * av * a_s;
+    Sample { f, fs: normal[0], ft, normal, ftt, fts, y }
+}
+
+/// Value, gradient (d/dr, d/dz) and curvature along the meridian of the body's function; see `meridian`.
+#[inline(always)]
+fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
+    let zero = r.same(0.0);
+    let mut best = Value { f: r.same(f64::NEG_INFINITY), fr: zero, fz: r.same(1.0), km: zero };
+    for part in &body.pieces {
+        match *part {
+            Part::Line { nr, nz, c } => {
+                let (fr, fz) = (r.same(nr), r.same(nz));
+                best = best.or(Value { f: fr * r + fz * z - r.same(c), fr, fz, km: zero });
+            }
+            Part::Arc { center, radius, first, last } => {
+                let (x, y) = (r - r.same(center[0]), z - r.same(center[1]));
+                let (f0, f1) = (r.same(first[0]), r.same(first[1]));
+                let (l0, l1) = (r.same(last[0]), r.same(last[1]));
+                let square = x * x + y * y;
+                let sector = (f0 * y - f1 * x).ge(zero) & (x * l1 - y * l0).ge(zero) & square.gt(r.same(1e-24));
+                let length = square.sqrt();
+                let per_length = r.same(1.0) / sector.select(length, r.same(1.0));
+                let (a, b) = (f0 * x + f1 * y, l0 * x + l1 * y);
+                let low = a.gt(b);
+                best = best.or(Value {
+                    f: sector.select(length, low.select(a, b)) - r.same(radius),
+                    fr: sector.select(x * per_length, low.select(f0, l0)),
+                    fz: sector.select(y * per_length, low.select(f1, l1)),
+                    km: sector.select(per_length, zero),
+                });
+            }
+        }
+    }
+    best
+}
+
+/// Value, gradient (d/dr, d/dz) and curvature along the meridian.
+#[derive(Clone, Copy)]
+struct Value<S: Simd> {
+    f: L<S>,
+    fr: L<S>,
+    fz: L<S>,
+    km: L<S>,
+}
+
+impl<S: Simd> Value<S> {
+    /// The larger one; this one when they are equal.
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        let more = other.f.gt(self.f);
+        Self {
+            f: more.select(other.f, self.f),
+            fr: more.select(other.fr, self.fr),
+            fz: more.select(other.fz, self.fz),
+            km: more.select(other.km, self.km),
+        }
+    }
+}
+
+/// Rays with the material that is of interest.
+#[derive(Clone, Copy)]
+pub(crate) struct Ray<S: Simd> {
+    pub u: L<S>,
+    pub v: L<S>,
+    pub lo: L<S>,
+    pub hi: L<S>,
+}

@@ -1,0 +1,171 @@
+//! The search for one end of the interval that a moving body takes up, for many rays at once: see `lane_body`.
+
+use pulp::Simd;
+
+use crate::{
+    lane_sample::{Motion, Ray, fixed_half_space, sample},
+    lanes::{L, Mask, cross, dot},
+    meridian::Meridian,
+    motion::{SEARCH_ERROR, TURN_ERROR},
+    ray::REACHED,
+};
+
+/// Samples of one search.
+const STEPS: usize = 9;
+/// An end counts as found when F is this near to zero (mm); a last step of Newton's method follows, so what remains is of
+/// second order.
+const FLAT: f64 = 1e-5;
+/// Least slope of F along the ray at an end: steeper grazing goes to the searches.
+const GRAZING: f64 = 0.004;
+
+/// What a search found, one condition each; none of them: no proof.
+#[derive(Clone, Copy)]
+pub(crate) struct Found<S: Simd> {
+    /// The body covers the end of the material at some time.
+    pub covered: Mask<S>,
+    /// An end inside of the material.
+    pub end: Mask<S>,
+    /// The body does not meet the material.
+    pub miss: Mask<S>,
+    pub s: L<S>,
+    pub tau: L<S>,
+    pub f: L<S>,
+    pub fs: L<S>,
+}
+
+/// A sample outside of the body.
+#[derive(Clone, Copy)]
+struct Side<S: Simd> {
+    s: L<S>,
+    f: L<S>,
+    fs: L<S>,
+    deficit: L<S>,
+}
+
+impl<S: Simd> Side<S> {
+    #[inline(always)]
+    fn set(&mut self, at: Mask<S>, new: Self) {
+        self.s = at.select(new.s, self.s);
+        self.f = at.select(new.f, self.f);
+        self.fs = at.select(new.fs, self.fs);
+        self.deficit = at.select(new.deficit, self.deficit);
+    }
+}
+
+/// Upper (`sign` 1) or lower (-1) end of the interval, from a start (height, time).
+#[inline(always)]
+pub(crate) fn search<S: Simd, const TURNS: bool>(
+    motion: &Motion<S>,
+    body: &Meridian,
+    ray: &Ray<S>,
+    sign: f64,
+    start: (L<S>, L<S>),
+    wanted: Mask<S>,
+) -> Found<S> {
+    let (mut s, mut tau) = start;
+    let (zero, one) = (s.same(0.0), s.same(1.0));
+    let outward = s.same(sign);
+    let limit = if sign > 0.0 { ray.hi } else { ray.lo };
+    let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
+    let none = !wanted & wanted;
+    let mut found = Found { covered: none, end: none, miss: none, s, tau, f: zero, fs: zero };
+    let mut active = wanted;
+    // Samples outside of the body between which F has its minimum along the ray.
+    let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero };
+    let mut sinking = rising;
+    // Times at which F falls and grows, with F_tau there; 0: none yet.
+    let (mut falls, mut falls_at) = (zero, zero);
+    let (mut grows, mut grows_at) = (zero, one);
+    for _ in 0..STEPS {
+        let q = sample::<S, TURNS>(motion, body, ray, s, tau);
+        let (left, right) = (tau, one - tau);
+        let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
+        let mut slope = zero;
+        if TURNS {
+            let carried = cross(motion.omega, q.normal);
+            let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
+                - motion.angle2 * dot(q.normal, q.y)
+                - s.same(2.0) * dot(carried, motion.travel);
+            let bend = s.same(0.5) * (-second).max(zero);
+            before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
+            after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
+            let far = left.max(right);
+            slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
+        }
+        let mut deficit = before.max(after);
+        let near = q.f.abs().le(s.same(FLAT));
+        if TURNS {
+            let open = active & (near | q.f.gt(zero)) & deficit.gt(allowed);
+            if open.any() {
+                let fixed = fixed_half_space(motion, body, &q, tau);
+                let better = open & fixed.lt(deficit);
+                deficit = better.select(fixed, deficit);
+                slope = better.select(zero, slope);
+            }
+        }
+        let inside = q.f.le(s.same(REACHED));
+        let covered = active & inside & s.ge(limit) & s.le(limit);
+        let steep = q.fs.abs();
+        let up = q.fs.gt(zero);
+        let (above, below) = (ray.hi - s, s - ray.lo);
+        let (toward, away) = (up.select(above, below), up.select(below, above));
+        let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
+        let mut miss = active & !inside & least.ge(-allowed);
+        let here = Side { s, f: q.f, fs: q.fs, deficit: deficit + slope * (ray.hi - ray.lo) };
+        rising.set(active & !inside & up, here);
+        sinking.set(active & !inside & !up, here);
+        let valley = rising.fs.gt(zero) & sinking.fs.lt(zero) & rising.s.gt(sinking.s) & !inside;
+        let mut lowest = s;
+        if (active & valley & !miss).any() {
+            // Both tangents bound F from below; where they cross the bound is least.
+            let per_slope = one / valley.select(rising.fs - sinking.fs, one);
+            lowest = (sinking.fs * sinking.s - rising.fs * rising.s + rising.f - sinking.f) * -per_slope;
+            let bound = rising.f + rising.fs * (lowest - rising.s);
+            miss = miss | (active & valley & (bound - rising.deficit.max(sinking.deficit)).ge(-allowed));
+        }
+        let rise = q.fs * outward;
+        let end = active
+            & near
+            & !covered
+            & !miss
+            & (deficit + s.same(FLAT)).le(allowed)
+            & rise.ge(s.same(GRAZING).max(slope));
+        let done = covered | miss | end;
+        if done.any() {
+            let at = end.select(s - q.f / end.select(q.fs, one), s);
+            found.covered = found.covered | covered;
+            found.miss = found.miss | miss;
+            found.end = found.end | end;
+            found.s = done.select(at, found.s);
+            found.tau = done.select(tau, found.tau);
+            found.f = done.select(q.f, found.f);
+            found.fs = done.select(q.fs, found.fs);
+            active = active & !done;
+            if !active.any() {
+                break;
+            }
+        }
+        // Next height: out of the body, or down to it; where F does not fall that way only the time can help.
+        let turned = rise.le(s.same(1e-9));
+        let deep = inside & turned;
+        let stay = !inside & turned;
+        let newton = s - q.f / turned.select(one, q.fs);
+        let still = valley.select(lowest, s);
+        let next = deep.select(limit, stay.select(still, newton)).max(ray.lo).min(ray.hi);
+        let slant = q.ft + q.fts * (next - s);
+        let falling = q.ft.lt(zero);
+        (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
+        (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));
+        let crossed = falls_at.gt(grows_at);
+        grows = (crossed & falling).select(zero, grows);
+        falls = (crossed & !falling).select(zero, falls);
+        let step = tau - slant / q.ftt.max(s.same(1e-9));
+        let both = falls.lt(zero) & grows.gt(zero);
+        let between = step.gt(falls_at) & step.lt(grows_at);
+        let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);
+        let time = (both & !between).select(secant, step).max(zero).min(one);
+        s = active.select(next, s);
+        tau = active.select(time, tau);
+    }
+    found
+}

@@ -1,0 +1,136 @@
+//! Items made ready for a pass: the steps of their motion in the coordinates of each ray set.
+
+use proveout_geom::Aabb;
+use pulp::Arch;
+
+use crate::{
+    contact::Moves,
+    lane_ball::BallPath,
+    meridian::{Meridian, TOUCH},
+    motion::{self, Piece, SEARCH_ERROR, TURN_ERROR},
+    ray::{Ray, swept_normal},
+    span::Mark,
+    sweep::SweepItem,
+    vec3::{V, norm},
+};
+
+/// An item made ready.
+pub(crate) struct Ready {
+    pub body: usize,
+    pub id: u32,
+    pub removes: bool,
+    /// Box of the motion, mm.
+    pub region: Aabb,
+    /// Its steps, in [`Batch::steps`].
+    pub steps: std::ops::Range<usize>,
+}
+
+/// The ball or the rest of a body on one piece of motion, in the coordinates (ray, u, v) of one set.
+#[derive(Clone, Debug)]
+pub(crate) struct Step {
+    pub piece: Piece,
+    /// Given for the ball.
+    pub ball: Option<BallPath>,
+    /// Box of what moves, mm.
+    pub low: V,
+    pub high: V,
+    /// The item, in [`Batch::ready`].
+    pub item: u32,
+}
+
+/// A part of a program that one pass carries out.
+pub(crate) struct Batch<'a> {
+    pub ready: Vec<Ready>,
+    pub steps: [Vec<Step>; 3],
+    pub bodies: &'a [Meridian],
+    /// The instructions of this processor.
+    pub arch: Arch,
+    /// The motions again, when engagement is asked for.
+    pub moves: Option<Moves>,
+}
+
+/// What one item is made of, and the bound of its error, mm.
+pub(crate) struct Split {
+    steps: Vec<(Piece, bool, Aabb)>,
+    region: Aabb,
+    pub bound: f64,
+}
+
+impl Split {
+    pub(crate) fn of(item: &SweepItem<'_>, body: &Meridian) -> Self {
+        let mut steps = Vec::new();
+        let mut region = Aabb::empty();
+        let mut bound = SEARCH_ERROR + 2.0 * TOUCH;
+        if let Some([z, _]) = body.ball {
+            for piece in motion::ball_pieces(&item.motion, z) {
+                let area = motion::ball_box(&piece, body);
+                region = region.union(&area);
+                steps.push((piece, true, area));
+            }
+        }
+        if body.has_rest {
+            for piece in motion::pieces(&item.motion, body.radius) {
+                // Smaller as the body is, so that its flat faces lie on the box.
+                let area = motion::swept_box(&piece, body).expanded(-TOUCH);
+                region = region.union(&area);
+                steps.push((piece, false, area));
+            }
+        }
+        if steps.iter().any(|s| s.0.turns()) {
+            bound += TURN_ERROR;
+        }
+        Self { steps, region, bound }
+    }
+}
+
+impl<'a> Batch<'a> {
+    pub(crate) fn new(items: &[SweepItem<'_>], index: &[usize], split: &[Split], bodies: &'a [Meridian]) -> Self {
+        let mut ready = Vec::with_capacity(items.len());
+        let count = split.iter().map(|s| s.steps.len()).sum();
+        let mut steps: [Vec<Step>; 3] = std::array::from_fn(|_| Vec::with_capacity(count));
+        for (k, ((item, &body), split)) in items.iter().zip(index).zip(split).enumerate() {
+            let first = steps[0].len();
+            for (a, list) in steps.iter_mut().enumerate() {
+                for (piece, ball, area) in &split.steps {
+                    let piece = motion::permuted(piece, a);
+                    let axes = [a, (a + 1) % 3, (a + 2) % 3];
+                    let ball = bodies[body].ball.filter(|_| *ball).map(|[z, r]| BallPath::new(&piece, z, r));
+                    let (low, high) = (axes.map(|i| area.min[i]), axes.map(|i| area.max[i]));
+                    list.push(Step { piece, ball, low, high, item: k as u32 });
+                }
+            }
+            ready.push(Ready {
+                body,
+                id: item.id,
+                removes: item.action == crate::Action::Remove,
+                region: split.region,
+                steps: first..steps[0].len(),
+            });
+        }
+        Self { ready, steps, bodies, arch: Arch::new(), moves: None }
+    }
+
+    /// Mark of an end of the material at `s` on a ray of set `a`, which a step made at the time `tau`; `sign` 1: with the upper
+    /// end of its interval.
+    pub(crate) fn mark(&self, a: usize, by: f64, [s, u, v]: V, tau: f64, sign: f64) -> Mark {
+        let Some(step) = self.steps[a].get(by as usize) else { return Mark::NONE };
+        let ready = &self.ready[step.item as usize];
+        let n = if let Some(path) = &step.ball {
+            let n = [0, 1, 2].map(|i| [s, u, v][i] - (path.start[i] + tau * path.way[i]));
+            let length = norm(n);
+            n.map(|x| x / length)
+        } else {
+            let body = &self.bodies[ready.body];
+            let sample = step.piece.sample(body, [s, u, v], tau);
+            let way = norm(step.piece.travel) + step.piece.angle2.sqrt() * body.reach;
+            let ray = Ray { u, v, lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+            swept_normal(&step.piece, body, &ray, (s, tau), sign, &sample, way)
+        };
+        // The material's outward normal is against the body's.
+        let mut world = [0.0; 3];
+        for i in 0..3 {
+            world[(a + i) % 3] = -n[i];
+        }
+        Mark::new(ready.id, world)
+    }
+}
