@@ -52,7 +52,7 @@ impl Method for LeanFromNormal {
                 let axis = feed.map_or(contact.normal, |f| contact.normal * c + f * s);
                 ToolPose { tip: center - axis * ball, axis }
             };
-            let free = (0..=8).rev().map(|k| leaned(10.0 * f64::from(k))).find(|p| region.clearance(p) > 0.5);
+            let free = [70.0, 35.0, 0.0].into_iter().map(leaned).find(|p| region.clearance(p) > 0.5);
             let pose = free.unwrap_or(block.pose);
             // Leaned that far the head stands low: travel of slides is judged when a program runs.
             q = match machine.inverse_nearest(&pose, 190.0, &q) {
