@@ -84,7 +84,7 @@ fn a_method_is_told_of_contacts_curvatures_free_poses_times_and_the_machine() {
     let work =
         Reprogramming { machine: &machine, method: &method, cutter: &cutter, surface: part.surface(), region: &region };
     let commands: Vec<Command> =
-        Program::open(&folder.join("original.mpf"), &settings).unwrap().collect::<Result<_, _>>().unwrap();
+        Program::open(folder.join("original.mpf"), &settings).unwrap().collect::<Result<_, _>>().unwrap();
     let made = work.apply(commands).unwrap();
     let seen = method.seen.lock().unwrap();
     let run = &made.runs[0];
