@@ -60,9 +60,9 @@ fn new_axes_leave_the_surface_and_save_time() {
             let gate = verdict.gates.iter().find(|g| g.name == gate).expect("every gate is there");
             assert_eq!(gate.state, State::Pass, "{name}: {gate:?}");
         }
-        // Chords of 0.5 mm on which the axis turns by up to 2 degrees leave R dA^2 / 8 = 1.2 micrometers, corners are rounded.
+        // Chords of 0.5 mm of a path of 9.2 mm radius round the trailing edge: 0.5^2 / (8 * 9.2) = 3.4 micrometers.
         assert!(verdict.deviation.gouge_max_mm.is_some_and(|g| g < 0.005), "{name}: {:?}", verdict.deviation);
-        // The ridge between turns, 8 - sqrt(64 - 0.25) = 15.6 micrometers, and chords at the edges.
+        // The ridge between turns, 8 - sqrt(64 - 0.25) = 15.6 micrometers; coarse rays may miss its top, rounding adds to it.
         let ridge = verdict.deviation.excess_max_mm.expect("measured");
         assert!((0.0146..0.0186).contains(&ridge), "{name}: {ridge}");
     }

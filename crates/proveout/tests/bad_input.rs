@@ -239,7 +239,7 @@ fn an_orientation_out_of_the_range_of_a_joint_is_not_rescheduled() {
     fs::copy(folder.join("model.glb"), small.path().join("machine/model.glb")).expect("copied");
     let machine = fs::read_to_string(folder.join("machine.toml")).expect("the machine");
     small.write("machine/machine.toml", &machine.replacen("travel_deg = [-87, 87]", "travel_deg = [-87, 3]", 1));
-    not_rescheduled(&small, &["original.mpf:15:", "the new orientation is out of reach", "B", "help: "]);
+    not_rescheduled(&small, &["original.mpf:14:", "the new orientation is out of reach", "B", "help: "]);
 }
 
 #[test]

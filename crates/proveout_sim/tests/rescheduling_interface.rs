@@ -52,7 +52,7 @@ impl Method for LeanFromNormal {
                 let axis = feed.map_or(contact.normal, |f| contact.normal * c + f * s);
                 ToolPose { tip: center - axis * ball, axis }
             };
-            let free = (0..=8).rev().map(|k| leaned(10.0 * f64::from(k))).find(|p| region.clearance(p) > 0.5);
+            let free = [70.0, 35.0, 0.0].into_iter().map(leaned).find(|p| region.clearance(p) > 0.5);
             let pose = free.unwrap_or(block.pose);
             // Leaned that far the head stands low: travel of slides is judged when a program runs.
             q = match machine.inverse_nearest(&pose, 190.0, &q) {
@@ -84,7 +84,7 @@ fn a_method_is_told_of_contacts_curvatures_free_poses_times_and_the_machine() {
     let work =
         Reprogramming { machine: &machine, method: &method, cutter: &cutter, surface: part.surface(), region: &region };
     let commands: Vec<Command> =
-        Program::open(&folder.join("original.mpf"), &settings).unwrap().collect::<Result<_, _>>().unwrap();
+        Program::open(folder.join("original.mpf"), &settings).unwrap().collect::<Result<_, _>>().unwrap();
     let made = work.apply(commands).unwrap();
     let seen = method.seen.lock().unwrap();
     let run = &made.runs[0];
