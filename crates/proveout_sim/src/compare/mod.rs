@@ -267,6 +267,16 @@ impl Comparing {
         windows(entry.motion.as_ref()?, self.file.run_ends_s, self.file.shown_s)
     }
 
+    /// Name of a program's run folder: its own name where that is a plain file name, else its number in the scene.
+    pub fn folder(&self, name: &str) -> String {
+        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+');
+        if !name.is_empty() && name.len() <= 64 && !name.starts_with('.') && name.chars().all(plain) {
+            return name.to_owned();
+        }
+        let place = self.entries.iter().position(|e| e.name == name).unwrap_or(self.entries.len());
+        format!("@{}", place + 1)
+    }
+
     /// Takes the result of a program's run; the baseline comes first.
     pub fn add(&mut self, name: &str, result: RunResult) {
         let Some(index) = self.entries.iter().position(|e| e.name == name) else { return };
@@ -333,6 +343,7 @@ impl Comparing {
         let errors = v.findings.iter().filter(|f| f.severity == Severity::Error).count() as u64;
         let compared = index != self.baseline && self.part.is_some();
         ProgramFigures {
+            folder: self.folder(&entry.name),
             verdict: v.verdict,
             gates: v.gates.clone(),
             errors,

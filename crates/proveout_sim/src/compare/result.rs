@@ -49,6 +49,8 @@ pub struct Comparison {
 /// One program on the twin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProgramFigures {
+    /// Its run folder beside `compare.json`.
+    pub folder: String,
     /// Verdict of its run.
     pub verdict: State,
     /// Its gates.
