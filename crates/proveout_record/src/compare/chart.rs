@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::report::{format::compact, plot::{escape, ticks}};
+use crate::report::{
+    format::compact,
+    plot::{escape, ticks},
+};
 
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 10.0;
@@ -76,7 +79,10 @@ impl Chart {
             r#"<svg class="plot chart" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#,
             escape(&self.label)
         );
-        put(&mut out, format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, TOP - 7.0, escape(&self.axes[1])));
+        put(
+            &mut out,
+            format_args!(r#"<text class="name" x="{LEFT}" y="{:.1}">{}</text>"#, TOP - 7.0, escape(&self.axes[1])),
+        );
         let base = height - bottom;
         put(
             &mut out,
@@ -134,7 +140,12 @@ impl Chart {
             if self.abscissa {
                 put(
                     &mut out,
-                    format_args!(r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#, x(v), base + 14.0, compact(v)),
+                    format_args!(
+                        r#"<text x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
+                        x(v),
+                        base + 14.0,
+                        compact(v)
+                    ),
                 );
             }
         }
@@ -178,13 +189,7 @@ fn marks(out: &mut String, series: &Series, x: &impl Fn(f64) -> f64, y: &impl Fn
         if series.style == Style::Circles {
             put(out, format_args!(r#"<circle class="circles" cx="{px:.1}" cy="{py:.1}" r="4"/>"#));
         } else {
-            put(
-                out,
-                format_args!(
-                    r#"<path class="triangles" d="M{px:.1} {:.1}l4.5 8h-9z"/>"#,
-                    py - 5.0
-                ),
-            );
+            put(out, format_args!(r#"<path class="triangles" d="M{px:.1} {:.1}l4.5 8h-9z"/>"#, py - 5.0));
         }
     }
 }
@@ -206,7 +211,8 @@ fn line(out: &mut String, class: &str, points: &[[f64; 2]], x: &impl Fn(f64) -> 
 /// Points in the range; where there are more than three a column, the first, smallest, largest and last of each column, so
 /// that no peak is lost.
 fn thinned(points: &[[f64; 2]], [low, high]: [f64; 2], columns: usize) -> Vec<[f64; 2]> {
-    let inside: Vec<[f64; 2]> = points.iter().filter(|p| !p[0].is_finite() || p[0] >= low && p[0] <= high).copied().collect();
+    let inside: Vec<[f64; 2]> =
+        points.iter().filter(|p| !p[0].is_finite() || p[0] >= low && p[0] <= high).copied().collect();
     if inside.len() <= 3 * columns.max(1) {
         return inside;
     }
@@ -244,9 +250,8 @@ pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> Str
     let height = 12.0 + ROW * rows.len() as f64 + 40.0;
     let mut out =
         format!(r#"<svg class="plot chart" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label));
-    let values = rows.iter().flat_map(|r| {
-        r.dots.iter().map(|d| d.1).chain(r.reference).chain(r.band.into_iter().flatten())
-    });
+    let values =
+        rows.iter().flat_map(|r| r.dots.iter().map(|d| d.1).chain(r.reference).chain(r.band.into_iter().flatten()));
     let [mut low, mut high] = bounds(values.filter(|v| v.is_finite()).chain([0.0]));
     if high - low < 1e-9 {
         (low, high) = (low - 1.0, high + 1.0);
@@ -280,7 +285,12 @@ pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> Str
         let middle = 6.0 + ROW * (i as f64 + 0.5);
         put(
             &mut out,
-            format_args!(r#"<text class="name" x="{}" y="{:.1}" text-anchor="end">{}</text>"#, NAMES - 12.0, middle + 4.0, escape(&row.name)),
+            format_args!(
+                r#"<text class="name" x="{}" y="{:.1}" text-anchor="end">{}</text>"#,
+                NAMES - 12.0,
+                middle + 4.0,
+                escape(&row.name)
+            ),
         );
         if let Some([from, to]) = row.band {
             put(
@@ -296,7 +306,10 @@ pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> Str
         for &(program, value) in row.dots.iter().filter(|d| d.1.is_finite()) {
             let class = Style::Program(program).class();
             if program % 2 == 0 {
-                put(&mut out, format_args!(r#"<circle class="dot {class}" cx="{:.1}" cy="{middle:.1}" r="4.5"/>"#, x(value)));
+                put(
+                    &mut out,
+                    format_args!(r#"<circle class="dot {class}" cx="{:.1}" cy="{middle:.1}" r="4.5"/>"#, x(value)),
+                );
             } else {
                 put(
                     &mut out,
@@ -369,9 +382,16 @@ mod tests {
 
     #[test]
     fn dots_show_every_value() {
-        let row = DotRow { name: "jerk <10 %".into(), band: Some([1.0, 5.0]), reference: Some(3.0), dots: vec![(0, 2.0), (1, 4.0)] };
+        let row = DotRow {
+            name: "jerk <10 %".into(),
+            band: Some([1.0, 5.0]),
+            reference: Some(3.0),
+            dots: vec![(0, 2.0), (1, 4.0)],
+        };
         let text = dots(&[row], "gain, %", "gains", 600.0);
-        assert!(text.contains("jerk &lt;10 %") && text.contains(r#"class="band""#) && text.contains(r#"class="reference""#));
+        assert!(
+            text.contains("jerk &lt;10 %") && text.contains(r#"class="band""#) && text.contains(r#"class="reference""#)
+        );
         assert!(text.contains(r#"<circle class="dot p0""#) && text.contains(r#"<rect class="dot p1""#));
     }
 }
