@@ -6,4 +6,5 @@ mod axis_cross;
 mod compare;
 mod cone_frustum;
 mod languages;
+mod li_2022;
 mod tool_list;

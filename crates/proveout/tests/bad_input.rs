@@ -225,3 +225,62 @@ fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
     let json = fs::read_to_string(small.path().join("result/compare.json")).expect("written");
     assert!(json.contains("\"state\": \"pass\"") && json.contains("\"sign_holds\": true"), "{json}");
 }
+
+/// The scene of Li et al. 2022 in the temporary folder, at coarse cells, its program cut off or its scene file changed.
+fn li_2022(small: &Small, blocks: Option<usize>, scene: impl Fn(String) -> String) {
+    let folder = root().join("scenes/li-2022-s-theta");
+    let text = fs::read_to_string(folder.join("scene.toml")).expect("the scene");
+    let path = |p: &str| format!("{:?}", root().join(p).display().to_string());
+    let text = text
+        .replace("\"../../machines/starrag-lx-451\"", &path("machines/starrag-lx-451"))
+        .replace("\"../../tools/li-2022.toml\"", &path("tools/li-2022.toml"))
+        .replace("resolution_mm = 0.2", "resolution_mm = 2");
+    small.write("scene.toml", &scene(text));
+    let program = fs::read_to_string(folder.join("original.mpf")).expect("the program");
+    let lines: Vec<&str> = program.lines().collect();
+    let first = lines.iter().position(|l| l.starts_with("G1 ")).expect("a motion in feed");
+    let kept = blocks.map_or(lines.len(), |n| first + n);
+    let tail: &[&str] = if blocks.is_some() { &["TRAFOOF", "M30"] } else { &[] };
+    let cut: Vec<&str> = lines[..kept].iter().chain(tail).copied().collect();
+    small.write("original.mpf", &(cut.join("\n") + "\n"));
+    fs::remove_file(small.path().join("program.mpf")).expect("removed");
+}
+
+#[test]
+fn a_program_that_cannot_be_rescheduled_leaves_no_file() {
+    let small = Small::new();
+    li_2022(&small, Some(200), |scene| scene);
+    let before = names(small.path());
+    let arguments = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "rescheduled.mpf"];
+    let output = proveout(small.path(), &arguments);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    for word in ["original.mpf:", "no whole layer", "help: "] {
+        assert!(told.contains(word), "{word:?} is not in:\n{told}");
+    }
+    assert_eq!(told.matches("error: ").count(), 1, "one error:\n{told}");
+    assert_eq!(names(small.path()), before, "nothing is left behind");
+}
+
+#[test]
+fn a_scene_whose_program_has_no_channel_does_not_run() {
+    let small = Small::new();
+    li_2022(&small, None, |scene| {
+        let wide = "method = \"s-theta\", from = \"original\", clearance_deg = 62 }";
+        // The program that is run by default is the first one: take the others out.
+        let start = scene.find("[[program]]\nname = \"quaternion\"").expect("the quaternion program");
+        let original = scene.find("[[program]]\nname = \"original\"").expect("the original program");
+        let own = &scene[original..start];
+        format!("{}[[program]]\nname = \"wide\"\nreschedule = {{ {wide}\n\n{own}", &scene[..original])
+    });
+    small.refused(&["original.mpf:", "no channel", "62.0 degrees", "set the clearance to at most"]);
+}
+
+#[test]
+fn a_joint_limit_above_that_of_the_machine() {
+    let small = Small::new();
+    let scene = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    let limit = "\n[control.joint_limits.X]\nmax_velocity_mm_min = 1e6\nsource = \"wishful\"\n";
+    small.write("scene.toml", &(scene + limit));
+    small.refused(&["scene.toml", "control.joint_limits.X", "above the machine's limit", "help: "]);
+}

@@ -1,18 +1,24 @@
 //! Re-scheduling of whole programs: canonical commands in, the same commands with new tool axes out.
 //!
-//! A *run* is a sequence of straight motions in feed under tool center point control without a rapid, a tool change or a stop
-//! between them. Its poses go through a [`Method`]; each motion gets the new tip and axis in the words it was written with
+//! The poses of each [run](crate::ProgramRun) go through a [`Method`]; each motion gets the new tip and axis in the words it was written with
 //! (vector or rotary axes). Rapids under tool center point control before a run take the first new axis, those behind it the
 //! last one, with the ball center kept; a rapid that turns the rotary axes before tool center point control goes to the first
 //! new axis too. Nothing else changes: count and order of the commands, feeds, tools, messages.
 
+use std::ops::Range;
+
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
-use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Motion, Op, ToolAction, ToolName};
+use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Op, ToolName};
 use proveout_tool::Profile;
-use proveout_toolpath::reschedule::{CuttingBlock, CuttingRun, Method, Picture, RescheduleError, Surroundings};
+use proveout_toolpath::reschedule::{
+    ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, RescheduleError, Study, Surroundings,
+};
 
-use crate::error::ControlError;
+use crate::{
+    error::ControlError,
+    program_runs::{Found, Frame, Placed, ProgramBlock, fail, find_runs},
+};
 
 /// Motions of fewer blocks are links and stay as they are.
 const SHORTEST_RUN: usize = 8;
@@ -35,57 +41,10 @@ pub struct ReprogrammedRun {
     pub before: Vec<ToolPose>,
     /// Poses after, in base coordinates.
     pub after: Vec<ToolPose>,
+    /// The blocks, by their place in the lists above, that cut: without lead-in and lead-out. What programs are compared on.
+    pub stretch: Range<usize>,
     /// What the method shows of its work.
-    pub picture: Picture,
-}
-
-/// A motion with its pose in base coordinates.
-#[derive(Clone, Copy)]
-struct Placed {
-    command: usize,
-    pose: ToolPose,
-    frame: Frame,
-}
-
-/// Work to base coordinates, without scale.
-#[derive(Clone, Copy)]
-struct Frame {
-    rotation: [[f64; 3]; 3],
-    translation: [f64; 3],
-    rotary: [f64; 3],
-}
-
-impl Frame {
-    const IDENTITY: Self =
-        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3], rotary: [0.0; 3] };
-
-    fn turned_back(&self, v: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|i| (0..3).map(|k| self.rotation[k][i] * v[k]).sum())
-    }
-
-    fn work_point(&self, p: &Point) -> [f64; 3] {
-        self.turned_back(std::array::from_fn(|k| p[k] - self.translation[k]))
-    }
-
-    fn is_rigid(&self) -> bool {
-        (0..3).all(|a| {
-            (0..3).all(|b| {
-                let dot: f64 = (0..3).map(|k| self.rotation[a][k] * self.rotation[b][k]).sum();
-                (dot - f64::from(u8::from(a == b))).abs() < 1e-9
-            })
-        })
-    }
-}
-
-/// A run with the rapids that lead to it and away from it.
-#[derive(Default)]
-struct Found {
-    tool: Option<ToolName>,
-    /// The last rapid before tool center point control that turns rotary axes.
-    turning: Option<(usize, Frame)>,
-    before: Vec<Placed>,
-    blocks: Vec<Placed>,
-    after: Vec<Placed>,
+    pub study: Study,
 }
 
 /// What a program is re-scheduled with.
@@ -96,6 +55,10 @@ pub struct Reprogramming<'a> {
     pub method: &'a dyn Method,
     /// Cutting end of a tool.
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
+    /// The surface that is cut, in base coordinates.
+    pub surface: Option<&'a dyn ContactSurface>,
+    /// What the tool must not touch, in base coordinates.
+    pub region: Option<&'a dyn FeasibleRegion>,
 }
 
 impl Reprogramming<'_> {
@@ -105,7 +68,7 @@ impl Reprogramming<'_> {
     /// The program has no run, the method refuses one, or a new axis is out of the machine's range; with the first block
     /// concerned.
     pub fn apply(&self, commands: Vec<Command>) -> Result<Reprogrammed, Box<ControlError>> {
-        let found = self.runs(&commands)?;
+        let found = find_runs(self.machine, &commands)?;
         let mut out = Reprogrammed { commands, runs: Vec::new() };
         for run in found.iter().filter(|run| run.blocks.len() >= SHORTEST_RUN) {
             self.run(run, &mut out)?;
@@ -128,103 +91,20 @@ impl Reprogramming<'_> {
         joint.map_or(Vector::z(), |&j| self.machine.joints[j].direction)
     }
 
-    fn runs(&self, commands: &[Command]) -> Result<Vec<Found>, Box<ControlError>> {
-        let mut runs = vec![Found::default()];
-        let mut state = State { q: self.machine.home(), rotary: [None; 3], ..State::default() };
-        for (index, command) in commands.iter().enumerate() {
-            match &command.op {
-                Op::Tcp(tcp) => {
-                    state.tcp = tcp.on;
-                    let turning = state.turning.take().filter(|_| tcp.on);
-                    runs.push(Found { tool: state.tool.clone(), turning, ..Found::default() });
-                }
-                Op::Tool(ToolAction::Change(name)) => {
-                    state.tool = Some(name.clone());
-                    runs.push(Found { tool: state.tool.clone(), ..Found::default() });
-                }
-                Op::Frame(change) => {
-                    let frame =
-                        Frame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
-                    state.frame = frame;
-                }
-                Op::Rapid(motion) | Op::Linear(motion) => {
-                    let turns = motion.programmed >> 3 & 0b111 != 0 && !motion.machine_coordinates;
-                    if !state.tcp && turns && matches!(command.op, Op::Rapid(_)) {
-                        state.turning = Some((index, state.frame));
-                    }
-                    let placed = self.place(&mut state, motion, index);
-                    let Some(placed) = placed.filter(|_| state.tcp && !motion.machine_coordinates) else { continue };
-                    if !state.frame.is_rigid() {
-                        let message = "a scaled frame is in force".to_owned();
-                        return Err(fail(
-                            &command.location,
-                            "reschedule-path",
-                            message,
-                            "write the path without SCALE",
-                        ));
-                    }
-                    let feed = matches!(command.op, Op::Linear(_));
-                    let fresh = Found { tool: state.tool.clone(), ..Found::default() };
-                    let Some(run) = runs.last_mut() else { continue };
-                    if feed && run.after.is_empty() {
-                        run.blocks.push(placed);
-                    } else if feed {
-                        runs.push(Found { blocks: vec![placed], ..fresh });
-                    } else if run.blocks.is_empty() {
-                        run.before.push(placed);
-                    } else {
-                        run.after.push(placed);
-                    }
-                }
-                Op::Arc(_) | Op::Spline(_) | Op::Thread(_) | Op::Probe(_) if state.tcp => {
-                    let message = "only straight blocks can be re-scheduled".to_owned();
-                    return Err(fail(
-                        &command.location,
-                        "reschedule-path",
-                        message,
-                        "post the path as straight blocks",
-                    ));
-                }
-                _ => {}
-            }
-        }
-        Ok(runs)
-    }
-
-    /// Pose at the end of a motion, where the program has told enough.
-    fn place(&self, state: &mut State, motion: &Motion, command: usize) -> Option<Placed> {
-        for axis in 0..3 {
-            state.tip[axis] = motion.end_base.get(axis);
-            if let Some(value) = motion.end_base.get(3 + axis) {
-                state.rotary[axis] = Some(value);
-            }
-        }
-        if let Some(axis) = motion.tool_axis_base {
-            state.axis = Some(Vector::from(axis).normalize());
-        } else if motion.programmed >> 3 & 0b111 != 0 || state.axis.is_none() {
-            let mut q = state.q;
-            for &joint in self.machine.rotary_joints() {
-                let letter =
-                    AXIS_LETTERS[3..6].iter().position(|&l| self.machine.joint_for_letter(l) == Some(joint))?;
-                q[joint] = state.rotary[letter]?;
-            }
-            state.q = q;
-            state.axis = Some(self.machine.forward(&q, 0.0).axis);
-        }
-        let [Some(x), Some(y), Some(z)] = state.tip else { return None };
-        Some(Placed { command, pose: ToolPose { tip: Point::new(x, y, z), axis: state.axis? }, frame: state.frame })
-    }
-
     fn run(&self, found: &Found, out: &mut Reprogrammed) -> Result<(), Box<ControlError>> {
-        let line = |placed: &Placed| out.commands[placed.command].location.line;
-        let run =
-            CuttingRun { blocks: found.blocks.iter().map(|b| CuttingBlock { pose: b.pose, line: line(b) }).collect() };
+        let block = |b: ProgramBlock| CuttingBlock { pose: b.pose, line: b.line, time: b.time };
+        let run = CuttingRun { blocks: found.placed_blocks(&out.commands).map(block).collect() };
         let first = out.commands[found.blocks[0].command].location.clone();
         let cutter = found.tool.as_ref().and_then(|name| (self.cutter)(name)).ok_or_else(|| {
             let message = format!("the tool of this run is not in the library: {:?}", found.tool);
             fail(&first, "reschedule-tool", message, "add the tool to the library")
         })?;
-        let around = Surroundings { cutter: &cutter, table_axis: self.table_axis(), surface: None };
+        let around = Surroundings {
+            machine: Some(self.machine),
+            surface: self.surface,
+            region: self.region,
+            ..Surroundings::new(&cutter, self.table_axis())
+        };
         let result = self.method.reschedule(&run, &around).map_err(|e| Box::new(located(e, &first)))?;
         let ball = cutter.ball_radius().unwrap_or(0.0);
         let kept = |placed: &Placed, axis: &Vector| ToolPose {
@@ -247,7 +127,8 @@ impl Reprogramming<'_> {
             commands: found.blocks.iter().map(|b| b.command).collect(),
             before: found.blocks.iter().map(|b| b.pose).collect(),
             after: result.poses,
-            picture: result.picture,
+            stretch: result.stretch,
+            study: result.study,
         });
         Ok(())
     }
@@ -321,28 +202,6 @@ fn put(end: &mut AxisValues, base: &mut AxisValues, changed: &mut u16, work: [f6
         end.put(axis, work[axis]);
         base.put(axis, tip[axis]);
     }
-}
-
-#[derive(Default)]
-struct State {
-    turning: Option<(usize, Frame)>,
-    tcp: bool,
-    tool: Option<ToolName>,
-    frame: Frame,
-    tip: [Option<f64>; 3],
-    rotary: [Option<f64>; 3],
-    axis: Option<Vector>,
-    q: JointValues,
-}
-
-impl Default for Frame {
-    fn default() -> Self {
-        Self::IDENTITY
-    }
-}
-
-fn fail(location: &Location, code: &'static str, message: String, help: &str) -> Box<ControlError> {
-    Box::new(ControlError::at(location, code, message, help))
 }
 
 fn located(error: RescheduleError, first: &Location) -> ControlError {

@@ -37,10 +37,10 @@ fn passes() -> (Vec<ToolPose>, Vec<ToolPose>, Vec<f64>) {
         start: 0.3,
     };
     let points = pass.points(&blade).expect("a pass");
-    let blocks = points.iter().zip(1..).map(|(p, line)| CuttingBlock { pose: p.pose, line }).collect();
+    let blocks = points.iter().zip(1..).map(|(p, line)| CuttingBlock { pose: p.pose, line, time: None }).collect();
     let run = CuttingRun { blocks };
     let cutter = Cutter::ball(16.0).expect("a ball").bodies(40.0).expect("bodies").remove(0);
-    let around = Surroundings { cutter: &cutter, table_axis: Vector::x(), surface: None };
+    let around = Surroundings::new(&cutter, Vector::x());
     let after = STheta::default().reschedule(&run, &around).expect("a solution").poses;
     let ways = points.windows(2).map(|p| (p[1].center - p[0].center).norm()).collect();
     (points.iter().map(|p| p.pose).collect(), after, ways)

@@ -166,9 +166,9 @@ fn explain(message: &str, at: &str) -> (&'static str, String, String) {
             let remedy = format!("a key carries its unit: write {}", with_unit.join(" or "));
             return ("machine-unit-missing", key, remedy);
         }
-        let nearest = known.iter().min_by_key(|k| edit_distance(&key, k));
+        let nearest = known.iter().min_by_key(|k| strsim::levenshtein(&key, k));
         let remedy = match nearest {
-            Some(k) if edit_distance(&key, k) <= key.len().max(k.len()) / 3 + 1 => format!("did you mean {k}?"),
+            Some(k) if strsim::levenshtein(&key, k) <= key.len().max(k.len()) / 3 + 1 => format!("did you mean {k}?"),
             _ => format!("known keys here: {}", known.join(", ")),
         };
         return ("machine-unknown-key", key, remedy);
@@ -184,20 +184,4 @@ fn explain(message: &str, at: &str) -> (&'static str, String, String) {
     }
     let shown: String = at.lines().next().unwrap_or_default().chars().take(40).collect();
     ("machine-syntax", shown, "correct the TOML at this place".to_owned())
-}
-
-/// Number of letters to insert, remove or replace (Levenshtein 1966).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &cb) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(ca != cb);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -67,6 +67,16 @@ pub struct Location {
     pub depth: u32,
 }
 
+impl Location {
+    /// Goes on to another block; the name of the file is shared and only touched when the file changes.
+    pub(crate) fn move_to(&mut self, file: &Arc<str>, line: u32, column: u32, length: u32, depth: u32) {
+        if !Arc::ptr_eq(&self.file, file) {
+            self.file = Arc::clone(file);
+        }
+        (self.line, self.column, self.length, self.depth) = (line, column, length, depth);
+    }
+}
+
 /// One canonical command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Command {

@@ -77,29 +77,13 @@ fn help_for(message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
     if message.starts_with("unknown field") {
         let Some(wrong) = quoted.next() else { return String::new() };
-        let best = quoted.min_by_key(|known| edit_distance(wrong, known));
+        let best = quoted.min_by_key(|known| strsim::levenshtein(wrong, known));
         return best.map_or_else(String::new, |known| format!("did you mean `{known}`?"));
     }
     if message.starts_with("missing field") {
         return format!("add `{}`", quoted.next().unwrap_or_default());
     }
     "see docs/schemas for what is allowed here".into()
-}
-
-/// Levenshtein distance of two words (Wagner and Fischer 1974).
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let change = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = change.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
@@ -126,11 +110,5 @@ mod tests {
     fn a_missing_key_says_what_to_add() {
         let error = parse_toml::<Sample>(Path::new("scene.toml"), "").expect_err("missing key");
         assert_eq!(error.help, "add `resolution_mm`");
-    }
-
-    #[test]
-    fn distances() {
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
-        assert_eq!(edit_distance("", "abc"), 3);
     }
 }

@@ -22,6 +22,7 @@ pub mod run;
 pub mod scene;
 mod scene_blade;
 mod scene_compare;
+mod scene_limits;
 pub mod verdict;
 
 mod bodies;

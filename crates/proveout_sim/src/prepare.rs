@@ -22,6 +22,7 @@ use crate::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
     },
+    scene_limits::limit_joints,
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
@@ -105,7 +106,8 @@ impl Prepared {
         let (program_name, program_path) = program_text(&scene, entry, choice)?;
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
         let tools_path = scene.resolve(&scene.file.tools);
-        let machine = Machine::read(&machine_path)?;
+        let mut machine = Machine::read(&machine_path)?;
+        limit_joints(&scene, &mut machine)?;
         let tools = ToolLibrary::read(&tools_path)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();

@@ -231,7 +231,7 @@ pub fn rescheduled(
     };
     let method = reschedule.method();
     let cutter = |name: &ToolName| tip(tool(name)?).cloned();
-    let work = Reprogramming { machine, method: method.as_ref(), cutter: &cutter };
+    let work = Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: None, region: None };
     work.apply(commands).map_err(SimError::Control)
 }
 

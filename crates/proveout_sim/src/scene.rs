@@ -13,6 +13,7 @@ use serde_spanned::Spanned;
 use crate::config::{ConfigError, parse_toml, read_text};
 pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile, ThetaUnitFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
+pub use crate::scene_limits::JointLimitFile;
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -231,7 +232,7 @@ pub enum PlantFile {
 }
 
 /// Control and dynamics.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlFile {
     /// Which motion cuts the stock.
@@ -242,6 +243,9 @@ pub struct ControlFile {
     pub plant: PlantFile,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
+    /// Limits of joints below those of the machine, by joint; in force for all programs.
+    #[serde(default)]
+    pub joint_limits: BTreeMap<String, JointLimitFile>,
 }
 
 /// Bounds of the gates, mm.

@@ -22,13 +22,15 @@ fn run(blocks: usize) -> Option<CuttingRun> {
         start: 0.3,
     };
     let points = pass.points(&Blade::new(spec).ok()?).ok()?;
-    Some(CuttingRun { blocks: points.iter().zip(1..).map(|(p, line)| CuttingBlock { pose: p.pose, line }).collect() })
+    Some(CuttingRun {
+        blocks: points.iter().zip(1..).map(|(p, line)| CuttingBlock { pose: p.pose, line, time: None }).collect(),
+    })
 }
 
 fn methods(c: &mut Criterion) {
     let bodies = Cutter::ball(16.0).and_then(|ball| ball.bodies(40.0));
     let Ok([cutter, ..]) = bodies.as_deref() else { return };
-    let around = Surroundings { cutter, table_axis: Vector::x(), surface: None };
+    let around = Surroundings::new(cutter, Vector::x());
     let mut group = c.benchmark_group("reschedule");
     group.sample_size(20);
     for blocks in [10_000, 100_000] {

@@ -5,6 +5,7 @@
 //! * [`ClStatement`] – one statement; motions carry a [`proveout_geom::ToolPose`] in the frame of the part program, mm.
 //!
 //! * [`HelicalPass`] – a ball end mill round a blade, as a CAM system posts it.
+//! * [`BladeSurface`] – contacts on a blade: nearest point, normal, principal curvatures.
 //! * [`reschedule`] – published methods that re-plan the tool axes of a path.
 //!
 //! Units of the file (`UNITS/MM`, `UNITS/INCHES`) are converted while reading: mm, mm/s, radian, second inside.
@@ -14,11 +15,13 @@
 
 mod apt;
 mod apt_words;
+mod blade_surface;
 mod cl;
 mod error;
 mod helix;
 pub mod reschedule;
 
+pub use blade_surface::BladeSurface;
 pub use cl::{ClFile, ClRecord, ClStatement, CoolantState, SpindleState};
 pub use error::ClError;
 pub use helix::{HelicalPass, PassError, PassPoint};

@@ -74,7 +74,7 @@ fn stand_in(twist: f64, turns: f64, lead: f64, start: f64) -> CuttingRun {
         start,
     };
     let points = pass.points(&blade).unwrap();
-    let blocks = points.iter().zip(1..).map(|(p, line)| CuttingBlock { pose: p.pose, line }).collect();
+    let blocks = points.iter().zip(1..).map(|(p, line)| CuttingBlock { pose: p.pose, line, time: None }).collect();
     CuttingRun { blocks }
 }
 
@@ -83,7 +83,7 @@ fn ball() -> Profile {
 }
 
 fn around(cutter: &Profile) -> Surroundings<'_> {
-    Surroundings { cutter, table_axis: Vector::x(), surface: None }
+    Surroundings::new(cutter, Vector::x())
 }
 
 /// Joints Y, Z, A of the table-head machine of the specification's section 4, pivot length 200, at ball center speed
@@ -156,12 +156,12 @@ fn the_stand_in_scene_meets_the_acceptance_bands() {
     let shown = format!(
         "original {o:.1?}\nquaternion {q:.1?}\nproposed {p:.1?}\nreductions {:.1?}\n{:?}",
         (0..3).map(|k| [reduction(k, 0), reduction(k, 1)]).collect::<Vec<_>>(),
-        proposed.picture.figures
+        proposed.study.figures
     );
     // Hard criteria of section 8.
     assert_eq!(reversals(unwrapped(&proposed.poses).into_iter()), 0, "{shown}");
     assert!(reversals(unwrapped(&original).into_iter()) >= 4, "two a layer: {shown}");
-    let margin = proposed.picture.figures.iter().find(|f| f.0 == "smallest_margin_deg").unwrap().1;
+    let margin = proposed.study.figure("smallest margin").unwrap();
     assert!(margin > -1e-9, "{shown}");
     for k in 0..3 {
         assert!(reduction(k, 0) > 0.0 && reduction(k, 1) > 0.0, "{shown}");
@@ -213,7 +213,7 @@ fn a_circle_has_no_altered_points_and_a_straight_plan() {
             let phi = TAU * f64::from(i) / 1000.0;
             let n = Vector::new(0.0, phi.cos(), phi.sin());
             let center = n * 20.0 + Vector::new(f64::from(i) * 1e-3, 0.0, 0.0);
-            CuttingBlock { pose: ToolPose { tip: (center - n * 8.0).into(), axis: n }, line: i as u32 + 1 }
+            CuttingBlock { pose: ToolPose { tip: (center - n * 8.0).into(), axis: n }, line: i as u32 + 1, time: None }
         })
         .collect();
     let run = CuttingRun { blocks };

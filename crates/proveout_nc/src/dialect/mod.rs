@@ -4,6 +4,7 @@ mod apt;
 mod detect;
 mod heidenhain;
 mod iso;
+mod passes;
 mod siemens;
 
 use std::fmt::Debug;

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use super::{EdgeNumbers, PostSettings, Unsaid, positive};
 use crate::frame::{self, Frame};
-use crate::{ArcMotion, FrameChange, Op, ToolName};
+use crate::{ArcMotion, Feed, FrameChange, Op, ToolName};
 
 /// Lines of text.
 #[derive(Debug)]
@@ -45,6 +45,21 @@ impl<W: Write> Lines<W> {
         }
         self.sink.flush()?;
         Ok(())
+    }
+
+    /// G93, G94 or G95 where the mode changes, and F; the number of G93 stands in every block with a motion instead.
+    pub(crate) fn feed_words(&self, feed: Feed, mode_in_force: &mut Option<&'static str>) -> String {
+        let (mode, value) = match feed {
+            Feed::PerTime(v) => ("G94", Some(self.feed(v * 60.0))),
+            Feed::PerRevolution(v) => {
+                let decimals = self.settings.feed_decimals + 3;
+                ("G95", Some(self.above_zero(self.in_unit(v), decimals)))
+            }
+            Feed::InverseTime(_) => ("G93", None),
+        };
+        let mode = (mode_in_force.replace(mode) != Some(mode)).then(|| mode.to_owned());
+        let words: Vec<String> = mode.into_iter().chain(value.map(|v| format!("F{v}"))).collect();
+        words.join(" ")
     }
 
     /// Millimeters in the unit of the text.

@@ -288,25 +288,9 @@ impl<W: Write> SiemensPost<W> {
     }
 
     fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
-        let (mode, value) = match feed {
-            Feed::PerTime(v) => ("G94", format!("F{}", self.out.feed(v * 60.0))),
-            Feed::PerRevolution(v) => {
-                let decimals = self.out.settings.feed_decimals + 3;
-                ("G95", format!("F{}", self.out.above_zero(self.out.in_unit(v), decimals)))
-            }
-            // Stands in every block with a motion.
-            Feed::InverseTime(_) => ("G93", String::new()),
-        };
         self.feed = Some(feed);
-        let mut words = Vec::new();
-        if self.feed_mode != Some(mode) {
-            self.feed_mode = Some(mode);
-            words.push(mode.to_owned());
-        }
-        if !value.is_empty() {
-            words.push(value);
-        }
-        self.line(&words.join(" "))
+        let words = self.out.feed_words(feed, &mut self.feed_mode);
+        self.line(&words)
     }
 
     fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {

@@ -2,6 +2,7 @@
 
 use proveout_controller::ReprogrammedRun;
 use proveout_geom::{TriMesh, Vector};
+use proveout_toolpath::reschedule::{Curve, CurveKind, Figure};
 
 use super::result::StudyFigure;
 
@@ -114,31 +115,24 @@ pub struct PartPicture {
 
 /// What the method of a run shows.
 pub(crate) fn study_of(run: &ReprogrammedRun) -> Study {
-    let role = |name: &str| match name {
-        "original" => Role::Original,
-        "new" => Role::Result,
-        "key points" => Role::KeyPoints,
-        "base points" => Role::Marks,
-        _ => Role::Limit,
+    let role = |kind: CurveKind| match kind {
+        CurveKind::Limit => Role::Limit,
+        CurveKind::Original => Role::Original,
+        CurveKind::Polyline => Role::Polyline,
+        CurveKind::Result => Role::Result,
+        CurveKind::KeyPoints => Role::KeyPoints,
+        CurveKind::Marks => Role::Marks,
     };
-    let curve = |name: &str, role, points: &[[f64; 2]]| StudyCurve {
-        name: name.to_owned(),
-        role,
-        axes: ["arc length of the ball center".to_owned(), "angle of the tool axis".to_owned()],
-        units: ["mm".to_owned(), "deg".to_owned()],
-        points: points.iter().map(|[s, angle]| [*s, angle.to_degrees()]).collect(),
+    let curve = |c: &Curve| StudyCurve {
+        name: c.name.into(),
+        role: role(c.kind),
+        axes: c.axes.map(|a| a.name.into()),
+        units: c.axes.map(|a| a.unit.into()),
+        points: c.points.clone(),
     };
-    let mut curves: Vec<StudyCurve> =
-        run.picture.curves.iter().map(|c| curve(c.name, role(c.name), &c.points)).collect();
-    let keys = curves.iter().position(|c| c.role == Role::KeyPoints);
-    if let Some(keys) = keys {
-        let polyline = StudyCurve { name: "polyline".into(), role: Role::Polyline, ..curves[keys].clone() };
-        curves.insert(keys, polyline);
+    let figure = |f: &Figure| StudyFigure { name: f.name.into(), unit: f.unit.into(), value: f.value };
+    Study {
+        curves: run.study.curves.iter().map(curve).collect(),
+        figures: run.study.figures.iter().map(figure).collect(),
     }
-    let figure = |(name, value): &(&'static str, f64)| {
-        let unit = ["deg", "mm"].into_iter().find(|u| name.ends_with(&format!("_{u}")));
-        let bare = unit.map_or(*name, |u| name.trim_end_matches(u).trim_end_matches('_'));
-        StudyFigure { name: bare.replace('_', " "), unit: unit.unwrap_or_default().into(), value: *value }
-    };
-    Study { curves, figures: run.picture.figures.iter().map(figure).collect() }
 }

@@ -2,7 +2,7 @@
 //!
 //! One file a method, with its paper and equation numbers in the header. A method implements [`Method`]: it gets a run of
 //! cutting blocks ([`CuttingRun`]) and what is known about the surroundings ([`Surroundings`]), and gives a new pose for each
-//! block and what a person may want to see of it ([`Picture`]). It keeps the number and order of blocks, so that feeds, tools
+//! block and what a person may want to see of it ([`Study`]). It keeps the number and order of blocks, so that feeds, tools
 //! and the structure of the program stay.
 
 mod channel;
@@ -11,9 +11,13 @@ mod error;
 mod quaternion;
 mod s_theta;
 mod section;
+mod study;
 mod taut;
 
+use std::ops::Range;
+
 use proveout_geom::{Point, ToolPose, Vector};
+use proveout_machine::Machine;
 use proveout_tool::Profile;
 
 pub use channel::{Channel, exact_limits};
@@ -22,15 +26,20 @@ pub use error::RescheduleError;
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
 pub use section::{Layer, SectionPath};
+pub use study::{Curve, CurveKind, Figure, Quantity, Study};
 pub use taut::{Gate, taut_string};
 
 /// A block of a cutting run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CuttingBlock {
-    /// Tip and axis at the end of the block, frame of the workpiece.
+    /// Tip and axis at the end of the block, in the frame of the run (the table's frame for a program under tool center point
+    /// control).
     pub pose: ToolPose,
     /// Line of the block in its program, for messages.
     pub line: u32,
+    /// Time that the programmed feed gives to the block, s; none for the first block of a run and where the program has told
+    /// no feed. Methods that weigh joint speeds need it.
+    pub time: Option<f64>,
 }
 
 /// Blocks in feed without a rapid between them, in order.
@@ -43,11 +52,11 @@ pub struct CuttingRun {
 /// Where a tool touches a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Contact point, frame of the workpiece, mm.
+    /// Contact point, frame of the run, mm.
     pub point: Point,
     /// Outward unit normal of the surface.
     pub normal: Vector,
-    /// Principal curvatures, 1/mm, positive where the surface is convex, with their unit directions.
+    /// Principal curvatures, 1/mm, positive where the surface is convex, with their unit directions; the larger one first.
     pub curvatures: [(f64, Vector); 2],
 }
 
@@ -57,33 +66,34 @@ pub trait ContactSurface {
     fn contact(&self, near: &Point) -> Option<Contact>;
 }
 
-/// What a method may ask about.
+/// Which poses of the tool are free of interference: the feasible region of tool axes at a contact point is where the
+/// clearance is positive.
+pub trait FeasibleRegion {
+    /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they do. The cutting
+    /// end, which touches the surface that it cuts, does not count.
+    fn clearance(&self, pose: &ToolPose) -> f64;
+}
+
+/// What a method may ask about. Everything is in the frame of the run.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
     /// Cutting end of the tool.
     pub cutter: &'a Profile,
-    /// Direction of the rotary table's axis in the frame of the workpiece, unit length: sections are cut across it.
+    /// Direction of the rotary table's axis, unit length: sections are cut across it.
     pub table_axis: Vector,
+    /// The machine that will run the poses, for methods that look at rotary axes, their ranges and singularities.
+    pub machine: Option<&'a Machine>,
     /// The surface that is cut, for methods that need normals and curvatures.
     pub surface: Option<&'a dyn ContactSurface>,
+    /// What the tool must not touch, for methods that need feasible regions.
+    pub region: Option<&'a dyn FeasibleRegion>,
 }
 
-/// A curve or a set of points to show.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
-    /// What it is: `forward limit`, `key points`, ...
-    pub name: &'static str,
-    /// Arc length, mm, and angle, radian.
-    pub points: Vec<[f64; 2]>,
-}
-
-/// What a method shows of its work in the plane of path length and angle.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Picture {
-    /// The curves.
-    pub curves: Vec<Curve>,
-    /// Numbers by name, with their unit in the name.
-    pub figures: Vec<(&'static str, f64)>,
+impl<'a> Surroundings<'a> {
+    /// A cutter and a table axis; nothing else is known.
+    pub fn new(cutter: &'a Profile, table_axis: Vector) -> Self {
+        Self { cutter, table_axis, machine: None, surface: None, region: None }
+    }
 }
 
 /// New poses, one for each block of the run.
@@ -91,8 +101,10 @@ pub struct Picture {
 pub struct Rescheduled {
     /// The poses.
     pub poses: Vec<ToolPose>,
+    /// The blocks that were planned anew: without lead-in and lead-out, which only follow their ends.
+    pub stretch: Range<usize>,
     /// What to show.
-    pub picture: Picture,
+    pub study: Study,
 }
 
 /// A published method that re-plans tool orientations.

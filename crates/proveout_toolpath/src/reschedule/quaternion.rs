@@ -11,9 +11,10 @@
 
 use proveout_geom::Vector;
 
-use super::s_theta::{picture, poses};
+use super::s_theta::{curve, poses, study};
 use super::{
-    Channel, Curve, CuttingRun, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, SectionPath, Surroundings,
+    Channel, CurveKind, CuttingRun, Figure, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, SectionPath,
+    Surroundings,
 };
 
 /// Parameters of the baseline.
@@ -81,10 +82,10 @@ impl Method for Quaternion {
             }
         }
         let channel = Channel::tabulated(&path, self.clearance, f64::MIN)?;
-        let mut picture = picture(&path, &channel, &angles);
-        let points = keys.iter().map(|&i| [path.arc[i], path.axis_angle[i]]).collect();
-        picture.figures.push(("key_points", keys.len() as f64));
-        picture.curves.push(Curve { name: "key points", points });
-        Ok(Rescheduled { poses: poses(run, &path, &angles), picture })
+        let mut study = study(&path, &channel, &angles);
+        let points: Vec<[f64; 2]> = keys.iter().map(|&i| [path.arc[i], path.axis_angle[i]]).collect();
+        study.figures.push(Figure { name: "key points", unit: "", value: keys.len() as f64 });
+        study.curves.push(curve("key points", CurveKind::KeyPoints, points));
+        Ok(Rescheduled { poses: poses(run, &path, &angles), stretch: path.stretch(), study })
     }
 }

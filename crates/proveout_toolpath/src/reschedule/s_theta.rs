@@ -17,7 +17,8 @@ use proveout_geom::ToolPose;
 use super::corner::{Smoothed, ThetaUnit};
 use super::taut::{Gate, taut_string};
 use super::{
-    Channel, Curve, CuttingRun, Layer, Method, Picture, RescheduleError, Rescheduled, SectionPath, Surroundings,
+    Channel, Curve, CurveKind, CuttingRun, Figure, Layer, Method, Quantity, RescheduleError, Rescheduled, SectionPath,
+    Study, Surroundings,
 };
 
 /// Parameters of the method.
@@ -343,33 +344,46 @@ impl Method for STheta {
         let path = SectionPath::new(run, around)?;
         let channel = Channel::tabulated(&path, self.clearance, 2.0 * self.inset)?;
         let Plan { angles, layers } = self.plan(&path, &channel)?;
-        let mut picture = picture(&path, &channel, &angles);
-        let keys: Vec<[f64; 2]> = layers.iter().flat_map(|(_, curve)| curve.points.iter().copied()).collect();
+        let mut study = study(&path, &channel, &angles);
+        let string: Vec<[f64; 2]> = layers.iter().flat_map(|(_, curve)| curve.points.iter().copied()).collect();
+        let mut keys = string.clone();
+        keys.dedup();
         let bases = layers.iter().filter(|(layer, _)| layer.starts_at_base);
-        let bases = bases.map(|(layer, _)| [path.arc[layer.first], angles[layer.first]]).collect();
-        picture.curves.push(Curve { name: "base points", points: bases });
-        picture.figures.push(("layers", layers.len() as f64));
-        picture.figures.push(("key_points", keys.len() as f64));
-        picture.curves.push(Curve { name: "key points", points: keys });
-        Ok(Rescheduled { poses: poses(run, &path, &angles), picture })
+        let bases: Vec<[f64; 2]> = bases.map(|(layer, _)| [path.arc[layer.first], angles[layer.first]]).collect();
+        study.figures.push(Figure { name: "layers", unit: "", value: layers.len() as f64 });
+        study.figures.push(Figure { name: "key points", unit: "", value: keys.len() as f64 });
+        study.curves.push(curve("taut string", CurveKind::Polyline, string));
+        study.curves.push(curve("key points", CurveKind::KeyPoints, keys));
+        study.curves.push(curve("base points", CurveKind::Marks, bases));
+        Ok(Rescheduled { poses: poses(run, &path, &angles), stretch: path.stretch(), study })
     }
 }
 
+/// A curve of the S-theta plane from arc lengths, mm, and angles, radian.
+pub(super) fn curve(name: &'static str, kind: CurveKind, points: impl IntoIterator<Item = [f64; 2]>) -> Curve {
+    let axes = [
+        Quantity { name: "path length of the ball center", unit: "mm" },
+        Quantity { name: "tool axis angle in the section", unit: "deg" },
+    ];
+    Curve { name, kind, axes, points: points.into_iter().map(|[s, angle]| [s, angle.to_degrees()]).collect() }
+}
+
 /// Limits, original and new angle over arc length, and the margin.
-pub(super) fn picture(path: &SectionPath, channel: &Channel, angles: &[f64]) -> Picture {
-    let over = |values: &[f64]| path.arc.iter().zip(values).map(|(s, v)| [*s, *v]).collect();
+pub(super) fn study(path: &SectionPath, channel: &Channel, angles: &[f64]) -> Study {
+    let over = |name, kind, values: &[f64]| curve(name, kind, path.arc.iter().zip(values).map(|(s, v)| [*s, *v]));
     let narrowest = (0..path.len()).map(|i| channel.width(i)).fold(f64::MAX, f64::min);
-    Picture {
+    let figure = |name, unit, value| Figure { name, unit, value };
+    Study {
         curves: vec![
-            Curve { name: "forward limit", points: over(&channel.upper) },
-            Curve { name: "backward limit", points: over(&channel.lower) },
-            Curve { name: "original", points: over(&path.axis_angle) },
-            Curve { name: "new", points: over(angles) },
+            over("forward limit", CurveKind::Limit, &channel.upper),
+            over("backward limit", CurveKind::Limit, &channel.lower),
+            over("original", CurveKind::Original, &path.axis_angle),
+            over("new", CurveKind::Result, angles),
         ],
         figures: vec![
-            ("narrowest_channel_deg", narrowest.to_degrees()),
-            ("smallest_margin_deg", channel.margin(angles).to_degrees()),
-            ("layer_mm", path.period),
+            figure("narrowest channel", "deg", narrowest.to_degrees()),
+            figure("smallest margin", "deg", channel.margin(angles).to_degrees()),
+            figure("layer", "mm", path.period),
         ],
     }
 }

@@ -9,7 +9,10 @@
 //!
 //! Li et al. 2022 (doi:10.3390/machines10100953), section 3.1 of the specification; equation (1) for the ball centers.
 
-use std::f64::consts::{PI, TAU};
+use std::{
+    f64::consts::{PI, TAU},
+    ops::Range,
+};
 
 use proveout_geom::{Point, Vector};
 
@@ -227,6 +230,11 @@ impl SectionPath {
             .map(|k| Layer { first: marks[k], last: marks[k + 1], starts_at_base: k > 0, ends_at_base: k + 1 < count })
             .collect();
         Ok(())
+    }
+
+    /// The blocks of the run that this path holds.
+    pub fn stretch(&self) -> Range<usize> {
+        self.lead_in..self.lead_in + self.len()
     }
 
     /// Unit vector of the plane at an angle, with the inclination of block i kept.

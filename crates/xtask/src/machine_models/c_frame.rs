@@ -114,13 +114,13 @@ impl CFrame<'_> {
         );
         let mut parts = vec![
             Part::new("bed", "bed", "base", Paint::Frame, bed),
-            Part::drawn("feet", "bed", "base", Paint::Dark, Solid::all(feet)),
+            Part::new("feet", "bed", "base", Paint::Dark, Solid::all(feet)),
             Part::new("column", "column", "base", Paint::Casting, post),
-            Part::drawn("column_ribs", "column", "base", Paint::Frame, Solid::all(ribs)),
-            Part::drawn("z_rails", "guide", "base", Paint::Rail, z_rails.and(screw)),
-            Part::drawn("z_cover", "cover", "base", Paint::Bellows, z_cover),
-            Part::drawn("z_motor", "motor", "base", Paint::Dark, z_motor),
-            Part::drawn("y_rails", "guide", "base", Paint::Rail, y_rails),
+            Part::new("column_ribs", "column", "base", Paint::Frame, Solid::all(ribs)),
+            Part::new("z_rails", "guide", "base", Paint::Rail, z_rails.and(screw)),
+            Part::new("z_cover", "cover", "base", Paint::Bellows, z_cover),
+            Part::new("z_motor", "motor", "base", Paint::Dark, z_motor),
+            Part::new("y_rails", "guide", "base", Paint::Rail, y_rails),
         ];
 
         let y_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
@@ -136,8 +136,8 @@ impl CFrame<'_> {
             [0.0, 0.6 * hy, 0.0],
         );
         parts.push(Part::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
-        parts.push(Part::drawn("y_carriages", "guide", on_saddle, Paint::Dark, Solid::all(y_blocks)));
-        parts.push(Part::drawn("x_rails", "guide", on_saddle, Paint::Rail, x_rails));
+        parts.push(Part::new("y_carriages", "guide", on_saddle, Paint::Dark, Solid::all(y_blocks)));
+        parts.push(Part::new("x_rails", "guide", on_saddle, Paint::Rail, x_rails));
 
         let x_blocks = [-1.0, 1.0].into_iter().flat_map(|u| {
             [-0.6, 0.6].map(|v| {
@@ -145,10 +145,10 @@ impl CFrame<'_> {
                 block([cx - 34.0, cy - 28.0, saddle_top + 2.0], [cx + 34.0, cy + 28.0, under + 3.0], 4.0)
             })
         });
-        parts.push(Part::drawn("x_carriages", "guide", on_table, Paint::Dark, Solid::all(x_blocks)));
+        parts.push(Part::new("x_carriages", "guide", on_table, Paint::Dark, Solid::all(x_blocks)));
         let covers = [[-hx - 0.06 * hx, -hx + 2.0], [hx - 2.0, hx + 0.06 * hx]]
             .map(|[a, b]| block([a, -0.8 * hy, under + 4.0], [b, 0.8 * hy, deck - 6.0], 3.0));
-        parts.push(Part::drawn("x_covers", "cover", on_table, Paint::Bellows, Solid::all(covers)));
+        parts.push(Part::new("x_covers", "cover", on_table, Paint::Bellows, Solid::all(covers)));
         if !self.slotted {
             let plate = block([-hx, -hy, under], [hx, hy, deck], 6.0);
             parts.push(Part::new("slide_table", "table", on_table, Paint::Casting, plate));
@@ -174,8 +174,8 @@ impl CFrame<'_> {
         });
         let motor = cylinder([0.0, 0.0, foot + head_height - 2.0], Axis::Z.unit(), 0.62 * head, 1.1 * head, 10.0);
         parts.push(Part::new("head", "headstock", on_head, Paint::Accent(accent), body));
-        parts.push(Part::drawn("z_carriages", "guide", on_head, Paint::Dark, Solid::all(z_blocks)));
-        parts.push(Part::drawn("spindle_motor", "motor", on_head, Paint::Dark, motor));
+        parts.push(Part::new("z_carriages", "guide", on_head, Paint::Dark, Solid::all(z_blocks)));
+        parts.push(Part::new("spindle_motor", "motor", on_head, Paint::Dark, motor));
         parts
     }
 }

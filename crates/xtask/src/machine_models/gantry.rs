@@ -92,7 +92,7 @@ impl Gantry<'_> {
             Part::new("bed", "bed", "base", Paint::Frame, bed),
             Part::new("left_wall", "column", "base", Paint::Casting, walls[0].clone()),
             Part::new("right_wall", "column", "base", Paint::Casting, walls[1].clone()),
-            Part::drawn(
+            Part::new(
                 "ribs",
                 "column",
                 "base",
@@ -120,15 +120,15 @@ impl Gantry<'_> {
             2.0,
         );
         parts.push(Part::new("beam", "beam", on_beam, Paint::Casting, beam));
-        parts.push(Part::drawn(
+        parts.push(Part::new(
             "beam_ribs",
             "beam",
             on_beam,
             Paint::Frame,
             Solid::all(beam_ribs).and(Solid::all(flanges)),
         ));
-        parts.push(Part::drawn("x_rails", "guide", on_beam, Paint::Rail, x_rails));
-        parts.push(Part::drawn("x_bellows", "cover", on_beam, Paint::Bellows, cover));
+        parts.push(Part::new("x_rails", "guide", on_beam, Paint::Rail, x_rails));
+        parts.push(Part::new("x_bellows", "cover", on_beam, Paint::Bellows, cover));
         if on_beam != "base" {
             // Below a fixed portal the table passes through.
             parts.push(Part::new("rear_wall", "column", "base", Paint::Casting, rear_wall));
@@ -136,13 +136,13 @@ impl Gantry<'_> {
         if on_beam == "base" {
             let pads =
                 tops.map(|[a, b]| block([a - 15.0, beam_front, wall_top - 4.0], [b + 15.0, beam_back, low + 4.0], 3.0));
-            parts.push(Part::drawn("portal_pads", "column", "base", Paint::Frame, Solid::all(pads)));
+            parts.push(Part::new("portal_pads", "column", "base", Paint::Frame, Solid::all(pads)));
         } else {
             let carriages = tops.map(|[a, b]| {
                 block([a - 18.0, beam_front - 10.0, wall_top + 4.0], [b + 18.0, beam_back + 10.0, low + 4.0], 5.0)
             });
-            parts.push(Part::drawn("y_rails", "guide", "base", Paint::Rail, Solid::all(y_rails)));
-            parts.push(Part::drawn("y_carriages", "guide", on_beam, Paint::Dark, Solid::all(carriages)));
+            parts.push(Part::new("y_rails", "guide", "base", Paint::Rail, Solid::all(y_rails)));
+            parts.push(Part::new("y_carriages", "guide", on_beam, Paint::Dark, Solid::all(carriages)));
         }
 
         // The saddle clasps the ram.
@@ -165,7 +165,7 @@ impl Gantry<'_> {
             })
         });
         parts.push(Part::new("saddle", "saddle", on_saddle, Paint::Accent(accent), saddle));
-        parts.push(Part::drawn("x_carriages", "guide", on_saddle, Paint::Dark, Solid::all(blocks)));
+        parts.push(Part::new("x_carriages", "guide", on_saddle, Paint::Dark, Solid::all(blocks)));
 
         // The ram with its rails at the back and the drive on top.
         let body = block([-ram, -ram, foot], [ram, ram, foot + length], 14.0);
@@ -176,8 +176,8 @@ impl Gantry<'_> {
         );
         let drive = cylinder([0.0, 0.0, foot + length - 2.0], Axis::Z.unit(), 0.5 * ram, 0.9 * ram, 8.0);
         parts.push(Part::new("ram", "ram", on_ram, Paint::Casting, body));
-        parts.push(Part::drawn("z_rails", "guide", on_ram, Paint::Rail, z_rails));
-        parts.push(Part::drawn("z_drive", "motor", on_ram, Paint::Dark, drive));
+        parts.push(Part::new("z_rails", "guide", on_ram, Paint::Rail, z_rails));
+        parts.push(Part::new("z_drive", "motor", on_ram, Paint::Dark, drive));
         parts
     }
 }

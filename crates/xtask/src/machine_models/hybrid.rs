@@ -90,7 +90,7 @@ pub(crate) fn lu_hybrid(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let motor = cylinder([axis[0], face - 148.0, axis[2]], [0.0, -1.0, 0.0], 40.0, 60.0, 6.0);
     parts.push(Part::new("moving_plate", "platform", "A", Paint::Accent(accent), moving_plate));
     parts.push(Part::new("fixture_headstock", "bearing", "A", Paint::Casting, headstock));
-    parts.push(Part::drawn("fixture_motor", "motor", "A", Paint::Dark, motor));
+    parts.push(Part::new("fixture_motor", "motor", "A", Paint::Dark, motor));
     let disc = [[0.0, -36.0], [30.0, -36.0], [30.0, -20.0], [46.0, -20.0], [46.0, -2.0], [44.0, 0.0], [0.0, 0.0]];
     let disc = revolved([axis[0], face, axis[2]], Axis::Y.unit(), &disc);
     parts.push(Part::new("fixture", "table", "B", Paint::Steel, disc));

@@ -50,7 +50,7 @@ pub(crate) struct Part {
     pub(crate) color: [u8; 3],
     /// Metal that shines.
     pub(crate) bright: bool,
-    /// False for what is only drawn.
+    /// False for what is only drawn, since no joint moves it as one rigid body.
     pub(crate) check: bool,
     /// Shape in machine coordinates with all joints at zero.
     pub(crate) solid: Solid,
@@ -63,7 +63,8 @@ impl Part {
         Self { name: name.into(), role, on: on.into(), color: paint.color(), bright, check: true, solid }
     }
 
-    /// A part that is only drawn: guides, covers, what lies within the outline of others.
+    /// A part that is only drawn: the legs of a platform, which turn with three joints and stand in their middle position.
+    /// Everything else is checked, guides, covers and motors too: a gate that leaves bodies out is no pass.
     pub(crate) fn drawn(name: &str, role: &'static str, on: &str, paint: Paint, solid: Solid) -> Self {
         Self { check: false, ..Self::new(name, role, on, paint, solid) }
     }

@@ -37,10 +37,10 @@ pub(crate) fn y_slide(numbers: &Numbers, deck: f64, half: [f64; 2]) -> Result<Ve
     let bellows = [[-reach + 24.0, -half[1] + 2.0], [half[1] - 2.0, reach - 24.0]]
         .map(|[a, b]| block([-0.4 * half[0], a, floor + 3.0], [0.4 * half[0], b, floor + 34.0], 4.0));
     Ok(vec![
-        Part::drawn("y_rails", "guide", "base", Paint::Rail, rails),
-        Part::drawn("y_bellows", "cover", "base", Paint::Bellows, Solid::all(bellows)),
+        Part::new("y_rails", "guide", "base", Paint::Rail, rails),
+        Part::new("y_bellows", "cover", "base", Paint::Bellows, Solid::all(bellows)),
         Part::new("y_slide", "slide", "Y", Paint::Casting, plate),
-        Part::drawn("y_carriages", "guide", "Y", Paint::Dark, Solid::all(blocks)),
+        Part::new("y_carriages", "guide", "Y", Paint::Dark, Solid::all(blocks)),
     ])
 }
 
@@ -82,16 +82,16 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let chips = block([-40.0, -300.0, floor - 2.0], [centers + 40.0, 300.0, floor + 8.0], 3.0);
     let mut parts = vec![
         Part::new("bed", "bed", "base", Paint::Frame, bed),
-        Part::drawn("bed_ribs", "bed", "base", Paint::Casting, Solid::all(ribs)),
-        Part::drawn("chip_channel", "cover", "base", Paint::Bellows, chips),
-        Part::drawn("x_rails", "guide", "base", Paint::Rail, x_rails),
+        Part::new("bed_ribs", "bed", "base", Paint::Casting, Solid::all(ribs)),
+        Part::new("chip_channel", "cover", "base", Paint::Bellows, chips),
+        Part::new("x_rails", "guide", "base", Paint::Rail, x_rails),
     ];
 
     // Headstock with the A axis, tailstock with its center.
     let stock = |a: f64, b: f64| prism(Axis::X, [a, b], &tongue(240.0, floor - 2.0, 0.0, 190.0));
     let a_motor = cylinder([-520.0, 0.0, 0.0], [-1.0, 0.0, 0.0], 120.0, 90.0, 12.0);
     parts.push(Part::new("headstock", "headstock", "base", Paint::Accent(accent), stock(-522.0, -92.0)));
-    parts.push(Part::drawn("a_drive", "motor", "base", Paint::Dark, a_motor));
+    parts.push(Part::new("a_drive", "motor", "base", Paint::Dark, a_motor));
     let tail = stock(centers + 190.0, centers + 520.0).and(cylinder(
         [centers + 192.0, 0.0, 0.0],
         [-1.0, 0.0, 0.0],
@@ -110,7 +110,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         cylinder([-30.0, 80.0 * c, 80.0 * s], [1.0, 0.0, 0.0], 14.0, 29.5, 2.0)
     });
     parts.push(Part::new("face_plate", "table", "A", Paint::Steel, plate));
-    parts.push(Part::drawn("face_plate_bolts", "table", "A", Paint::Dark, Solid::all(jaws)));
+    parts.push(Part::new("face_plate_bolts", "table", "A", Paint::Dark, Solid::all(jaws)));
 
     // Column on the rear bed; the slide climbs its front, and the ram goes through both.
     let front = rear + 30.0;
@@ -144,9 +144,9 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let z_rails =
         rail_pair([-20.0, front - 20.0, z[0] + pivot[2] - 330.0], [20.0, front + 2.0, top - 20.0], [330.0, 0.0, 0.0]);
     parts.push(Part::new("column", "column", "X", Paint::Casting, tower));
-    parts.push(Part::drawn("column_ribs", "column", "X", Paint::Frame, Solid::all(tower_ribs)));
-    parts.push(Part::drawn("x_carriages", "guide", "X", Paint::Dark, Solid::all(x_blocks)));
-    parts.push(Part::drawn("z_rails", "guide", "X", Paint::Rail, z_rails));
+    parts.push(Part::new("column_ribs", "column", "X", Paint::Frame, Solid::all(tower_ribs)));
+    parts.push(Part::new("x_carriages", "guide", "X", Paint::Dark, Solid::all(x_blocks)));
+    parts.push(Part::new("z_rails", "guide", "X", Paint::Rail, z_rails));
 
     // The slide clasps the ram; both stand at the height of the pivot.
     let h = pivot[2];
@@ -165,7 +165,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         })
     });
     parts.push(Part::new("slide", "saddle", "Z", Paint::Accent(accent), slide));
-    parts.push(Part::drawn("z_carriages", "guide", "Z", Paint::Dark, Solid::all(z_blocks)));
+    parts.push(Part::new("z_carriages", "guide", "Z", Paint::Dark, Solid::all(z_blocks)));
 
     // Ram along y with the B axis in its middle; its front stands off the spindle plane.
     let gap = 150.0;
@@ -177,7 +177,7 @@ pub(crate) fn starrag(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         );
     let collar = cylinder([0.0, gap + 2.0, h], [0.0, -1.0, 0.0], 0.95 * ram, 30.0, 4.0);
     parts.push(Part::new("ram", "ram", "Y", Paint::Casting, ram_body.and(collar)));
-    parts.push(Part::drawn("y_rails", "guide", "Y", Paint::Rail, y_rails));
+    parts.push(Part::new("y_rails", "guide", "Y", Paint::Rail, y_rails));
 
     // Swivel head: disc on the ram, box round the spindle.
     let disc = cylinder([0.0, gap - 30.0, h], [0.0, -1.0, 0.0], 0.95 * ram, 30.0, 4.0);
@@ -203,9 +203,9 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let y_rails = rail_pair([-130.0, floor + 10.0, -41.0], [-118.0, 155.0, -29.0], [0.0, 0.0, 45.0]);
     let mut parts = vec![
         Part::new("bed", "bed", "base", Paint::Frame, base.and(tower).and(bridge)),
-        Part::drawn("gusset", "bed", "base", Paint::Casting, tower_foot),
-        Part::drawn("x_rails", "guide", "base", Paint::Rail, x_rails),
-        Part::drawn("y_rails", "guide", "base", Paint::Rail, y_rails),
+        Part::new("gusset", "bed", "base", Paint::Casting, tower_foot),
+        Part::new("x_rails", "guide", "base", Paint::Rail, x_rails),
+        Part::new("y_rails", "guide", "base", Paint::Rail, y_rails),
     ];
 
     // Spindle side: cross slide, upright, spindle slide, spindle.
@@ -214,7 +214,7 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
         .and(block([-58.0, -82.0, 130.0], [58.0, -62.0, 292.0], 4.0));
     let z_rails = rail_pair([-6.0, -64.0, 134.0], [6.0, -52.0, 288.0], [42.0, 0.0, 0.0]);
     parts.push(Part::new("saddle", "saddle", "X", Paint::Accent(accent), saddle));
-    parts.push(Part::drawn("z_rails", "guide", "X", Paint::Rail, z_rails));
+    parts.push(Part::new("z_rails", "guide", "X", Paint::Rail, z_rails));
     let carrier = block([-55.0, -50.0, gauge + 48.0], [55.0, -34.0, gauge + 150.0], 4.0).and(block(
         [-42.0, -36.0, gauge + 50.0],
         [42.0, 38.0, gauge + 130.0],
@@ -233,7 +233,7 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     ));
     let y_blocks = [-1.0, 1.0].map(|v| block([-126.0, 22.0 * v - 14.0, -90.0], [-114.0, 22.0 * v + 14.0, 20.0], 2.0));
     parts.push(Part::new("console", "bearing", "Y", Paint::Accent(accent), console));
-    parts.push(Part::drawn("y_carriages", "guide", "Y", Paint::Dark, Solid::all(y_blocks)));
+    parts.push(Part::new("y_carriages", "guide", "Y", Paint::Dark, Solid::all(y_blocks)));
     let low = face - 62.0;
     let arm = cylinder([-75.0, 0.0, 0.0], [1.0, 0.0, 0.0], 34.0, 18.0, 3.0)
         .and(block([-68.0, low, -26.0], [-58.0, 18.0, 26.0], 3.0))
@@ -244,7 +244,7 @@ pub(crate) fn pocket_nc(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     // Laid back, z of the disc is y of the machine.
     let hub = cylinder([0.0, face - 24.0, 0.0], [0.0, 1.0, 0.0], 28.0, 12.0, 1.0);
     parts.push(Part::new("table", "table", "B", Paint::Steel, disc));
-    parts.push(Part::drawn("table_hub", "table", "B", Paint::Dark, hub));
+    parts.push(Part::new("table_hub", "table", "B", Paint::Dark, hub));
     Ok(parts)
 }
 
@@ -314,13 +314,13 @@ pub(crate) fn lu_serial(numbers: &Numbers) -> Result<Vec<Part>, Failure> {
     let post = cylinder([0.0, 0.0, post_low], Axis::Z.unit(), 84.0, console - post_low + 4.0, 4.0);
     let plate = block([-0.8 * half[0], -half[1], console], [0.8 * half[0], half[1], under], 8.0);
     parts.extend([
-        Part::drawn("x_rails", "guide", "base", Paint::Rail, rails_x),
+        Part::new("x_rails", "guide", "base", Paint::Rail, rails_x),
         Part::new("x_slide", "slide", "X", Paint::Casting, plate_x),
-        Part::drawn("x_carriages", "guide", "X", Paint::Dark, Solid::all(blocks_x)),
-        Part::drawn("y_rails", "guide", "X", Paint::Rail, rails_y),
+        Part::new("x_carriages", "guide", "X", Paint::Dark, Solid::all(blocks_x)),
+        Part::new("y_rails", "guide", "X", Paint::Rail, rails_y),
         Part::new("y_slide", "slide", "Y", Paint::Accent(accent), sleeve),
-        Part::drawn("y_carriages", "guide", "Y", Paint::Dark, Solid::all(blocks_y)),
-        Part::drawn("post", "guide", "Z", Paint::Rail, post),
+        Part::new("y_carriages", "guide", "Y", Paint::Dark, Solid::all(blocks_y)),
+        Part::new("post", "guide", "Z", Paint::Rail, post),
         Part::new("console", "slide", "Z", Paint::Casting, plate),
     ]);
     parts.extend(trunnion.parts(numbers)?);

@@ -99,12 +99,12 @@ impl Trunnion<'_> {
         let disc = slotted_disc([numbers.table[0], numbers.table[1]], r, face, self.thickness(), 5);
         Ok(vec![
             Part::new("bearings", "bearing", self.on, Paint::Frame, place(Solid::all(bearings))),
-            Part::drawn("bearing_caps", "bearing", self.on, Paint::Steel, place(Solid::all(caps))),
+            Part::new("bearing_caps", "bearing", self.on, Paint::Steel, place(Solid::all(caps))),
             Part::new("swivel_motor", "motor", self.on, Paint::Dark, place(motor)),
             Part::new("cradle", "cradle", self.tilt, Paint::Accent(self.accent), place(cradle)),
-            Part::drawn("journals", "bearing", self.tilt, Paint::Steel, place(Solid::all(journals))),
+            Part::new("journals", "bearing", self.tilt, Paint::Steel, place(Solid::all(journals))),
             Part::new("table", "table", self.turn, Paint::Steel, disc),
-            Part::drawn("table_hub", "table", self.turn, Paint::Dark, hub),
+            Part::new("table_hub", "table", self.turn, Paint::Dark, hub),
         ])
     }
 }

@@ -14,6 +14,7 @@ use super::words::{Block, Label, Statement};
 use super::{din, parser};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::dialect::passes::Passes;
 use crate::settings::Dialect;
 use crate::source::{Mark, Source};
 use crate::state::Position;
@@ -100,8 +101,7 @@ pub(crate) struct Interpreter {
     pub(crate) location: Location,
     pub(crate) done: bool,
     failure: Option<Box<Diagnostic>>,
-    passes: u64,
-    idle_passes: u64,
+    passes: Passes,
     calls: u64,
     selected: Option<String>,
     pub(crate) variables: Variables,
@@ -132,8 +132,7 @@ impl Interpreter {
             location,
             done: false,
             failure: None,
-            passes: 0,
-            idle_passes: 0,
+            passes: Passes::default(),
             calls: 0,
             selected: None,
             variables: Variables::new(&settings.variables, settings.limits.max_array_elements),
@@ -155,7 +154,7 @@ impl Interpreter {
 
     /// A motion was made: loops that move are not idle.
     pub(crate) fn moved(&mut self) {
-        self.idle_passes = 0;
+        self.passes.moved();
     }
 
     /// M2, M30 or the end of the main program.
@@ -240,14 +239,7 @@ impl Interpreter {
         {
             self.finish_old_cycle()?;
         }
-        if Arc::ptr_eq(&self.location.file, &loaded.source.name) {
-            self.location.line = at.line;
-            self.location.column = column;
-            self.location.length = length;
-            self.location.depth = depth;
-        } else {
-            self.location = Location { file: Arc::clone(&loaded.source.name), line: at.line, column, length, depth };
-        }
+        self.location.move_to(&loaded.source.name, at.line, column, length, depth);
         if let Statement::Path(path) = block.statement {
             return self.path(path, &block.words, block.span);
         }
@@ -257,21 +249,7 @@ impl Interpreter {
 
     /// Counts a jump back and refuses one too many.
     fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
-        self.passes += 1;
-        self.idle_passes += 1;
-        let limits = self.settings.limits;
-        if self.passes > limits.max_loop_passes {
-            let message =
-                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the conditions of the jumps, or raise max_loop_passes"));
-        }
-        if self.idle_passes > limits.max_idle_passes {
-            let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the condition of the jump, or raise max_idle_passes"));
-        }
-        Ok(())
+        self.passes.count(&self.settings.limits, span)
     }
 
     fn key(&self, label: &Label, span: Span) -> Result<String, Fault> {

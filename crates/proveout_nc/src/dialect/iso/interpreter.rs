@@ -15,6 +15,7 @@ use super::parser::{self, Block, Remark};
 use super::variables::Variables;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::dialect::passes::Passes;
 use crate::source::{Mark, Source};
 use crate::state::Position;
 use crate::{Command, Location, Offset, Op, Settings, WorkOffset};
@@ -63,8 +64,7 @@ pub(crate) struct Interpreter {
     pub(crate) done: bool,
     /// What ended the run, to be told behind the commands before it.
     failure: Option<Box<Diagnostic>>,
-    passes: u64,
-    idle_passes: u64,
+    passes: Passes,
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
     pub(crate) variables: Variables,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
@@ -128,8 +128,7 @@ impl Interpreter {
             location,
             done: false,
             failure: None,
-            passes: 0,
-            idle_passes: 0,
+            passes: Passes::default(),
             block_numbers: BTreeMap::new(),
             variables: Variables::new(flavor, &settings.variables),
             offsets: settings.work_offsets.iter().map(|(word, &offset)| (offset_key(word), offset)).collect(),
@@ -168,7 +167,7 @@ impl Interpreter {
 
     /// A motion is made: loops that move are not idle.
     pub(crate) fn begin_motion(&mut self) {
-        self.idle_passes = 0;
+        self.passes.moved();
         self.moved_in_block = true;
         self.begin();
     }
@@ -231,14 +230,7 @@ impl Interpreter {
         }
         let (column, length) = column_and_length(line, block.span);
         let depth = self.depth() as u32;
-        if Arc::ptr_eq(&self.location.file, &loaded.source.name) {
-            self.location.line = at.line;
-            self.location.column = column;
-            self.location.length = length;
-            self.location.depth = depth;
-        } else {
-            self.location = Location { file: Arc::clone(&loaded.source.name), line: at.line, column, length, depth };
-        }
+        self.location.move_to(&loaded.source.name, at.line, column, length, depth);
         if let Some(number) = block.number {
             self.sequence = number;
         }
@@ -272,21 +264,7 @@ impl Interpreter {
 
     /// Counts a jump back and refuses one too many.
     pub(crate) fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
-        self.passes += 1;
-        self.idle_passes += 1;
-        let limits = self.settings.limits;
-        if self.passes > limits.max_loop_passes {
-            let message =
-                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the conditions of the loops, or raise max_loop_passes"));
-        }
-        if self.idle_passes > limits.max_idle_passes {
-            let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the condition of the loop, or raise max_idle_passes"));
-        }
-        Ok(())
+        self.passes.count(&self.settings.limits, span)
     }
 
     /// The end of the whole program.

@@ -32,21 +32,7 @@ impl Interpreter {
 
     /// Counts a jump back and refuses one too many.
     pub(super) fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
-        self.passes += 1;
-        self.idle_passes += 1;
-        let limits = self.settings.limits;
-        if self.passes > limits.max_loop_passes {
-            let message =
-                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the conditions of the loops, or raise max_loop_passes"));
-        }
-        if self.idle_passes > limits.max_idle_passes {
-            let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the condition of the loop, or raise max_idle_passes"));
-        }
-        Ok(())
+        self.passes.count(&self.settings.limits, span)
     }
 
     pub(super) fn jump(&mut self, loaded: &Arc<Loaded>, at: Mark, jump: &Jump) -> Result<(), Fault> {

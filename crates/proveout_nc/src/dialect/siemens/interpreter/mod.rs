@@ -18,6 +18,7 @@ use super::index::{Index, Section};
 use super::modal::{Modal, Technology};
 use super::parser::{self, Block, Call, Statement};
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::dialect::passes::Passes;
 use crate::frame::Frame;
 use crate::source::{Mark, Source};
 use crate::state::Position;
@@ -94,8 +95,7 @@ pub(crate) struct Interpreter {
     done: bool,
     /// What ended the run, to be told behind the commands before it.
     failure: Option<Box<Diagnostic>>,
-    passes: u64,
-    idle_passes: u64,
+    passes: Passes,
     /// The FOR line is reached from its ENDFOR.
     next_pass_of_for: bool,
     block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
@@ -149,8 +149,7 @@ impl Interpreter {
             location,
             done: false,
             failure: None,
-            passes: 0,
-            idle_passes: 0,
+            passes: Passes::default(),
             next_pass_of_for: false,
             block_numbers: BTreeMap::new(),
             variables: Variables::new(&settings.variables, settings.limits.max_array_elements),
@@ -202,7 +201,7 @@ impl Interpreter {
 
     /// A motion was made: loops that move are not idle.
     pub(crate) fn moved(&mut self) {
-        self.idle_passes = 0;
+        self.passes.moved();
         self.moves += 1;
     }
 
@@ -265,14 +264,7 @@ impl Interpreter {
         }
         let (column, length) = column_and_length(line, block.span);
         let depth = self.depth() as u32;
-        if Arc::ptr_eq(&self.location.file, &loaded.source.name) {
-            self.location.line = at.line;
-            self.location.column = column;
-            self.location.length = length;
-            self.location.depth = depth;
-        } else {
-            self.location = Location { file: Arc::clone(&loaded.source.name), line: at.line, column, length, depth };
-        }
+        self.location.move_to(&loaded.source.name, at.line, column, length, depth);
         if line.contains('$') || !self.frame_variables.is_empty() {
             self.refresh_system(block);
         }

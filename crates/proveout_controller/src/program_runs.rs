@@ -1,0 +1,217 @@
+//! Runs of a program: straight motions in feed under tool center point control without a rapid, a tool change or a stop
+//! between them, with the pose at the end of each block.
+
+use proveout_geom::{Point, ToolPose, Vector};
+use proveout_machine::{JointValues, Machine};
+use proveout_nc::{AXIS_LETTERS, Command, Feed, Location, Motion, Op, ToolAction, ToolName};
+
+use crate::error::ControlError;
+
+/// A run of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramRun {
+    /// The tool in the spindle.
+    pub tool: Option<ToolName>,
+    /// Its blocks, in order.
+    pub blocks: Vec<ProgramBlock>,
+}
+
+/// A block of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgramBlock {
+    /// Index of its command.
+    pub command: usize,
+    /// Line in its file.
+    pub line: u32,
+    /// Tip and axis at its end, base coordinates.
+    pub pose: ToolPose,
+    /// Time by the programmed feed, s; none for the first block of a run and where the program has told none.
+    pub time: Option<f64>,
+}
+
+/// The runs of a program that have at least `shortest` blocks.
+///
+/// # Errors
+/// Arcs, splines, threads or probing under tool center point control, or a scaled frame: with the block.
+pub fn program_runs(
+    machine: &Machine,
+    commands: &[Command],
+    shortest: usize,
+) -> Result<Vec<ProgramRun>, Box<ControlError>> {
+    let found = find_runs(machine, commands)?;
+    let long = found.into_iter().filter(|run| run.blocks.len() >= shortest.max(1));
+    let run = |run: Found| ProgramRun { blocks: run.placed_blocks(commands).collect(), tool: run.tool };
+    Ok(long.map(run).collect())
+}
+
+/// A motion with its pose in base coordinates.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed {
+    pub(crate) command: usize,
+    pub(crate) pose: ToolPose,
+    /// Time by the programmed feed, s.
+    pub(crate) time: Option<f64>,
+    pub(crate) frame: Frame,
+}
+
+/// Work to base coordinates, without scale.
+#[derive(Clone, Copy)]
+pub(crate) struct Frame {
+    rotation: [[f64; 3]; 3],
+    translation: [f64; 3],
+    pub(crate) rotary: [f64; 3],
+}
+
+impl Frame {
+    const IDENTITY: Self =
+        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3], rotary: [0.0; 3] };
+
+    pub(crate) fn turned_back(&self, v: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| (0..3).map(|k| self.rotation[k][i] * v[k]).sum())
+    }
+
+    pub(crate) fn work_point(&self, p: &Point) -> [f64; 3] {
+        self.turned_back(std::array::from_fn(|k| p[k] - self.translation[k]))
+    }
+
+    fn is_rigid(&self) -> bool {
+        (0..3).all(|a| {
+            (0..3).all(|b| {
+                let dot: f64 = (0..3).map(|k| self.rotation[a][k] * self.rotation[b][k]).sum();
+                (dot - f64::from(u8::from(a == b))).abs() < 1e-9
+            })
+        })
+    }
+}
+
+impl Found {
+    /// The blocks, each with its line; the first one has no time, since it comes from somewhere else.
+    pub(crate) fn placed_blocks<'a>(&'a self, commands: &'a [Command]) -> impl Iterator<Item = ProgramBlock> + 'a {
+        self.blocks.iter().enumerate().map(|(k, block)| ProgramBlock {
+            command: block.command,
+            line: commands.get(block.command).map_or(0, |c| c.location.line),
+            pose: block.pose,
+            time: block.time.filter(|_| k > 0),
+        })
+    }
+}
+
+/// A run with the rapids that lead to it and away from it.
+#[derive(Default)]
+pub(crate) struct Found {
+    pub(crate) tool: Option<ToolName>,
+    /// The last rapid before tool center point control that turns rotary axes.
+    pub(crate) turning: Option<(usize, Frame)>,
+    pub(crate) before: Vec<Placed>,
+    pub(crate) blocks: Vec<Placed>,
+    pub(crate) after: Vec<Placed>,
+}
+
+/// The runs of a program, with what leads to them; runs without a block among them.
+pub(crate) fn find_runs(machine: &Machine, commands: &[Command]) -> Result<Vec<Found>, Box<ControlError>> {
+    let mut runs = vec![Found::default()];
+    let mut state = State { q: machine.home(), rotary: [None; 3], ..State::default() };
+    for (index, command) in commands.iter().enumerate() {
+        match &command.op {
+            Op::Tcp(tcp) => {
+                state.tcp = tcp.on;
+                let turning = state.turning.take().filter(|_| tcp.on);
+                runs.push(Found { tool: state.tool.clone(), turning, ..Found::default() });
+            }
+            Op::Feed(feed) => state.feed = Some(*feed),
+            Op::Tool(ToolAction::Change(name)) => {
+                state.tool = Some(name.clone());
+                runs.push(Found { tool: state.tool.clone(), ..Found::default() });
+            }
+            Op::Frame(change) => {
+                let frame = Frame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
+                state.frame = frame;
+            }
+            Op::Rapid(motion) | Op::Linear(motion) => {
+                let turns = motion.programmed >> 3 & 0b111 != 0 && !motion.machine_coordinates;
+                if !state.tcp && turns && matches!(command.op, Op::Rapid(_)) {
+                    state.turning = Some((index, state.frame));
+                }
+                let placed = place(machine, &mut state, motion, index);
+                let Some(placed) = placed.filter(|_| state.tcp && !motion.machine_coordinates) else { continue };
+                if !state.frame.is_rigid() {
+                    let message = "a scaled frame is in force".to_owned();
+                    return Err(fail(&command.location, "reschedule-path", message, "write the path without SCALE"));
+                }
+                let feed = matches!(command.op, Op::Linear(_));
+                let fresh = Found { tool: state.tool.clone(), ..Found::default() };
+                let Some(run) = runs.last_mut() else { continue };
+                if feed && run.after.is_empty() {
+                    run.blocks.push(placed);
+                } else if feed {
+                    runs.push(Found { blocks: vec![placed], ..fresh });
+                } else if run.blocks.is_empty() {
+                    run.before.push(placed);
+                } else {
+                    run.after.push(placed);
+                }
+            }
+            Op::Arc(_) | Op::Spline(_) | Op::Thread(_) | Op::Probe(_) if state.tcp => {
+                let message = "only straight blocks can be re-scheduled".to_owned();
+                return Err(fail(&command.location, "reschedule-path", message, "post the path as straight blocks"));
+            }
+            _ => {}
+        }
+    }
+    Ok(runs)
+}
+
+/// Pose at the end of a motion, where the program has told enough.
+fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) -> Option<Placed> {
+    for axis in 0..3 {
+        state.tip[axis] = motion.end_base.get(axis);
+        if let Some(value) = motion.end_base.get(3 + axis) {
+            state.rotary[axis] = Some(value);
+        }
+    }
+    if let Some(axis) = motion.tool_axis_base {
+        state.axis = Some(Vector::from(axis).normalize());
+    } else if motion.programmed >> 3 & 0b111 != 0 || state.axis.is_none() {
+        let mut q = state.q;
+        for &joint in machine.rotary_joints() {
+            let letter = AXIS_LETTERS[3..6].iter().position(|&l| machine.joint_for_letter(l) == Some(joint))?;
+            q[joint] = state.rotary[letter]?;
+        }
+        state.q = q;
+        state.axis = Some(machine.forward(&q, 0.0).axis);
+    }
+    let [Some(x), Some(y), Some(z)] = state.tip else { return None };
+    let tip = Point::new(x, y, z);
+    let before = state.last_tip.replace(tip);
+    let time = match (state.feed, before) {
+        (Some(Feed::InverseTime(seconds)), _) => Some(seconds),
+        (Some(Feed::PerTime(rate)), Some(before)) if rate > 0.0 => Some((tip - before).norm() / rate),
+        _ => None,
+    };
+    Some(Placed { command, pose: ToolPose { tip, axis: state.axis? }, time, frame: state.frame })
+}
+
+#[derive(Default)]
+struct State {
+    turning: Option<(usize, Frame)>,
+    tcp: bool,
+    tool: Option<ToolName>,
+    frame: Frame,
+    tip: [Option<f64>; 3],
+    /// Tip of the motion before, where it was known.
+    last_tip: Option<Point>,
+    feed: Option<Feed>,
+    rotary: [Option<f64>; 3],
+    axis: Option<Vector>,
+    q: JointValues,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+pub(crate) fn fail(location: &Location, code: &'static str, message: String, help: &str) -> Box<ControlError> {
+    Box::new(ControlError::at(location, code, message, help))
+}

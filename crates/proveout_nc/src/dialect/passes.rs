@@ -1,0 +1,37 @@
+//! Counts how often a program jumps back, so that no loop runs for ever.
+
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::settings::Limits;
+
+/// Jumps back so far. A pass is idle as long as no motion was handed out since the last one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Passes {
+    total: u64,
+    idle: u64,
+}
+
+impl Passes {
+    /// A motion was handed out.
+    pub(crate) fn moved(&mut self) {
+        self.idle = 0;
+    }
+
+    /// Counts a jump back and refuses one too many.
+    pub(crate) fn count(&mut self, limits: &Limits, span: Span) -> Result<(), Fault> {
+        self.total += 1;
+        self.idle += 1;
+        if self.total > limits.max_loop_passes {
+            let message =
+                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
+                .help("check the conditions of the loops, or raise max_loop_passes"));
+        }
+        if self.idle > limits.max_idle_passes {
+            let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
+                .help("check the condition of the loop, or raise max_idle_passes"));
+        }
+        Ok(())
+    }
+}
