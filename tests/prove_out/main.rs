@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "a test that was left out says so")]
 
 mod axis_cross;
+mod compare;
 mod cone_frustum;
 mod control;
 mod languages;

@@ -16,6 +16,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Run a program of a scene on the twin and write the run folder
     Run(RunArgs),
+    /// Run all programs of a scene on the same twin and compare them: times with error, joints, cut parts
+    Compare(CompareArgs),
     /// Diagnostics only: scenes, machines, tool libraries, NC programs
     Check(CheckArgs),
     /// Print the canonical commands of a program, one JSON object a line, or write it in another dialect
@@ -59,6 +61,30 @@ pub(crate) struct RunArgs {
     pub(crate) plant: Option<PlantArg>,
     /// Where the Rerun recording goes
     #[arg(long, value_enum, default_value = "file")]
+    pub(crate) rerun: RerunArg,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// Folder of the scene, or its scene.toml
+    pub(crate) scene: PathBuf,
+    /// Program that the others are compared with (default: the scene's, else the first one)
+    #[arg(long, value_name = "NAME")]
+    pub(crate) baseline: Option<String>,
+    /// Folder (default: out/SCENE-compare); an older comparison there is replaced when the new one is complete
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Distance of the stock's rays, mm (default: the scene's)
+    #[arg(long, value_name = "X")]
+    pub(crate) resolution_mm: Option<f64>,
+    /// Worker threads (default: all processors); compare.json does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<usize>,
+    /// Which motion cuts (default: the scene's)
+    #[arg(long, value_enum)]
+    pub(crate) dynamics: Option<DynamicsArg>,
+    /// Where the Rerun recording of each program goes
+    #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
 }
 

@@ -38,6 +38,9 @@ const WRONG: u8 = 2;
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(args) => commands::run::run(&args).map(|passed| if passed { PASS } else { NOT_PASSED }),
+        Command::Compare(args) => {
+            commands::compare::compare(&args).map(|passed| if passed { PASS } else { NOT_PASSED })
+        }
         Command::Check(args) => commands::check::check(&args.paths).map(|clean| if clean { PASS } else { WRONG }),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),

@@ -62,8 +62,13 @@ impl Small {
 
     /// Runs and asserts that the error tells all of `words`, and that nothing but the input is left.
     fn refused(&self, words: &[&str]) {
+        self.refuses(&["run", ".", "--out", "result", "--rerun", "off"], words);
+    }
+
+    /// The same for another call.
+    fn refuses(&self, arguments: &[&str], words: &[&str]) {
         let before = names(self.path());
-        let output = self.run();
+        let output = proveout(self.path(), arguments);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{told}");
         for word in words {
@@ -176,6 +181,49 @@ fn a_folder_with_other_things_is_not_written_over() {
     small.write("result/thesis.txt", "work of years");
     small.refused(&["result", "nothing is written over", "--out"]);
     assert_eq!(fs::read_to_string(small.path().join("result/thesis.txt")).expect("still there"), "work of years");
+}
+
+#[test]
+fn a_comparison_that_cannot_be_made() {
+    let small = Small::new();
+    let compare = ["compare", ".", "--out", "result"];
+    small.refuses(&compare, &["scene.toml", "1 program", "nothing to compare", "[[program]]"]);
+    let one = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    small.write("scene.toml", &format!("{one}\n[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n"));
+    small.refuses(&compare, &["other.mpf", "cannot be read"]);
+    small.write("other.mpf", &PROGRAM.replace("F500", "F1000"));
+    small.refuses(&["compare", ".", "--baseline", "mian", "--out", "result"], &["mian", "main, other"]);
+    small.write("other.mpf", &PROGRAM.replace("G1 Z10", "G1 Z10 FROB=3"));
+    small.refuses(&["compare", ".", "--baseline", "other", "--out", "result"], &["other.mpf:5", "FROB"]);
+    let two = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    small.write(
+        "scene.toml",
+        &format!("{two}\n[[compare.expect]]\nname = \"fast\"\nprogram = \"othre\"\ngate = \"limits\"\n"),
+    );
+    small.refuses(&compare, &["scene.toml:24", "othre", "main, other"]);
+}
+
+#[test]
+fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
+    let small = Small::new();
+    let one = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    let criterion = "[[compare.expect]]\nname = \"fast\"\nprogram = \"other\"\nagainst = \"main\"\nquantity = \"cutting-time\"\n\
+                     at_least = 10\n";
+    small.write("scene.toml", &format!("{one}\n[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n{criterion}"));
+    small.write("other.mpf", &PROGRAM.replace("F500", "F1000"));
+    for _ in 0..2 {
+        let output = proveout(small.path(), &["compare", ".", "--out", "result"]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        // Surface texture is not evaluated: the verdicts are unchecked, and so is the comparison.
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(shown.contains("UNCHECKED") && shown.contains("fast"), "{shown}");
+        assert_eq!(names(&small.path().join("result")), ["compare.html", "compare.json", "main", "other"]);
+        assert!(small.path().join("result/other/verdict.json").is_file());
+        assert!(small.path().join("result/other/report.html").is_file());
+    }
+    let json = fs::read_to_string(small.path().join("result/compare.json")).expect("written");
+    assert!(json.contains("\"state\": \"pass\"") && json.contains("\"sign_holds\": true"), "{json}");
 }
 
 /// The scene of Li et al. 2022 in the temporary folder, at coarse cells, its program cut off or its scene file changed.

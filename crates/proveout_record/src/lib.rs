@@ -16,6 +16,7 @@
 //! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece |
 //! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
+//! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
 //! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
 //!
 //! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of the run
@@ -39,6 +40,7 @@
 //! [`Outcome`]: proveout_sim::observer::Outcome
 
 mod color;
+pub mod compare;
 mod encode;
 mod envelope;
 mod error;

@@ -60,15 +60,17 @@
   gl.useProgram(program);
   const feed = (name, array, width, type) => {
     const slot = gl.getAttribLocation(program, name);
-    if (slot < 0) return;
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    if (slot < 0) return null;
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.bufferData(gl.ARRAY_BUFFER, array, gl.STATIC_DRAW);
     gl.enableVertexAttribArray(slot);
     gl.vertexAttribPointer(slot, width, type, true, 0, 0);
+    return buffer;
   };
   feed('position', positions, 3, gl.UNSIGNED_SHORT);
   feed('normal', normals, 3, gl.BYTE);
-  if (shades) feed('shade', shades, 1, gl.UNSIGNED_BYTE);
+  const shadeBuffer = shades ? feed('shade', shades, 1, gl.UNSIGNED_BYTE) : null;
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
   gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
   gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
@@ -84,7 +86,8 @@
 
   // Camera: looks at `target` from `distance`; azimuth about Z, elevation above the XY plane, radian
   const radius = Math.max(Math.hypot(...size) / 2, 1e-3), lens = 0.5;
-  const home = () => ({ target: low.map((v, k) => v + size[k] / 2), azimuth: -0.95, elevation: 0.5, distance: 1.06 * radius / Math.sin(lens / 2) });
+  const focus = data.focus || { target: low.map((v, k) => v + size[k] / 2), radius };
+  const home = () => ({ target: [...focus.target], azimuth: -0.95, elevation: 0.5, distance: 1.06 * focus.radius / Math.sin(lens / 2) });
   let eye = home(), colored = data.colored, waiting = false;
   const axes = () => {
     const [sa, ca, se, ce] = [Math.sin(eye.azimuth), Math.cos(eye.azimuth), Math.sin(eye.elevation), Math.cos(eye.elevation)];
@@ -193,6 +196,18 @@
     toggle.setAttribute('aria-pressed', colored);
     redraw();
   });
+  // Several sets of colors on one mesh: a button each, and the ends of the legend
+  const layers = data.layers || [], choices = [...figure.querySelectorAll('[data-layer]')];
+  choices.forEach((b) => b.addEventListener('click', () => {
+    const layer = layers[b.dataset.layer];
+    if (!layer || !shadeBuffer) return;
+    gl.bindBuffer(gl.ARRAY_BUFFER, shadeBuffer);
+    gl.bufferData(gl.ARRAY_BUFFER, bytesOf(layer.shades), gl.STATIC_DRAW);
+    figure.querySelector('[data-low]').textContent = layer.low;
+    figure.querySelector('[data-high]').textContent = layer.high;
+    choices.forEach((c) => c.setAttribute('aria-pressed', c === b));
+    redraw();
+  }));
   document.querySelectorAll('[data-mark]').forEach((link) => link.addEventListener('click', () => {
     const mark = marks.find((m) => m.id === link.dataset.mark);
     if (!mark) return;

@@ -79,7 +79,7 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
     let result = deviation_of(&samples, design.surface.as_ref(), &settings);
     map.points =
         samples.iter().zip(&result.values).map(|(s, v)| to_map(s, Some(*v).filter(|v| v.is_finite()))).collect();
-    map.vertex_deviation = vertex_deviation(&map, stock.cell_mm());
+    map.vertex_deviation = deviation_at(&map.mesh.positions, &map.points, stock.cell_mm());
 
     let counted = || map.points.iter().filter(|p| p.deviation.is_some());
     let by = |p: &&MapPoint| p.deviation.unwrap_or(0.0);
@@ -116,13 +116,13 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
     (map, Some(Measured { deviation, deepest, highest, extent, left_out }))
 }
 
-/// Deviation at the vertices of the extracted mesh: mean of the exact points in the cell of the vertex and the cells round
-/// it; NaN where there is none. The vertices themselves lie up to some hundredths of a cell beside the exact surface and
+/// Deviation at places of the surface, such as the vertices of the extracted mesh: mean of the exact points in the
+/// cell of the place and the cells round it; NaN where there is none. The vertices themselves lie up to some hundredths of a cell beside the exact surface and
 /// would color the picture with the error of the extraction.
-fn vertex_deviation(map: &SurfaceMap, cell: f64) -> Vec<f64> {
+pub(crate) fn deviation_at(places: &[Point], points: &[MapPoint], cell: f64) -> Vec<f64> {
     let key = |p: &[f64; 3]| p.map(|v| (v / cell).floor() as i64);
     let mut cells: HashMap<[i64; 3], (f64, u32)> = HashMap::new();
-    for p in &map.points {
+    for p in points {
         if let Some(deviation) = p.deviation {
             let (sum, count) = cells.entry(key(&p.position)).or_default();
             *sum += deviation;
@@ -140,7 +140,7 @@ fn vertex_deviation(map: &SurfaceMap, cell: f64) -> Vec<f64> {
         }
         if count > 0 { sum / f64::from(count) } else { f64::NAN }
     };
-    map.mesh.positions.par_iter().map(around).collect()
+    places.par_iter().map(around).collect()
 }
 
 fn design(prepared: &Prepared) -> Option<Design> {

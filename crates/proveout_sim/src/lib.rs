@@ -11,6 +11,7 @@
 //!
 //! Known limits: one setup a run; roughness is not evaluated; drive loads leave workpiece, tool and cutting forces out.
 
+pub mod compare;
 pub mod config;
 pub mod finding;
 pub mod gates;
@@ -20,6 +21,7 @@ pub mod programs;
 pub mod run;
 pub mod scene;
 mod scene_blade;
+mod scene_compare;
 mod scene_limits;
 pub mod verdict;
 

@@ -15,6 +15,7 @@ use crate::{
     judge,
     observer::{Batch, Observer, Outcome, Setup},
     prepare::Prepared,
+    surface_map::SurfaceMap,
     verdict::Verdict,
 };
 
@@ -51,6 +52,8 @@ pub struct RunResult {
     pub wall: f64,
     /// Swept motion pieces.
     pub pieces: u64,
+    /// Surface of the cut part with what was measured on it.
+    pub surface: SurfaceMap,
 }
 
 /// Runs a prepared program and tells the observers, which may write into `folder`.
@@ -128,11 +131,11 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     }
     stages.record += telling.elapsed().as_secs_f64();
     let wall = prepared.read_time + begin.elapsed().as_secs_f64();
-    Ok(RunResult { verdict, stages, wall, pieces })
+    Ok(RunResult { verdict, stages, wall, pieces, surface })
 }
 
 /// Refuses a work offset that the scene does not give: it would silently count as zero.
-fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
+pub(crate) fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
     let Op::Offset(Offset::Work { word }) = &command.op else { return Ok(command) };
     if settings.work_offsets.contains_key(word) || word == "G500" {
         return Ok(command);
@@ -150,7 +153,7 @@ fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Co
     })
 }
 
-fn from_run_error(e: RunError<Diagnostic>) -> SimError {
+pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
     match e {
         RunError::Program(d) => SimError::from(d),
         RunError::Control(c) => SimError::Control(c),

@@ -23,13 +23,22 @@ impl RunFolder {
     /// # Errors
     /// When `place` holds something that is not a run folder (it is then left alone), or the system refuses.
     pub fn create(place: &Path) -> Result<Self, Error> {
+        Self::create_marked(place, MARK)
+    }
+
+    /// The same for a folder that another file marks.
+    ///
+    /// # Errors
+    /// As [`Self::create`].
+    pub fn create_marked(place: &Path, mark: &str) -> Result<Self, Error> {
         let taken = match fs::read_dir(place) {
-            Ok(mut entries) => entries.next().is_some() && !place.join(MARK).is_file(),
+            Ok(mut entries) => entries.next().is_some() && !place.join(mark).is_file(),
             Err(e) if e.kind() == ErrorKind::NotFound => false,
             Err(e) => return Err(e),
         };
         if taken {
-            let message = format!("{} is not empty and not a run folder: nothing is written over", place.display());
+            let message =
+                format!("{} is not empty and not a run folder with {mark}: nothing is written over", place.display());
             return Err(Error::new(ErrorKind::AlreadyExists, message));
         }
         let name =

@@ -12,6 +12,7 @@ use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
 pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile, ThetaUnitFile};
+pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
@@ -58,6 +59,8 @@ pub struct SceneFile {
     pub inspect: Vec<InspectFile>,
     /// What `proveout plan` makes for this scene.
     pub plan: Option<PlanFile>,
+    /// How `proveout compare` compares its programs.
+    pub compare: Option<CompareFile>,
 }
 
 /// Raw material in the workpiece frame: exactly one of the forms.
@@ -463,7 +466,7 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             return fault(at, format!("two programs are named {:?}", program.name), "give each its own name");
         }
     }
-    Ok(())
+    crate::scene_compare::check(path, text, file)
 }
 
 /// Axis index and sign of a direction word.

@@ -7,6 +7,8 @@
 mod checks;
 mod ci;
 mod cone_frustum;
+#[cfg(feature = "schemas")]
+mod experiments;
 mod files;
 mod machine_models;
 #[cfg(feature = "schemas")]
@@ -38,6 +40,7 @@ cargo xtask COMMAND
   cone-frustum     write the programs of scenes/cone-frustum
   machine-models   write the glTF models of machines/ and the body tables of their machine.toml
   schemas          write docs/schemas
+  experiments DIR  write docs/experiments.md from the compare.json of these folders, made by `proveout compare`
 
   --check          with a command that writes files: compare only, fail on a difference
 ";
@@ -68,6 +71,7 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             checks::layers::check(&workspace).map(|_| ())
         }
         ["schemas", options @ ..] => schemas(&root, options),
+        ["experiments", folders @ ..] if !folders.is_empty() => experiments(&root, folders),
         ["machine-models"] => machine_models::run(&root, false),
         ["machine-models", "--check"] => machine_models::run(&root, true),
         ["cone-frustum"] => cone_frustum::run(&root, false),
@@ -86,14 +90,29 @@ fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
     }
 }
 
-/// Starts the build that has the schemas.
+#[cfg(feature = "schemas")]
+fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
+    experiments::run(root, folders)
+}
+
 #[cfg(not(feature = "schemas"))]
 fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
+    with_product(root, "schemas", options)
+}
+
+#[cfg(not(feature = "schemas"))]
+fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
+    with_product(root, "experiments", folders)
+}
+
+/// Starts the build that has the types of the product.
+#[cfg(not(feature = "schemas"))]
+fn with_product(root: &Path, command: &str, words: &[&str]) -> Result<(), Failure> {
     let status = std::process::Command::new(workspace::cargo())
-        .args(["run", "--quiet", "--locked", "--package", "xtask", "--features", "schemas", "--", "schemas"])
-        .args(options)
+        .args(["run", "--quiet", "--locked", "--package", "xtask", "--features", "schemas", "--", command])
+        .args(words)
         .current_dir(root)
         .status()
         .map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
-    if status.success() { Ok(()) } else { Err(Failure("the schemas were not written".into())) }
+    if status.success() { Ok(()) } else { Err(Failure(format!("{command}: not written"))) }
 }

@@ -11,6 +11,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
         ("tools", proveout_tool::library_schema()),
         ("scene", text(&schemars::schema_for!(proveout_sim::scene::SceneFile))?),
         ("verdict", text(&schemars::schema_for!(proveout_sim::verdict::Verdict))?),
+        ("compare", text(&schemars::schema_for!(proveout_sim::compare::Comparison))?),
     ];
     for (name, text) in schemas {
         let path = root.join(format!("docs/schemas/{name}.schema.json"));

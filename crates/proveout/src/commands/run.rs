@@ -17,28 +17,12 @@ use crate::{
 
 /// Runs a scene; true when the verdict is pass.
 pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
-    if let Some(x) = args.resolution_mm
-        && !(x > 0.0 && x.is_finite())
-    {
-        return Err(Failure::new(format!("--resolution-mm {x} is not a positive length")));
-    }
-    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    if threads == 0 {
-        return Err(Failure::new("--threads 0: at least one is needed"));
-    }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| Failure::new(format!("{threads} threads cannot be started: {e}")))?;
+    let (threads, pool) = pool(args.resolution_mm, args.threads)?;
     let choice = Choice {
         program: args.program.clone(),
         nc: args.nc.clone(),
         resolution_mm: args.resolution_mm,
-        dynamics: args.dynamics.map(|d| match d {
-            DynamicsArg::Ideal => DynamicsFile::Ideal,
-            DynamicsArg::Planned => DynamicsFile::Planned,
-            DynamicsArg::Servo => DynamicsFile::Servo,
-        }),
+        dynamics: args.dynamics.map(dynamics),
         plant: args.plant.map(|p| match p {
             PlantArg::NewtonEuler => PlantFile::NewtonEuler,
             PlantArg::Rapier => PlantFile::Rapier,
@@ -49,20 +33,47 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
     });
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
-    let mode = match args.rerun {
-        RerunArg::Off => RerunMode::Off,
-        RerunArg::File => RerunMode::File,
-        RerunArg::Spawn => RerunMode::Spawn,
-        RerunArg::Connect => RerunMode::Connect,
-    };
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
-    watchers.extend(observers(&mode).map_err(Failure::new)?);
+    watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
     write_run_json(folder.path(), &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
     print_summary(&result, &place);
     Ok(result.verdict.verdict == State::Pass)
+}
+
+/// Checks the cell and starts the workers.
+pub(super) fn pool(cell: Option<f64>, threads: Option<usize>) -> Result<(usize, rayon::ThreadPool), Failure> {
+    if let Some(x) = cell
+        && !(x > 0.0 && x.is_finite())
+    {
+        return Err(Failure::new(format!("--resolution-mm {x} is not a positive length")));
+    }
+    let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    if threads == 0 {
+        return Err(Failure::new("--threads 0: at least one is needed"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| Failure::new(format!("{threads} threads cannot be started: {e}")))?;
+    Ok((threads, pool))
+}
+
+pub(super) fn dynamics(argument: DynamicsArg) -> DynamicsFile {
+    match argument {
+        DynamicsArg::Ideal => DynamicsFile::Ideal,
+        DynamicsArg::Planned => DynamicsFile::Planned,
+        DynamicsArg::Servo => DynamicsFile::Servo,
+    }
+}
+
+pub(super) fn recorder(argument: RerunArg) -> RerunMode {
+    match argument {
+        RerunArg::Off => RerunMode::Off,
+        RerunArg::File => RerunMode::File,
+        RerunArg::Spawn => RerunMode::Spawn,
+        RerunArg::Connect => RerunMode::Connect,
+    }
 }
 
 fn print_summary(result: &RunResult, place: &std::path::Path) {
@@ -125,7 +136,7 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
     );
 }
 
-fn word(state: State) -> &'static str {
+pub(super) fn word(state: State) -> &'static str {
     match state {
         State::Pass => "pass",
         State::Fail => "fail",

@@ -2,12 +2,12 @@
 
 mod data;
 mod findings;
-mod format;
+pub(crate) mod format;
 mod page;
-mod plot;
-mod rows;
+pub(crate) mod plot;
+pub(crate) mod rows;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::{fs, path::Path};
 

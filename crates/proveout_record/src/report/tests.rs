@@ -13,7 +13,8 @@ use super::{
 use crate::{color::DeviationMap, picture::Picture};
 
 /// Text that would be markup, a script end or a load if it went through unescaped.
-const EVIL: &str = "</script><script>alert(1)</script><img src='http://evil.example/x' onerror=\"x\"> & {{ 7*7 }}";
+pub(crate) const EVIL: &str =
+    "</script><script>alert(1)</script><img src='http://evil.example/x' onerror=\"x\"> & {{ 7*7 }}";
 
 pub(crate) fn finding(severity: Severity, code: &str, message: &str) -> Finding {
     Finding {
@@ -137,7 +138,10 @@ fn nothing_of_the_run_becomes_markup() {
 
 #[test]
 fn the_page_loads_nothing() {
-    let text = page("plain");
+    loads_nothing(&page("plain"));
+}
+
+pub(crate) fn loads_nothing(text: &str) {
     for needle in ["http://", "https://", "src=", "@import", "url(", "<link", "import(", "fetch("] {
         assert!(!text.contains(needle), "{needle} is in the page");
     }
@@ -145,10 +149,13 @@ fn the_page_loads_nothing() {
 
 #[test]
 fn tags_close_in_order() {
-    let text = page("a < b & c");
+    closes_in_order(&page("a < b & c"));
+}
+
+pub(crate) fn closes_in_order(text: &str) {
     let void = ["meta", "br", "img", "input", "hr"];
     let mut open: Vec<&str> = Vec::new();
-    let mut rest = text.as_str();
+    let mut rest = text;
     while let Some(at) = rest.find('<') {
         rest = &rest[at + 1..];
         if rest.starts_with('!') {

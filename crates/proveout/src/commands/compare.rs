@@ -1,0 +1,130 @@
+use std::{
+    fs,
+    path::PathBuf,
+    sync::{Arc, Mutex, PoisonError},
+    time::Instant,
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use proveout_record::{
+    compare::{Trace, TraceObserver, write_comparison},
+    observers, write_run_json,
+};
+use proveout_sim::{
+    Observer, RunFolder, SimError,
+    compare::{CompareChoice, Compared, Comparing},
+    run::run as prove,
+    verdict::State,
+};
+
+use crate::{
+    args::CompareArgs,
+    commands::run::{dynamics, pool, recorder, word},
+    failure::Failure,
+    host::run_info,
+    progress::Progress,
+};
+
+/// Compares the programs of a scene; true when all of them and all criteria pass.
+pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
+    let begin = Instant::now();
+    let (threads, pool) = pool(args.resolution_mm, args.threads)?;
+    let choice = CompareChoice {
+        baseline: args.baseline.clone(),
+        resolution_mm: args.resolution_mm,
+        dynamics: args.dynamics.map(dynamics),
+    };
+    let failure = |e: SimError| Failure::from(&e);
+    let mut comparing = pool.install(|| Comparing::read(&args.scene, &choice)).map_err(failure)?;
+    let place = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-compare", comparing.scene())));
+    let folder = RunFolder::create_marked(&place, "compare.json").map_err(|e| failure(SimError::Folder(e)))?;
+
+    let bar = motion_bar();
+    let plain = bar.is_hidden();
+    let told = |done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+        if plain && done == total {
+            tell!("{total} motions of the programs on the varied twin");
+        }
+    };
+    pool.install(|| comparing.vary(&told)).map_err(failure)?;
+    bar.finish_and_clear();
+
+    let mut traces: Vec<(String, Arc<Mutex<Trace>>)> = Vec::new();
+    for name in comparing.order() {
+        let Some(prepared) = comparing.take(&name) else { continue };
+        let place = folder.path().join(comparing.folder(&name));
+        fs::create_dir_all(&place).map_err(|e| failure(SimError::Folder(e)))?;
+        let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
+        watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
+        if let Some(windows) = comparing.windows(&name) {
+            let (observer, trace) = TraceObserver::new(windows);
+            watchers.push(Box::new(observer));
+            traces.push((name.clone(), trace));
+        }
+        let result = pool.install(|| prove(prepared, &mut watchers, &place)).map_err(failure)?;
+        drop(watchers);
+        write_run_json(&place, &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
+        pool.install(|| comparing.add(&name, result));
+    }
+    let Some(compared) = pool.install(|| comparing.finish()) else {
+        return Err(Failure::new("a program of the comparison was not run"));
+    };
+    let trace = |name: &String| {
+        let found = traces.iter().find(|(n, _)| n == name);
+        found.map_or_else(Trace::default, |(_, t)| t.lock().unwrap_or_else(PoisonError::into_inner).clone())
+    };
+    let traces: Vec<Trace> = compared.comparison.order.iter().map(trace).collect();
+    write_comparison(folder.path(), &compared, &traces).map_err(Failure::new)?;
+    let place = folder.commit().map_err(|e| failure(SimError::Folder(e)))?;
+    print_summary(&compared, &place, begin.elapsed().as_secs_f64());
+    Ok(compared.comparison.verdict == State::Pass)
+}
+
+fn motion_bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} motions on the varied twin  {eta} left")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    bar.set_style(style);
+    bar
+}
+
+fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
+    let c = &compared.comparison;
+    say!("\n{}: {}  (baseline {})\n", word(c.verdict).to_uppercase(), c.scene, c.baseline);
+    say!("  {:<16} {:<10} {:>10} {:>10} {:>10}", "program", "verdict", "total, s", "feed, s", "stretch, s");
+    let number = |v: Option<f64>, digits: usize| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
+    for (name, p) in c.order.iter().filter_map(|n| c.programs.get_key_value(n)) {
+        let stretch = number(p.stretch.as_ref().map(|s| s.time_s), 3);
+        say!("  {name:<16} {:<10} {:>10.3} {:>10.3} {stretch:>10}", word(p.verdict), p.time.total_s, p.time.cutting_s);
+    }
+    say!("\n  time of the cutting stretch saved, percent");
+    for (name, g) in c.order.iter().filter_map(|n| c.gains.get_key_value(n)) {
+        let t = &g.stretch_time;
+        say!(
+            "  {name:<16} {:>8} +- {:<6} ({} to {} in {} variations; sign {})",
+            number(t.percent, 2),
+            number(t.error_percent, 2),
+            number(t.smallest_percent, 2),
+            number(t.largest_percent, 2),
+            c.variations.iter().filter(|v| v.unchecked.is_none()).count(),
+            if t.sign_holds { "holds" } else { "changes" }
+        );
+    }
+    if !c.published.is_empty() {
+        say!("\n  published values");
+        for p in &c.published {
+            let band =
+                p.band.map_or_else(String::new, |[low, high]| format!("  band {low} to {high}: {}", word(p.state)));
+            say!("    {:<44} {:>7} here {:>7} {}{band}", p.name, p.published, number(p.value, 1), p.unit);
+        }
+    }
+    for e in &c.expectations {
+        let value = e.value.map_or_else(String::new, |v| format!("{v:.4} {}", e.unit));
+        say!("  {:<9} {}  {value} {}", word(e.state), e.name, if e.state == State::Pass { "" } else { &e.reason });
+    }
+    say!("\n  computed in {wall:.1} s");
+    say!("  results: {}", place.display());
+    say!("           {} in a browser", place.join("compare.html").display());
+}

@@ -1,0 +1,341 @@
+//! Fills the page's template.
+
+use std::collections::BTreeMap;
+
+use minijinja::{Environment, value::Serde};
+use proveout_sim::compare::{Compared, Comparison, Pictures, Role, Study, StudyCurve, VariationKind};
+use serde::Serialize;
+
+use super::{
+    Trace,
+    chart::{Chart, DotRow, Series, Style, dots},
+    part,
+    rows::{self, judged},
+};
+use crate::{
+    error::RecordError,
+    report::{format::fixed, rows::symbol},
+};
+
+const TEMPLATE: &str = include_str!("../../templates/compare.html");
+const CSS: &str = include_str!("../../templates/report.css");
+const MORE_CSS: &str = include_str!("../../templates/compare.css");
+const VIEWER: &str = include_str!("../../templates/viewer.js");
+const WIDTH: f64 = 1080.0;
+
+#[derive(Serialize)]
+struct Key {
+    class: String,
+    name: String,
+}
+
+#[derive(Serialize)]
+struct Headline {
+    name: String,
+    class: String,
+    stretch: rows::GainWords,
+    cycle: rows::GainWords,
+}
+
+/// A plot with its heading.
+#[derive(Serialize)]
+struct Plot {
+    title: String,
+    note: String,
+    keys: Vec<Key>,
+    charts: Vec<String>,
+    figures: Vec<[String; 2]>,
+}
+
+/// Writes the page as one string; every value goes through the template's escaping or that of the charts.
+///
+/// # Errors
+/// [`RecordError::Page`] when the template does not fit its data, which is a fault of this crate.
+pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, RecordError> {
+    let fault = |e: minijinja::Error| RecordError::Page { message: format!("{e:#}") };
+    let (c, pictures) = (&compared.comparison, &compared.pictures);
+    let mut environment = Environment::new();
+    environment.add_template("compare.html", TEMPLATE).map_err(fault)?; // the ending turns escaping on
+    let template = environment.get_template("compare.html").map_err(fault)?;
+    let order: Vec<String> = pictures.joints.iter().map(|j| j.name.clone()).collect();
+    let view = pictures.part.as_ref().and_then(|p| part::view(p, &c.order, &c.baseline));
+    let (rotary, linear): (Vec<usize>, Vec<usize>) =
+        moving(c, pictures).into_iter().partition(|&j| pictures.joints[j].unit == "deg");
+    let plots = |joints: &[usize]| -> Vec<Plot> {
+        joints
+            .iter()
+            .flat_map(|&j| [demand_plot(c, pictures, j), trace_plot(c, pictures, traces, j)])
+            .flatten()
+            .collect()
+    };
+    let data = serde_json::json!({
+        "css": CSS,
+        "more_css": MORE_CSS,
+        "viewer": VIEWER,
+        "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
+        "scene": c.scene,
+        "experiment": c.experiment.trim().trim_end_matches('.'),
+        "description": c.description.trim().trim_end_matches('.'),
+        "machine": c.machine,
+        "baseline": c.baseline,
+        "verdict": judged(c.verdict),
+        "keys": keys(c),
+        "others": c.order.iter().filter(|n| **n != c.baseline).collect::<Vec<_>>(),
+        "headlines": headlines(c),
+        "programs": rows::program_rows(c),
+        "published": rows::published(c),
+        "published_chart": published_chart(c),
+        "expectations": rows::expectations(c),
+        "variations": rows::variations(c),
+        "variation_chart": variation_chart(c),
+        "studies": studies(c, pictures),
+        "rotary": plots(&rotary),
+        "linear": plots(&linear),
+        "joints": rows::joints(c, &order),
+        "parts": rows::parts(c),
+        "rules": &c.rules,
+        "mesh": view.as_ref().map(|v| v.mesh.as_str()),
+        "view_data": view.as_ref().map(|v| v.data.as_str()),
+        "layers": view.as_ref().map(|v| v.layers.clone()),
+        "first_layer": view.as_ref().map(|v| v.first),
+        "legend_colors": view.as_ref().map(|v| v.stops.as_str()),
+        "legend_low": view.as_ref().map(|v| v.low.as_str()),
+        "legend_high": view.as_ref().map(|v| v.high.as_str()),
+    });
+    template.render(Serde(&data)).map_err(fault)
+}
+
+fn keys(c: &Comparison) -> Vec<Key> {
+    let key = |(i, name): (usize, &String)| Key { class: Style::Program(i).class(), name: name.clone() };
+    c.order.iter().enumerate().map(key).collect()
+}
+
+fn headlines(c: &Comparison) -> Vec<Headline> {
+    let others = c.order.iter().enumerate().filter_map(|(i, name)| Some((i, name, c.gains.get(name)?)));
+    let headline = |(i, name, g): (usize, &String, &proveout_sim::compare::Gain)| Headline {
+        name: name.clone(),
+        class: Style::Program(i).class(),
+        stretch: rows::gain(&g.stretch_time),
+        cycle: rows::gain(&g.cycle_time),
+    };
+    others.map(headline).collect()
+}
+
+fn published_chart(c: &Comparison) -> Option<String> {
+    let percent: Vec<_> = c.published.iter().filter(|p| p.unit == "%").collect();
+    if percent.is_empty() {
+        return None;
+    }
+    // One color for ours: the program changes from row to row and stands in the table.
+    let row = |p: &&proveout_sim::compare::Published| DotRow {
+        name: p.name.clone(),
+        band: p.band,
+        reference: Some(p.published),
+        dots: p.value.map(|v| (2, v)).into_iter().collect(),
+    };
+    Some(dots(&percent.iter().map(row).collect::<Vec<_>>(), "percent", "Published values and ours", WIDTH))
+}
+
+fn variation_chart(c: &Comparison) -> Option<String> {
+    let rows: Vec<DotRow> = c
+        .variations
+        .iter()
+        .filter(|v| v.unchecked.is_none())
+        .map(|v| DotRow {
+            name: format!("{}{}", v.name, if v.kind == VariationKind::Numerical { " (numerical)" } else { "" }),
+            band: None,
+            reference: None,
+            dots: c
+                .order
+                .iter()
+                .enumerate()
+                .filter_map(|(i, name)| Some((i, v.gains.get(name)?.stretch_time_percent?)))
+                .collect(),
+        })
+        .collect();
+    let nominal = DotRow {
+        name: "nominal twin".into(),
+        band: None,
+        reference: None,
+        dots: c
+            .order
+            .iter()
+            .enumerate()
+            .filter_map(|(i, name)| Some((i, c.gains.get(name)?.stretch_time.percent?)))
+            .collect(),
+    };
+    let all: Vec<DotRow> = std::iter::once(nominal).chain(rows).collect();
+    let scale = format!("time of the cutting stretch saved against {}, percent", c.baseline);
+    (!c.variations.is_empty()).then(|| dots(&all, &scale, "Gain under every variation of the twin", WIDTH))
+}
+
+/// Joints that a program moves in its cutting stretch.
+fn moving(c: &Comparison, pictures: &Pictures) -> Vec<usize> {
+    let moves = |name: &str| {
+        let axes = c.programs.values().filter_map(|p| p.stretch.as_ref()?.axes.get(name));
+        axes.into_iter().any(|a| a.max_velocity > 1e-6)
+    };
+    pictures.joints.iter().enumerate().filter(|(_, j)| moves(&j.name)).map(|(i, _)| i).collect()
+}
+
+/// Charts above each other with one abscissa.
+fn stack(
+    title: &str,
+    abscissa: &str,
+    range: Option<[f64; 2]>,
+    strips: Vec<(String, Vec<Series>, Vec<f64>)>,
+) -> Vec<String> {
+    let last = strips.len().saturating_sub(1);
+    let strip = |(i, (name, series, limits)): (usize, (String, Vec<Series>, Vec<f64>))| {
+        Chart {
+            label: format!("{title}: {name}"),
+            axes: [abscissa.to_owned(), name],
+            range,
+            size: [WIDTH, if i == last { 186.0 } else { 160.0 }],
+            series,
+            limits,
+            abscissa: i == last,
+        }
+        .svg()
+    };
+    strips.into_iter().enumerate().map(strip).collect()
+}
+
+fn demand_plot(c: &Comparison, pictures: &Pictures, joint: usize) -> Option<Plot> {
+    let j = &pictures.joints[joint];
+    let unit = symbol(j.unit);
+    let series = |of: fn(&proveout_sim::compare::DemandRow) -> f64| -> Vec<Series> {
+        let programs = pictures.programs.iter().enumerate();
+        let one = |(i, p): (usize, &proveout_sim::compare::ProgramPicture)| {
+            let rows = p.demand.get(joint).map(Vec::as_slice).unwrap_or_default();
+            Series { style: Style::Program(i), points: rows.iter().map(|r| [r.time_s, of(r)]).collect() }
+        };
+        programs.map(one).collect()
+    };
+    if pictures.programs.iter().all(|p| p.demand.get(joint).is_none_or(Vec::is_empty)) {
+        return None;
+    }
+    let limit = |k: usize| j.limits[k].map_or_else(Vec::new, |l| vec![l, -l]);
+    let title = format!("Axis {}: what the programs ask for at their programmed feed", j.name);
+    let strips = vec![
+        (format!("Position, {unit}"), series(|r| r.position), Vec::new()),
+        (format!("Velocity, {unit}/s"), series(|r| r.velocity), limit(0)),
+        (format!("Acceleration, {unit}/s²"), series(|r| r.acceleration), limit(1)),
+    ];
+    let charts = stack(&title, "programmed time since the begin of the cutting stretch, s", pictures.shown_s, strips);
+    let note = "Differences over the blocks of the program; equal abscissas are equal places on the part. Dashed: limit of the machine.";
+    Some(Plot { title, note: note.into(), keys: keys(c), charts, figures: Vec::new() })
+}
+
+fn trace_plot(c: &Comparison, pictures: &Pictures, traces: &[Trace], joint: usize) -> Option<Plot> {
+    let j = &pictures.joints[joint];
+    let unit = symbol(j.unit);
+    let series = |signal: usize| -> Vec<Series> {
+        let one = |(i, trace): (usize, &Trace)| {
+            let envelope = trace.windows[1].get(joint).map(|t| t.signals[signal].stretches()).unwrap_or_default();
+            // The envelope as one line: both ends of each stretch of time.
+            let points = envelope.into_iter().flat_map(|(t, low, high)| [[t, low], [t, high]]).collect();
+            Series { style: Style::Program(i), points }
+        };
+        traces.iter().enumerate().map(one).collect()
+    };
+    if traces.iter().all(|t| t.windows[1].get(joint).is_none_or(|s| s.signals[0].is_empty())) {
+        return None;
+    }
+    let limit = |k: usize| j.limits[k].map_or_else(Vec::new, |l| vec![l, -l]);
+    let title = format!("Axis {}: what the control makes of it", j.name);
+    let strips = vec![
+        (format!("Position, {unit}"), series(0), Vec::new()),
+        (format!("Velocity, {unit}/s"), series(1), limit(0)),
+        (format!("Acceleration, {unit}/s²"), series(2), limit(1)),
+        (format!("Jerk, {unit}/s³"), series(3), limit(2)),
+    ];
+    let charts = stack(&title, "time since the begin of the same stretch of the path, s", None, strips);
+    let note = "Set points under the limits of the machine (dashed); a program that ends earlier is faster.";
+    Some(Plot { title, note: note.into(), keys: keys(c), charts, figures: Vec::new() })
+}
+
+fn studies(c: &Comparison, pictures: &Pictures) -> Vec<Plot> {
+    let mut out = Vec::new();
+    for (i, program) in pictures.programs.iter().enumerate() {
+        for (k, study) in program.studies.iter().enumerate() {
+            let method = c.programs.get(&program.name).and_then(|p| p.made.as_ref());
+            let run = if program.studies.len() > 1 { format!(", run {}", k + 1) } else { String::new() };
+            let title = match method {
+                Some(m) => format!("{}{run}: {}, {}", program.name, m.method, m.source),
+                None => format!("{}{run}", program.name),
+            };
+            out.extend(study_plots(&title, i, study));
+        }
+    }
+    out
+}
+
+/// One plot for each pair of quantities; closely where marks divide the path.
+fn study_plots(title: &str, program: usize, study: &Study) -> Vec<Plot> {
+    let mut groups: BTreeMap<(&[String; 2], &[String; 2]), Vec<&StudyCurve>> = BTreeMap::new();
+    for curve in &study.curves {
+        groups.entry((&curve.axes, &curve.units)).or_default().push(curve);
+    }
+    let mut figures: Vec<[String; 2]> = study
+        .figures
+        .iter()
+        .map(|f| [f.name.clone(), format!("{} {}", crate::report::format::compact(f.value), symbol(&f.unit))])
+        .collect();
+    let mut out = Vec::new();
+    for ((axes, units), mut curves) in groups {
+        curves.sort_by_key(|c| c.role);
+        let style = |role: Role| match role {
+            Role::Limit => Style::Limit,
+            Role::Original => Style::Program(0),
+            Role::Polyline => Style::Guide,
+            Role::Result => Style::Program(program),
+            Role::KeyPoints => Style::Circles,
+            Role::Marks => Style::Triangles,
+        };
+        let series = curves.iter().map(|c| Series { style: style(c.role), points: c.points.clone() }).collect();
+        let names = [0, 1].map(|k| {
+            let unit = symbol(&units[k]);
+            let name = capital(&axes[k]);
+            if unit.is_empty() { name } else { format!("{name}, {unit}") }
+        });
+        let range = window(&curves);
+        let chart = Chart {
+            label: format!("{title}: {} over {}", axes[1], axes[0]),
+            axes: names,
+            range,
+            size: [WIDTH, 430.0],
+            series,
+            limits: Vec::new(),
+            abscissa: true,
+        };
+        let note = match range {
+            Some([from, to]) => format!(
+                "Closely between {} and {} {}: from one mark to the next in the middle of the path.",
+                fixed(from, 1),
+                fixed(to, 1),
+                units[0]
+            ),
+            None => String::new(),
+        };
+        let keys = curves.iter().map(|c| Key { class: style(c.role).class(), name: c.name.clone() }).collect();
+        let figures = std::mem::take(&mut figures);
+        out.push(Plot { title: title.to_owned(), note, keys, charts: vec![chart.svg()], figures });
+    }
+    out
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// The stretch between two neighboring marks in the middle of the path, with a margin; none with fewer than two marks.
+fn window(curves: &[&StudyCurve]) -> Option<[f64; 2]> {
+    let marks: Vec<f64> =
+        curves.iter().filter(|c| c.role == Role::Marks).flat_map(|c| c.points.iter().map(|p| p[0])).collect();
+    let at = (marks.len() / 2).checked_sub(1)?;
+    let (from, to) = (*marks.get(at)?, *marks.get(at + 1)?);
+    let margin = 0.04 * (to - from);
+    (to > from).then_some([from - margin, to + margin])
+}

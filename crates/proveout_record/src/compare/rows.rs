@@ -1,0 +1,289 @@
+//! Rows of the page's tables, as text.
+
+use proveout_sim::{
+    compare::{Comparison, ProgramFigures, TimeGain, VariationKind},
+    verdict::State,
+};
+use serde::Serialize;
+
+use super::chart::Style;
+use crate::report::{
+    format::{compact, fixed, length_or_dash},
+    rows::symbol,
+};
+
+/// Class and word of a judgement.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Judged {
+    class: &'static str,
+    word: &'static str,
+}
+
+pub(crate) fn judged(state: State) -> Judged {
+    let (class, word) = match state {
+        State::Pass => ("pass", "Pass"),
+        State::Fail => ("fail", "Fail"),
+        State::Unchecked => ("unchecked", "Unchecked"),
+    };
+    Judged { class, word }
+}
+
+/// Programs with their place in the order of the scene, which gives their color.
+pub(crate) fn programs(c: &Comparison) -> Vec<(usize, &str, &ProgramFigures)> {
+    let known = |(i, name): (usize, &'_ String)| Some((i, c.programs.get_key_value(name)?));
+    c.order.iter().enumerate().filter_map(known).map(|(i, (name, p))| (i, name.as_str(), p)).collect()
+}
+
+fn dash(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "–".into(), |v| fixed(v, digits))
+}
+
+#[derive(Serialize)]
+pub(crate) struct ProgramRow {
+    class: String,
+    name: String,
+    made: String,
+    verdict: Judged,
+    errors: u64,
+    total: String,
+    cutting: String,
+    stretch: String,
+    programmed: String,
+    bound: String,
+    gains: Option<Vec<GainWords>>,
+    report: String,
+}
+
+/// A gain with its error.
+#[derive(Serialize)]
+pub(crate) struct GainWords {
+    percent: String,
+    error: String,
+    parts: String,
+    rate: String,
+    sign: &'static str,
+    class: &'static str,
+}
+
+pub(crate) fn gain(g: &TimeGain) -> GainWords {
+    let (sign, class) =
+        if g.sign_holds { ("sign holds in every variation", "pass") } else { ("sign changes in a variation", "fail") };
+    let parts = match (g.numerical_percent, g.model_percent) {
+        (Some(n), Some(m)) => format!("numerical {}, model {}", fixed(n, 3), fixed(m, 2)),
+        _ => "no variation was made".into(),
+    };
+    GainWords {
+        percent: dash(g.percent, 2),
+        error: dash(g.error_percent, 2),
+        parts,
+        rate: dash(g.rate_percent, 1),
+        sign,
+        class,
+    }
+}
+
+pub(crate) fn program_rows(c: &Comparison) -> Vec<ProgramRow> {
+    let row = |(i, name, p): (usize, &str, &ProgramFigures)| ProgramRow {
+        class: Style::Program(i).class(),
+        name: name.to_owned(),
+        made: p.made.as_ref().map_or_else(
+            || if name == c.baseline { "baseline".into() } else { String::new() },
+            |m| format!("{} from {} ({})", m.method, m.from, m.source),
+        ),
+        verdict: judged(p.verdict),
+        errors: p.errors,
+        total: dash(Some(p.time.total_s), 3),
+        cutting: dash(Some(p.time.cutting_s), 3),
+        stretch: dash(p.stretch.as_ref().map(|s| s.time_s), 3),
+        programmed: dash(p.stretch.as_ref().map(|s| s.programmed_s), 3),
+        bound: dash(p.time.lower_bound_s, 3),
+        gains: c.gains.get(name).map(|g| [&g.cycle_time, &g.cutting_time, &g.stretch_time].map(gain).into()),
+        report: format!("{}/report.html", p.folder),
+    };
+    programs(c).into_iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+pub(crate) struct PublishedRow {
+    name: String,
+    measured: String,
+    published: String,
+    value: String,
+    band: String,
+    judged: Judged,
+    word: &'static str,
+    source: String,
+    remark: String,
+}
+
+pub(crate) fn published(c: &Comparison) -> Vec<PublishedRow> {
+    let row = |p: &proveout_sim::compare::Published| PublishedRow {
+        name: p.name.clone(),
+        measured: p.measured.clone(),
+        published: format!("{} {}", compact(p.published), p.unit),
+        value: p.value.map_or_else(|| "–".into(), |v| format!("{} {}", fixed(v, 1), p.unit)),
+        band: p.band.map_or_else(|| "none".into(), |[low, high]| format!("{} to {}", compact(low), compact(high))),
+        judged: judged(p.state),
+        word: match p.state {
+            State::Pass => "in the band",
+            State::Fail => "outside",
+            State::Unchecked => "not judged",
+        },
+        source: p.source.clone(),
+        remark: p.remark.clone(),
+    };
+    c.published.iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+pub(crate) struct ExpectationRow {
+    name: String,
+    measured: String,
+    value: String,
+    bound: String,
+    judged: Judged,
+    reason: String,
+}
+
+pub(crate) fn expectations(c: &Comparison) -> Vec<ExpectationRow> {
+    let row = |e: &proveout_sim::compare::Expectation| {
+        let bound = match (e.at_least, e.at_most) {
+            (Some(low), Some(high)) => format!("{} to {} {}", compact(low), compact(high), e.unit),
+            (Some(low), None) => format!("at least {} {}", compact(low), e.unit),
+            (None, Some(high)) => format!("at most {} {}", compact(high), e.unit),
+            (None, None) => "pass".into(),
+        };
+        ExpectationRow {
+            name: e.name.clone(),
+            measured: e.measured.clone(),
+            value: e.value.map_or_else(|| "–".into(), |v| format!("{} {}", compact(v), e.unit)),
+            bound,
+            judged: judged(e.state),
+            reason: if e.state == State::Pass { String::new() } else { e.reason.clone() },
+        }
+    };
+    c.expectations.iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+pub(crate) struct VariationRow {
+    name: String,
+    kind: &'static str,
+    unchecked: String,
+    /// Gain and change of each program but the baseline.
+    gains: Vec<[String; 2]>,
+}
+
+pub(crate) fn variations(c: &Comparison) -> Vec<VariationRow> {
+    let row = |v: &proveout_sim::compare::Variation| VariationRow {
+        name: v.name.clone(),
+        kind: match v.kind {
+            VariationKind::Numerical => "numerical",
+            VariationKind::Model => "model",
+        },
+        unchecked: v.unchecked.clone().unwrap_or_default(),
+        gains: c
+            .order
+            .iter()
+            .filter_map(|name| v.gains.get(name))
+            .map(|g| {
+                [
+                    dash(g.stretch_time_percent, 3),
+                    g.stretch_time_change_percent.map_or("–".into(), |p| format!("{p:+.4}")),
+                ]
+            })
+            .collect(),
+    };
+    c.variations.iter().map(row).collect()
+}
+
+#[derive(Serialize)]
+pub(crate) struct JointRow {
+    class: String,
+    program: String,
+    /// Demand of velocity and acceleration, set points of velocity, acceleration and jerk over the stretch, the same three
+    /// over the whole program.
+    values: Vec<String>,
+    reversals: [String; 2],
+}
+
+#[derive(Serialize)]
+pub(crate) struct JointRows {
+    name: String,
+    unit: String,
+    rows: Vec<JointRow>,
+}
+
+/// Joints in machine order, each with a row a program.
+pub(crate) fn joints(c: &Comparison, order: &[String]) -> Vec<JointRows> {
+    let all = programs(c);
+    let one = |joint: &String| {
+        let unit = all.iter().find_map(|(_, _, p)| p.axes.get(joint)).map(|a| symbol(&a.unit).to_owned())?;
+        let row = |(i, name, p): &(usize, &str, &ProgramFigures)| {
+            let axis = p.stretch.as_ref().and_then(|s| s.axes.get(joint));
+            let whole = p.axes.get(joint);
+            let known = |v: Option<f64>| v.map_or_else(|| "–".into(), compact);
+            let values = [
+                axis.and_then(|a| a.demand_velocity),
+                axis.and_then(|a| a.demand_acceleration),
+                axis.map(|a| a.max_velocity),
+                axis.map(|a| a.max_acceleration),
+                axis.map(|a| a.max_jerk),
+                whole.map(|a| a.max_velocity),
+                whole.map(|a| a.max_acceleration),
+                whole.map(|a| a.max_jerk),
+            ];
+            let count = |n: Option<u64>| n.map_or_else(|| "–".into(), |n| n.to_string());
+            JointRow {
+                class: Style::Program(*i).class(),
+                program: (*name).to_owned(),
+                values: values.map(known).into(),
+                reversals: [count(axis.map(|a| a.reversals)), count(whole.map(|a| a.reversals))],
+            }
+        };
+        Some(JointRows { name: joint.clone(), unit, rows: all.iter().map(row).collect() })
+    };
+    order.iter().filter_map(one).collect()
+}
+
+#[derive(Serialize)]
+pub(crate) struct PartRow {
+    class: String,
+    program: String,
+    gouge: String,
+    excess: String,
+    mean: String,
+    rms: String,
+    scallop_max: String,
+    scallop_mean: String,
+    scallop_change: String,
+    difference_rms: String,
+    difference_range: String,
+    clearance: String,
+}
+
+pub(crate) fn parts(c: &Comparison) -> Vec<PartRow> {
+    let row = |(i, name, p): (usize, &str, &ProgramFigures)| {
+        let d = p.difference.as_ref();
+        let range = d.and_then(|d| d.min_mm.zip(d.max_mm));
+        let change = c.gains.get(name).and_then(|g| g.scallop_max_change_percent);
+        PartRow {
+            class: Style::Program(i).class(),
+            program: name.to_owned(),
+            gouge: length_or_dash(p.deviation.gouge_max_mm),
+            excess: length_or_dash(p.deviation.excess_max_mm),
+            mean: length_or_dash(p.deviation.mean_mm),
+            rms: length_or_dash(p.deviation.rms_mm),
+            scallop_max: length_or_dash(p.surface.scallop_max_um.map(|v| 1e-3 * v)),
+            scallop_mean: length_or_dash(p.surface.scallop_mean_um.map(|v| 1e-3 * v)),
+            scallop_change: change.map_or_else(|| "–".into(), |v| format!("{v:+.2} %")),
+            difference_rms: length_or_dash(d.and_then(|d| d.rms_mm)),
+            difference_range: range.map_or_else(
+                || "–".into(),
+                |(low, high)| format!("{} to {} µm", fixed(1e3 * low, 2), fixed(1e3 * high, 2)),
+            ),
+            clearance: length_or_dash(p.clearance.min_mm),
+        }
+    };
+    programs(c).into_iter().map(row).collect()
+}

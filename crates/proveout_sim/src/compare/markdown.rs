@@ -1,0 +1,312 @@
+//! A comparison as a section of a Markdown page; every number in it comes from the comparison.
+
+use std::fmt::Write;
+
+use super::{
+    result::{Comparison, Gain, ProgramFigures, Variation},
+    uncertainty::{TimeGain, VariationKind},
+};
+use crate::verdict::State;
+
+/// Section of a comparison: gain with error, published values, criteria, joints, cut part, variations, rules.
+pub fn markdown(c: &Comparison) -> String {
+    let mut out = String::new();
+    put(&mut out, format_args!("## {}\n\n", c.scene));
+    for text in [&c.experiment, &c.description].into_iter().filter(|t| !t.is_empty()) {
+        put(&mut out, format_args!("{}.\n\n", cell(text.trim_end_matches('.'))));
+    }
+    put(
+        &mut out,
+        format_args!(
+            "Machine: {}. Baseline: `{}`. Verdict of the comparison: **{}**.\n\n",
+            cell(&c.machine),
+            c.baseline,
+            word(c.verdict)
+        ),
+    );
+    times(&mut out, c);
+    published(&mut out, c);
+    expectations(&mut out, c);
+    joints(&mut out, c);
+    part(&mut out, c);
+    variations(&mut out, c);
+    out.push_str("### Rules\n\n");
+    for (name, rule) in &c.rules {
+        put(&mut out, format_args!("- *{name}*: {rule}.\n"));
+    }
+    out
+}
+
+fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
+    out.write_fmt(text).unwrap_or_default(); // a string takes everything
+}
+
+/// Programs in the order of the scene.
+fn programs(c: &Comparison) -> impl Iterator<Item = (&String, &ProgramFigures)> {
+    c.order.iter().filter_map(|name| c.programs.get_key_value(name))
+}
+
+fn gains(c: &Comparison) -> impl Iterator<Item = (&String, &Gain)> {
+    c.order.iter().filter_map(|name| c.gains.get_key_value(name))
+}
+
+fn times(out: &mut String, c: &Comparison) {
+    out.push_str("### Cycle time\n\n");
+    out.push_str(
+        "| program | verdict | whole program, s | in feed, s | cutting stretch, s | no control can be below, s |\n",
+    );
+    out.push_str("|---|---|---|---|---|---|\n");
+    for (name, p) in programs(c) {
+        put(
+            out,
+            format_args!(
+                "| {} | {} | {:.3} | {:.3} | {} | {} |\n",
+                cell(name),
+                word(p.verdict),
+                p.time.total_s,
+                p.time.cutting_s,
+                fixed(p.stretch.as_ref().map(|s| s.time_s), 3),
+                fixed(p.time.lower_bound_s, 3)
+            ),
+        );
+    }
+    put(out, format_args!("\nTime saved against `{}`, percent, with its error:\n\n", c.baseline));
+    out.push_str(
+        "| program | whole program | in feed | cutting stretch | as rate, stretch | sign holds in all variations |\n",
+    );
+    out.push_str("|---|---|---|---|---|---|\n");
+    for (name, g) in gains(c) {
+        put(
+            out,
+            format_args!(
+                "| {} | {} | {} | {} | {} | {} |\n",
+                cell(name),
+                with_error(&g.cycle_time),
+                with_error(&g.cutting_time),
+                with_error(&g.stretch_time),
+                fixed(g.stretch_time.rate_percent, 2),
+                if g.stretch_time.sign_holds { "yes" } else { "no" }
+            ),
+        );
+    }
+    out.push('\n');
+}
+
+fn published(out: &mut String, c: &Comparison) {
+    if c.published.is_empty() {
+        return;
+    }
+    out.push_str("### Published values beside ours\n\n");
+    out.push_str("| what | measured here as | published | here | band | reached | source | remark |\n|---|---|---|---|---|---|---|---|\n");
+    for p in &c.published {
+        let band = p.band.map_or_else(|| "none".to_owned(), |[low, high]| format!("{low} to {high}"));
+        put(
+            out,
+            format_args!(
+                "| {} | {} | {} {unit} | {} {unit} | {band} | {} | {} | {} |\n",
+                cell(&p.name),
+                cell(&p.measured),
+                p.published,
+                fixed(p.value, 1),
+                reached(p.state),
+                cell(&p.source),
+                cell(&p.remark),
+                unit = p.unit
+            ),
+        );
+    }
+    out.push('\n');
+}
+
+fn expectations(out: &mut String, c: &Comparison) {
+    if c.expectations.is_empty() {
+        return;
+    }
+    out.push_str(
+        "### Criteria\n\n| what must hold | measured as | value | bound | judgement |\n|---|---|---|---|---|\n",
+    );
+    for e in &c.expectations {
+        let bound = match (e.at_least, e.at_most) {
+            (Some(low), Some(high)) => format!("{low} to {high} {}", e.unit),
+            (Some(low), None) => format!("at least {low} {}", e.unit),
+            (None, Some(high)) => format!("at most {high} {}", e.unit),
+            (None, None) => "pass".to_owned(),
+        };
+        let value = e.value.map_or_else(String::new, |v| format!("{} {}", significant(v), e.unit));
+        let reason =
+            if e.reason.is_empty() || e.state == State::Pass { String::new() } else { format!(": {}", e.reason) };
+        put(
+            out,
+            format_args!(
+                "| {} | {} | {} | {} | {}{} |\n",
+                cell(&e.name),
+                cell(&e.measured),
+                value.trim_end(),
+                bound.trim_end(),
+                word(e.state),
+                cell(&reason)
+            ),
+        );
+    }
+    out.push('\n');
+}
+
+fn joints(out: &mut String, c: &Comparison) {
+    if programs(c).all(|(_, p)| p.stretch.is_none()) {
+        return;
+    }
+    out.push_str("### Joints over the cutting stretch\n\n");
+    out.push_str("Demand is what the program asks for at its programmed feed; reached are the set points under the limits of the machine.\n\n");
+    out.push_str("| joint | program | demand velocity | demand acceleration | velocity reached | acceleration reached | jerk reached | reversals |\n");
+    out.push_str("|---|---|---|---|---|---|---|---|\n");
+    let joints = programs(c).find_map(|(_, p)| p.stretch.as_ref()).map(|s| s.axes.keys()).into_iter().flatten();
+    for joint in joints {
+        for (name, p) in programs(c) {
+            let Some(axis) = p.stretch.as_ref().and_then(|s| s.axes.get(joint)) else { continue };
+            let known = |v: Option<f64>| v.map_or_else(|| "not known".to_owned(), significant);
+            put(
+                out,
+                format_args!(
+                    "| {joint}, {} | {} | {} | {} | {} | {} | {} | {} |\n",
+                    axis.unit,
+                    cell(name),
+                    known(axis.demand_velocity),
+                    known(axis.demand_acceleration),
+                    significant(axis.max_velocity),
+                    significant(axis.max_acceleration),
+                    significant(axis.max_jerk),
+                    axis.reversals
+                ),
+            );
+        }
+    }
+    out.push('\n');
+}
+
+fn part(out: &mut String, c: &Comparison) {
+    out.push_str("### Cut part\n\n");
+    out.push_str("| program | gouge, µm | excess, µm | mean deviation, µm | scallop largest, µm | scallop mean, µm | difference to the baseline, rms, µm | largest, µm | least clearance, mm |\n");
+    out.push_str("|---|---|---|---|---|---|---|---|---|\n");
+    for (name, p) in programs(c) {
+        let um = |v: Option<f64>| fixed(v.map(|v| 1e3 * v), 2);
+        let d = p.difference.as_ref();
+        let largest = d.and_then(|d| d.min_mm.zip(d.max_mm)).map(|(low, high)| low.abs().max(high.abs()));
+        put(
+            out,
+            format_args!(
+                "| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+                cell(name),
+                um(p.deviation.gouge_max_mm),
+                um(p.deviation.excess_max_mm),
+                um(p.deviation.mean_mm),
+                fixed(p.surface.scallop_max_um, 2),
+                fixed(p.surface.scallop_mean_um, 2),
+                if d.is_some() { um(d.and_then(|d| d.rms_mm)) } else { "-".into() },
+                if d.is_some() { um(largest) } else { "-".into() },
+                fixed(p.clearance.min_mm, 2)
+            ),
+        );
+    }
+    out.push('\n');
+}
+
+fn variations(out: &mut String, c: &Comparison) {
+    if c.variations.is_empty() {
+        return;
+    }
+    out.push_str("### Variations of the twin\n\nGain in the time of the cutting stretch, percent, and its change from the nominal twin.\n\n");
+    out.push_str("| variation | kind |");
+    let names: Vec<&String> = gains(c).map(|(name, _)| name).collect();
+    for name in &names {
+        put(out, format_args!(" {} | change |", cell(name)));
+    }
+    out.push_str("\n|---|---|");
+    out.push_str(&"---|---|".repeat(names.len()));
+    out.push('\n');
+    for v in &c.variations {
+        put(out, format_args!("| {} | {} |", cell(&v.name), kind(v)));
+        for name in &names {
+            match v.gains.get(*name) {
+                Some(g) => put(
+                    out,
+                    format_args!(
+                        " {} | {} |",
+                        fixed(g.stretch_time_percent, 3),
+                        g.stretch_time_change_percent.map_or_else(|| "not known".into(), |p| format!("{p:+.4}"))
+                    ),
+                ),
+                None => put(out, format_args!(" unchecked: {} | |", cell(v.unchecked.as_deref().unwrap_or_default()))),
+            }
+        }
+        out.push('\n');
+    }
+    out.push('\n');
+}
+
+fn kind(v: &Variation) -> &'static str {
+    match v.kind {
+        VariationKind::Numerical => "numerical",
+        VariationKind::Model => "model",
+    }
+}
+
+fn with_error(g: &TimeGain) -> String {
+    match (g.percent, g.error_percent) {
+        (Some(p), Some(e)) => format!("{p:.2} ± {e:.2}"),
+        (p, _) => fixed(p, 2),
+    }
+}
+
+fn fixed(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "not known".to_owned(), |v| format!("{v:.digits$}"))
+}
+
+/// Four significant digits; zero as such.
+fn significant(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !size.is_finite() {
+        return format!("{value:.0}");
+    }
+    if !(1e-4..1e7).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let digits = (3 - size.log10().floor() as i32).clamp(0, 8) as usize;
+    format!("{value:.digits$}")
+}
+
+fn word(state: State) -> &'static str {
+    match state {
+        State::Pass => "pass",
+        State::Fail => "fail",
+        State::Unchecked => "unchecked",
+    }
+}
+
+fn reached(state: State) -> &'static str {
+    match state {
+        State::Pass => "yes",
+        State::Fail => "no",
+        State::Unchecked => "not judged",
+    }
+}
+
+/// Text that stays in its cell.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|").replace(['\n', '\r'], " ").replace('<', "&lt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_stays_in_its_cell() {
+        assert_eq!(cell("a|b\nc<d"), "a\\|b c&lt;d");
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let all = [0.0, 1234.56, 12.3456, 0.012_345_6, -4.0e8, 1e-9].map(significant);
+        assert_eq!(all, ["0", "1235", "12.35", "0.01235", "-4.00e8", "1.00e-9"]);
+    }
+}

@@ -1,0 +1,415 @@
+//! Motion of a program without stock: times, extremes of the joints, and what the program asks of them.
+//!
+//! *Cutting stretch.* A run is a sequence of blocks in feed without rapid motion or tool change between them. From each run
+//! the blocks within `run_ends_s` of programmed time from both ends are left out: approach, run-up and retract. Programmed
+//! time is length over programmed feed, so that programs of the same structure keep the same blocks.
+//!
+//! *Extremes* are those of the set points at the control samples that belong to the blocks of the stretch.
+//!
+//! *Demand* is what the program asks of a joint at its programmed feed, whatever the joint can do: with positions `q_i` at
+//! the ends of the blocks and programmed times `t_i`, `v_i = (q_i - q_(i-1)) / t_i` and
+//! `a_i = 2 (v_(i+1) - v_i) / (t_i + t_(i+1))`. The steps are the blocks of the program. The acceleration of a path with corners
+//! grows with a finer step, so that only programs of equal steps can be compared.
+
+use std::collections::BTreeMap;
+
+use proveout_controller::{
+    BlockKind, BlockRecord, Chunk, Controller, Dynamics, Event, MoveKind, Settings as ControlSettings, Summary,
+};
+use proveout_geom::{Point, ToolPose};
+use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+use proveout_nc::{Command, Op, PathMode, Program, Settings as NcSettings};
+use proveout_tool::{Tool, ToolLibrary};
+
+use crate::{
+    error::SimError,
+    prepare::Prepared,
+    run::{from_run_error, known_offset},
+};
+
+/// Speeds below this (mm/s or rad/s) do not tell a direction of motion; as in the summary of the control.
+const STANDSTILL: f64 = 1e-6;
+
+/// A program on its machine, without a stock.
+#[derive(Clone, Debug)]
+pub(crate) struct MotionCase {
+    pub(crate) machine: Machine,
+    pub(crate) settings: ControlSettings,
+    /// Factor of the path tolerances that the program sets.
+    pub(crate) tolerance_factor: f64,
+    source: Source,
+    nc: NcSettings,
+    tools: ToolLibrary,
+    scene: String,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    Text { name: String, text: String },
+    File(std::path::PathBuf),
+}
+
+/// A block in feed.
+#[derive(Clone, Debug)]
+pub(crate) struct FeedBlock {
+    /// Number of the run that it belongs to.
+    pub(crate) run: u32,
+    /// Begin and end, s.
+    pub(crate) time: [f64; 2],
+    /// Time by the programmed feed, s.
+    pub(crate) programmed: f64,
+    /// Positions at its end.
+    pub(crate) end: JointValues,
+    /// Center of the ball at its end in the table frame, where the tool is a ball.
+    pub(crate) center: Option<Point>,
+    high: [JointValues; 3],
+    turns: Turns,
+}
+
+/// Directions of the joints over a stretch of samples.
+#[derive(Clone, Copy, Debug, Default)]
+struct Turns {
+    first: [i8; MAX_JOINTS],
+    last: [i8; MAX_JOINTS],
+    reversals: [u32; MAX_JOINTS],
+}
+
+impl Turns {
+    fn sample(&mut self, velocity: &JointValues) {
+        for (i, v) in velocity.0.iter().enumerate().filter(|(_, v)| v.abs() > STANDSTILL) {
+            self.direction(i, if *v > 0.0 { 1 } else { -1 });
+        }
+    }
+
+    fn direction(&mut self, joint: usize, direction: i8) {
+        if self.last[joint] == -direction {
+            self.reversals[joint] += 1;
+        }
+        if self.first[joint] == 0 {
+            self.first[joint] = direction;
+        }
+        self.last[joint] = direction;
+    }
+
+    /// This stretch and the one after it.
+    fn append(&mut self, next: &Self) {
+        for joint in 0..MAX_JOINTS {
+            if next.first[joint] != 0 {
+                self.direction(joint, next.first[joint]);
+                self.reversals[joint] += next.reversals[joint];
+                self.last[joint] = next.last[joint];
+            }
+        }
+    }
+}
+
+/// Motion of a whole program.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    pub(crate) summary: Summary,
+    pub(crate) blocks: Vec<FeedBlock>,
+}
+
+/// Extremes of a joint over the cutting stretch, mm or radian and s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Extremes {
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    pub(crate) jerk: f64,
+    pub(crate) reversals: u32,
+}
+
+/// Demand of the program at the end of a block of the cutting stretch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DemandPoint {
+    /// Programmed time since the begin of the stretch, s.
+    pub(crate) time: f64,
+    pub(crate) position: JointValues,
+    pub(crate) velocity: JointValues,
+    /// None at the last block of a run.
+    pub(crate) acceleration: Option<JointValues>,
+}
+
+impl MotionCase {
+    pub(crate) fn new(prepared: &Prepared) -> Result<Self, SimError> {
+        let dialect = prepared.program()?.dialect();
+        let source = match &prepared.made {
+            Some(made) => Source::Text { name: format!("{}.mpf", prepared.program_name), text: made.text.clone() },
+            None => Source::File(prepared.program_path.clone()),
+        };
+        Ok(Self {
+            machine: prepared.machine.clone(),
+            settings: prepared.control_settings(dialect),
+            tolerance_factor: 1.0,
+            source,
+            nc: prepared.nc_settings.clone(),
+            tools: prepared.tools.clone(),
+            scene: prepared.scene.path.display().to_string(),
+        })
+    }
+
+    /// The programmed path itself, at the planned times.
+    pub(crate) fn ideal(&self) -> Self {
+        let settings = ControlSettings { dynamics: Dynamics::Ideal, ..self.settings.clone() };
+        Self { settings, ..self.clone() }
+    }
+
+    /// Runs the program.
+    ///
+    /// # Errors
+    /// What keeps the program from being executed.
+    pub(crate) fn run(&self) -> Result<Motion, SimError> {
+        let program = match &self.source {
+            Source::Text { name, text } => Program::from_text(name, text.as_str(), &self.nc)?,
+            Source::File(path) => Program::open(path, &self.nc)?,
+        };
+        let commands = program.map(|command| command.and_then(|c| known_offset(self.scaled(c), &self.nc, &self.scene)));
+        let mut controller = Controller::new(commands, &self.machine, &self.tools.tools, self.settings.clone())?;
+        let mut record = Record { tools: &self.tools.tools, ..Record::default() };
+        while let Some(chunk) = controller.next_chunk().map_err(from_run_error)? {
+            record.take(&chunk);
+        }
+        Ok(Motion { summary: controller.summary(), blocks: record.blocks })
+    }
+
+    fn scaled(&self, mut command: Command) -> Command {
+        if let Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance }) = &mut command.op {
+            for value in [tolerance, orientation_tolerance].into_iter().flatten() {
+                *value *= self.tolerance_factor;
+            }
+        }
+        command
+    }
+}
+
+/// What is known of a block before it has ended.
+#[derive(Clone, Copy, Debug, Default)]
+struct Open {
+    end: Option<(JointValues, ToolPose)>,
+    high: [JointValues; 3],
+    turns: Turns,
+}
+
+#[derive(Default)]
+struct Record<'a> {
+    tools: &'a [Tool],
+    open: BTreeMap<u32, Open>,
+    /// Radius of the ball in the spindle, by the block that brought it.
+    balls: BTreeMap<u32, Option<f64>>,
+    run: u32,
+    in_run: bool,
+    blocks: Vec<FeedBlock>,
+}
+
+impl Record<'_> {
+    fn take(&mut self, chunk: &Chunk) {
+        for event in &chunk.events {
+            if let Event::ToolChange { block, tool, .. } = event {
+                let tool = tool.and_then(|t| self.tools.get(t));
+                let ball = tool.and_then(|t| t.cutting().next()).and_then(|body| body.profile.ball_radius());
+                self.balls.insert(*block, ball);
+            }
+        }
+        for piece in chunk.pieces.iter().filter(|p| p.kind == MoveKind::Feed) {
+            self.open.entry(piece.block).or_default().end = Some((piece.joints[1], piece.pose[1]));
+        }
+        for sample in chunk.samples.iter().filter(|s| s.kind == MoveKind::Feed) {
+            let open = self.open.entry(sample.block).or_default();
+            let values = [&sample.velocity, &sample.acceleration, &sample.jerk];
+            for (high, value) in open.high.iter_mut().zip(values) {
+                *high = high.zip_map(*value, |m, v| m.max(v.abs()));
+            }
+            open.turns.sample(&sample.velocity);
+        }
+        for block in &chunk.blocks {
+            self.ended(block);
+        }
+    }
+
+    fn ended(&mut self, block: &BlockRecord) {
+        let open = self.open.remove(&block.index).unwrap_or_default();
+        match block.kind {
+            BlockKind::Move(MoveKind::Feed) => {
+                if !self.in_run {
+                    (self.in_run, self.run) = (true, self.run + 1);
+                }
+                let Some((end, pose)) = open.end else { return };
+                let ball = self.balls.range(..=block.index).next_back().and_then(|(_, ball)| *ball);
+                self.blocks.push(FeedBlock {
+                    run: self.run,
+                    time: [block.start_time, block.end_time],
+                    programmed: if block.feed > 0.0 { block.length / block.feed } else { 0.0 },
+                    end,
+                    center: ball.map(|radius| pose.tip + pose.axis * radius),
+                    high: open.high,
+                    turns: open.turns,
+                });
+            }
+            BlockKind::Move(_) | BlockKind::ToolChange => self.in_run = false,
+            BlockKind::Dwell | BlockKind::Action => {}
+        }
+    }
+}
+
+impl Motion {
+    /// Ranges of blocks that belong to the cutting stretch, one for each run that has any.
+    pub(crate) fn stretch(&self, ends: f64) -> Vec<std::ops::Range<usize>> {
+        let mut out = Vec::new();
+        let mut first = 0;
+        for run in self.blocks.chunk_by(|a, b| a.run == b.run) {
+            let total: f64 = run.iter().map(|b| b.programmed).sum();
+            // Sums of the same terms in the same order: a little slack keeps blocks that end exactly at the border.
+            let slack = 1e-9 * total;
+            let mut from = 0.0;
+            let mut inside = first..first;
+            for (i, block) in run.iter().enumerate() {
+                let to = from + block.programmed;
+                if from >= ends - slack && to <= total - ends + slack {
+                    if inside.is_empty() {
+                        inside.start = first + i;
+                    }
+                    inside.end = first + i + 1;
+                }
+                from = to;
+            }
+            if !inside.is_empty() {
+                out.push(inside);
+            }
+            first += run.len();
+        }
+        out
+    }
+
+    /// Time that the stretch takes, s.
+    pub(crate) fn stretch_time(&self, stretch: &[std::ops::Range<usize>]) -> f64 {
+        let blocks = |r: &std::ops::Range<usize>| self.blocks.get(r.clone()).unwrap_or_default().iter();
+        stretch.iter().flat_map(blocks).map(|b| b.time[1] - b.time[0]).sum()
+    }
+
+    /// Extremes of every joint over the stretch. A reversal between two runs does not count.
+    pub(crate) fn extremes(&self, stretch: &[std::ops::Range<usize>]) -> Vec<Extremes> {
+        let mut all = vec![Extremes::default(); self.summary.joints.len()];
+        for range in stretch {
+            let mut turns = Turns::default();
+            for block in self.blocks.get(range.clone()).unwrap_or_default() {
+                for (joint, e) in all.iter_mut().enumerate() {
+                    e.velocity = e.velocity.max(block.high[0][joint]);
+                    e.acceleration = e.acceleration.max(block.high[1][joint]);
+                    e.jerk = e.jerk.max(block.high[2][joint]);
+                }
+                turns.append(&block.turns);
+            }
+            for (e, reversals) in all.iter_mut().zip(turns.reversals) {
+                e.reversals += reversals;
+            }
+        }
+        all
+    }
+
+    /// What the program asks of the joints over the stretch.
+    pub(crate) fn demand(&self, stretch: &[std::ops::Range<usize>]) -> Vec<DemandPoint> {
+        let mut out: Vec<DemandPoint> = Vec::new();
+        let mut time = 0.0;
+        for range in stretch {
+            let begin = out.len();
+            let mut step_before = 0.0;
+            for i in range.clone() {
+                let Some(block) = self.blocks.get(i) else { continue };
+                time += block.programmed;
+                let before = i.checked_sub(1).and_then(|k| self.blocks.get(k)).filter(|b| b.run == block.run);
+                let (Some(before), true) = (before, block.programmed > 0.0) else { continue };
+                let step = block.programmed;
+                let velocity = block.end.zip_map(before.end, |b, a| (b - a) / step);
+                if let Some(last) = out.get_mut(begin..).and_then(<[DemandPoint]>::last_mut) {
+                    let span = 0.5 * (step_before + step);
+                    last.acceleration = Some(velocity.zip_map(last.velocity, |b, a| (b - a) / span));
+                }
+                step_before = step;
+                out.push(DemandPoint { time, position: block.end, velocity, acceleration: None });
+            }
+        }
+        out
+    }
+
+    /// Largest distance of ball centers at the ends of blocks, mm; none where a tool is no ball or the programs differ in
+    /// structure.
+    pub(crate) fn center_shift(&self, other: &Self) -> Option<f64> {
+        let same = self.blocks.len() == other.blocks.len() && !self.blocks.is_empty();
+        let pairs = self.blocks.iter().zip(&other.blocks);
+        let shifts: Option<Vec<f64>> =
+            pairs.map(|(a, b)| a.center.zip(b.center).map(|(a, b)| (a - b).norm())).collect();
+        shifts.filter(|_| same).map(|s| s.into_iter().fold(0.0, f64::max))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(run: u32, programmed: f64, position: f64) -> FeedBlock {
+        let mut end = JointValues::ZERO;
+        end[0] = position;
+        FeedBlock {
+            run,
+            time: [0.0, 2.0 * programmed],
+            programmed,
+            end,
+            center: None,
+            high: [JointValues::ZERO; 3],
+            turns: Turns::default(),
+        }
+    }
+
+    fn motion(blocks: Vec<FeedBlock>) -> Motion {
+        Motion { summary: Summary::default(), blocks }
+    }
+
+    #[test]
+    fn the_ends_of_every_run_are_left_out() {
+        let all = (0..10).map(|i| block(1, 0.1, f64::from(i))).chain((0..3).map(|i| block(2, 0.1, f64::from(i))));
+        let motion = motion(all.collect());
+        assert_eq!(motion.stretch(0.0), [0..10, 10..13]);
+        assert_eq!(motion.stretch(0.2), [2..8]);
+        assert!((motion.stretch_time(&motion.stretch(0.2)) - 1.2).abs() < 1e-12, "six blocks of twice their time");
+        assert_eq!(motion.stretch(0.5), []);
+    }
+
+    #[test]
+    fn the_demand_of_a_parabola_is_its_acceleration() {
+        // q = 3 t^2 with unequal steps: second differences of a parabola are exact.
+        let mut t = 0.0;
+        let blocks = (0..20).map(|i| {
+            let step = 0.1 + 0.03 * f64::from(i % 4);
+            t += step;
+            block(1, step, 3.0 * t * t)
+        });
+        let motion = motion(blocks.collect());
+        let demand = motion.demand(&motion.stretch(0.0));
+        assert_eq!(demand.len(), 19, "the first block comes from an unknown place");
+        for point in &demand[..18] {
+            assert!((point.acceleration.expect("inner")[0] - 6.0).abs() < 1e-9);
+        }
+        assert_eq!(demand[18].acceleration, None);
+    }
+
+    #[test]
+    fn reversals_are_counted_over_block_borders() {
+        let turns = |speeds: &[f64]| {
+            let mut turns = Turns::default();
+            for v in speeds {
+                let mut q = JointValues::ZERO;
+                q[0] = *v;
+                turns.sample(&q);
+            }
+            turns
+        };
+        let speeds = [1.0, 2.0, 0.0, -1.0, -1.0, 1e-9, 3.0, -2.0, -1.0, 0.0, -1.0, 1.0];
+        let whole = turns(&speeds);
+        assert_eq!(whole.reversals[0], 4);
+        for cut in 0..speeds.len() {
+            let mut parts = turns(&speeds[..cut]);
+            parts.append(&turns(&speeds[cut..]));
+            assert_eq!((parts.reversals[0], parts.last[0]), (4, 1), "cut at {cut}");
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! What a page shows of a comparison beside its numbers: curves and meshes, free of engine state.
+
+use proveout_controller::ReprogrammedRun;
+use proveout_geom::{TriMesh, Vector};
+use proveout_toolpath::reschedule::{Curve, CurveKind, Figure};
+
+use super::result::StudyFigure;
+
+/// Pictures of a comparison.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// The programs in the order of the scene.
+    pub programs: Vec<ProgramPicture>,
+    /// Joints of the baseline's machine, in machine order.
+    pub joints: Vec<JointPicture>,
+    /// The cut parts; none without a design.
+    pub part: Option<PartPicture>,
+    /// Stretch that plots over programmed time show closely, s since the begin of the cutting stretch.
+    pub shown_s: Option<[f64; 2]>,
+}
+
+/// A joint and its limits; mm or degrees, seconds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointPicture {
+    /// Name.
+    pub name: String,
+    /// `mm` or `deg`.
+    pub unit: &'static str,
+    /// From internal units (mm, radian) to `unit`.
+    pub factor: f64,
+    /// Velocity, acceleration, jerk, where the machine limits them.
+    pub limits: [Option<f64>; 3],
+}
+
+/// Curves of one program.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProgramPicture {
+    /// Name.
+    pub name: String,
+    /// Begin and end of the cutting stretch and of the part of it that is shown closely, s of the program.
+    pub windows: Option<[[f64; 2]; 2]>,
+    /// What the program asks of each joint at its programmed feed, a row a block.
+    pub demand: Vec<Vec<DemandRow>>,
+    /// What the method shows of its work, one for each run.
+    pub studies: Vec<Study>,
+}
+
+/// Demand on a joint at the end of a block; mm or degrees, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DemandRow {
+    /// Programmed time since the begin of the cutting stretch, s.
+    pub time_s: f64,
+    /// Position.
+    pub position: f64,
+    /// Velocity.
+    pub velocity: f64,
+    /// Acceleration; not a number at the end of a run.
+    pub acceleration: f64,
+}
+
+/// What a method shows of its work, whatever the method.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Study {
+    /// Curves, in the order in which they are drawn.
+    pub curves: Vec<StudyCurve>,
+    /// Numbers.
+    pub figures: Vec<StudyFigure>,
+}
+
+/// What a curve is, so that it can be drawn without knowing its method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// A bound that the result keeps to.
+    Limit,
+    /// The program before.
+    Original,
+    /// Key points joined by straight lines.
+    Polyline,
+    /// The program after.
+    Result,
+    /// Points that the method has chosen; not joined.
+    KeyPoints,
+    /// Places that divide the path; not joined.
+    Marks,
+}
+
+/// A curve or set of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyCurve {
+    /// What it is, in words.
+    pub name: String,
+    /// How it is meant.
+    pub role: Role,
+    /// Names of abscissa and ordinate; curves with equal ones share a plot.
+    pub axes: [String; 2],
+    /// Units of both.
+    pub units: [String; 2],
+    /// Abscissa and ordinate.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// The cut part of the baseline, with values of every program at its vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PartPicture {
+    /// Surface of the baseline's cut part, workpiece frame, mm.
+    pub mesh: TriMesh,
+    /// Unit normals at its vertices.
+    pub normals: Vec<Vector>,
+    /// Deviation from the design at its vertices, mm, of every program in the order of the scene; not a number where nothing
+    /// is judged.
+    pub deviation: Vec<Vec<f64>>,
+    /// Deviation less that of the baseline; empty for the baseline.
+    pub difference: Vec<Vec<f64>>,
+}
+
+/// What the method of a run shows.
+pub(crate) fn study_of(run: &ReprogrammedRun) -> Study {
+    let role = |kind: CurveKind| match kind {
+        CurveKind::Limit => Role::Limit,
+        CurveKind::Original => Role::Original,
+        CurveKind::Polyline => Role::Polyline,
+        CurveKind::Result => Role::Result,
+        CurveKind::KeyPoints => Role::KeyPoints,
+        CurveKind::Marks => Role::Marks,
+    };
+    let curve = |c: &Curve| StudyCurve {
+        name: c.name.into(),
+        role: role(c.kind),
+        axes: c.axes.map(|a| a.name.into()),
+        units: c.axes.map(|a| a.unit.into()),
+        points: c.points.clone(),
+    };
+    let figure = |f: &Figure| StudyFigure { name: f.name.into(), unit: f.unit.into(), value: f.value };
+    Study {
+        curves: run.study.curves.iter().map(curve).collect(),
+        figures: run.study.figures.iter().map(figure).collect(),
+    }
+}

@@ -1,0 +1,245 @@
+//! What `proveout compare` is told by a scene: baseline, stretch that counts, published values, criteria.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{config::ConfigError, gates::GATES, scene::SceneFile};
+
+/// Comparison of the programs of a scene.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompareFile {
+    /// Program that the others are compared with; the first one when left out.
+    pub baseline: Option<String>,
+    /// The experiment that is repeated, for people.
+    #[serde(default)]
+    pub experiment: String,
+    /// Time at both ends of every run in feed that does not belong to the cutting stretch (approach, run-up, retract),
+    /// by the programmed feed, s. Programs of the same structure leave out the same blocks.
+    #[serde(default)]
+    pub run_ends_s: f64,
+    /// Part of the cutting stretch that the plots show closely, s of programmed feed from its begin.
+    pub shown_s: Option<[f64; 2]>,
+    /// Values that others have published.
+    #[serde(default)]
+    pub published: Vec<PublishedFile>,
+    /// Criteria that must hold.
+    #[serde(default)]
+    pub expect: Vec<ExpectFile>,
+}
+
+/// A published value and how far from it counts as reproduced.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PublishedFile {
+    /// What it is, in words.
+    pub name: String,
+    /// Program that it is about.
+    pub program: String,
+    /// Program that it is compared with; the value itself when left out.
+    pub against: Option<String>,
+    /// What is measured.
+    pub quantity: QuantityFile,
+    /// Joint, for quantities of a joint.
+    pub axis: Option<String>,
+    /// Name of the number, for `quantity = "study"`.
+    pub figure: Option<String>,
+    /// How two values become one.
+    #[serde(default)]
+    pub form: FormFile,
+    /// The published value, in the unit of the quantity; percent with `against`.
+    pub value: f64,
+    /// From where to where it counts as reproduced.
+    pub band: Option<[f64; 2]>,
+    /// Where it was published.
+    pub source: String,
+    /// Why it can, or cannot, be reached.
+    #[serde(default)]
+    pub remark: String,
+}
+
+/// A criterion: a bound of a quantity, or a gate that must pass.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExpectFile {
+    /// What must hold, in words.
+    pub name: String,
+    /// Program that it is about.
+    pub program: String,
+    /// Program that it is compared with; the value itself when left out.
+    pub against: Option<String>,
+    /// What is measured; left out with `gate`.
+    pub quantity: Option<QuantityFile>,
+    /// Joint, for quantities of a joint.
+    pub axis: Option<String>,
+    /// Name of the number, for `quantity = "study"`.
+    pub figure: Option<String>,
+    /// How two values become one.
+    #[serde(default)]
+    pub form: FormFile,
+    /// Smallest value that passes.
+    pub at_least: Option<f64>,
+    /// Largest value that passes.
+    pub at_most: Option<f64>,
+    /// Gate of the verdict that must pass, instead of a quantity.
+    pub gate: Option<String>,
+    /// Where the criterion comes from.
+    #[serde(default)]
+    pub source: String,
+}
+
+/// How the values of two programs become one number, percent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FormFile {
+    /// `100 (1 - value / against)`: what is saved.
+    #[default]
+    Reduction,
+    /// `100 (against / value - 1)`: how much more is done in the same time.
+    Rate,
+}
+
+/// Quantities of a compared program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum QuantityFile {
+    /// Time of the whole program, s.
+    CycleTime,
+    /// Time of all motion in feed, s.
+    CuttingTime,
+    /// Time of the cutting stretch, s.
+    StretchTime,
+    /// Smallest gain in the time of the cutting stretch against the baseline under all variations, percent.
+    SmallestGain,
+    /// Largest velocity of a joint at constant programmed feed, by differences of the program's blocks.
+    DemandVelocity,
+    /// Largest acceleration of a joint at constant programmed feed, by differences of the program's blocks.
+    DemandAcceleration,
+    /// Largest velocity of a joint in the cutting stretch.
+    MaxVelocity,
+    /// Largest acceleration of a joint in the cutting stretch.
+    MaxAcceleration,
+    /// Largest jerk of a joint in the cutting stretch.
+    MaxJerk,
+    /// Reversals of a joint in the cutting stretch.
+    Reversals,
+    /// Deepest gouge, mm.
+    Gouge,
+    /// Most material left, mm.
+    Excess,
+    /// Largest scallop, micrometer.
+    ScallopMax,
+    /// Mean scallop, micrometer.
+    ScallopMean,
+    /// Largest shift of a ball center against the program that it was made from, mm.
+    CenterShift,
+    /// Smallest proved clearance of bodies, mm.
+    Clearance,
+    /// A number that the method tells of its work.
+    Study,
+}
+
+impl QuantityFile {
+    /// Whether it belongs to a joint.
+    pub fn of_joint(self) -> bool {
+        use QuantityFile::*;
+        matches!(self, DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals)
+    }
+
+    /// Name for people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::CycleTime => "cycle time",
+            Self::CuttingTime => "time in feed",
+            Self::StretchTime => "time of the cutting stretch",
+            Self::SmallestGain => "smallest gain under all variations",
+            Self::DemandVelocity => "velocity at programmed feed",
+            Self::DemandAcceleration => "acceleration at programmed feed",
+            Self::MaxVelocity => "velocity",
+            Self::MaxAcceleration => "acceleration",
+            Self::MaxJerk => "jerk",
+            Self::Reversals => "reversals",
+            Self::Gouge => "deepest gouge",
+            Self::Excess => "most material left",
+            Self::ScallopMax => "largest scallop",
+            Self::ScallopMean => "mean scallop",
+            Self::CenterShift => "shift of ball centers",
+            Self::Clearance => "least clearance",
+            Self::Study => "number of the method",
+        }
+    }
+}
+
+/// Checks the section against the programs of its scene.
+pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
+    let Some(compare) = &file.compare else { return Ok(()) };
+    let fault = |word: &str, message: String, help: &str| {
+        let at = text.find("[compare").unwrap_or(0);
+        let at = text.get(at..).and_then(|rest| rest.find(word)).map_or(at, |offset| at + offset);
+        Err(ConfigError::at(path, text, at, message, help))
+    };
+    let known = |name: &str| file.program.iter().any(|p| p.name == name);
+    let names: Vec<&str> = file.program.iter().map(|p| p.name.as_str()).collect();
+    let programs = format!("programs of the scene: {}", names.join(", "));
+    if let Some(name) = compare.baseline.as_deref().filter(|name| !known(name)) {
+        return fault(&format!("{name:?}"), format!("the baseline {name:?} is no program of the scene"), &programs);
+    }
+    if !(0.0..1e6).contains(&compare.run_ends_s) {
+        let message = format!("run_ends_s = {} is not a time", compare.run_ends_s);
+        return fault("run_ends_s", message, "write seconds from 0");
+    }
+    if let Some([from, to]) = compare.shown_s.filter(|[from, to]| !(0.0 <= *from && from < to && to.is_finite())) {
+        return fault("shown_s", format!("shown_s = [{from}, {to}] is no stretch"), "write [from, to] in seconds");
+    }
+    let published = compare
+        .published
+        .iter()
+        .map(|p| (&p.name, &p.program, p.against.as_ref(), Some(p.quantity), p.axis.is_some(), p.figure.is_some()));
+    let expected = compare
+        .expect
+        .iter()
+        .map(|e| (&e.name, &e.program, e.against.as_ref(), e.quantity, e.axis.is_some(), e.figure.is_some()));
+    for (name, program, against, quantity, axis, figure) in published.chain(expected) {
+        let word = format!("{name:?}");
+        if let Some(unknown) = [Some(program), against].into_iter().flatten().find(|p| !known(p)) {
+            return fault(&word, format!("{name:?} names {unknown:?}, which is no program of the scene"), &programs);
+        }
+        if quantity.is_some_and(|q| q.of_joint() != axis) {
+            return fault(
+                &word,
+                format!("{name:?} has no axis, or one too many"),
+                "give `axis` for quantities of a joint only",
+            );
+        }
+        if quantity.is_some_and(|q| (q == QuantityFile::Study) != figure) {
+            return fault(
+                &word,
+                format!("{name:?} names no number, or one too many"),
+                "give `figure` with quantity = \"study\" only",
+            );
+        }
+    }
+    for e in &compare.expect {
+        let word = format!("{:?}", e.name);
+        let bounds = e.at_least.is_some() || e.at_most.is_some();
+        if e.quantity.is_some() != bounds || e.quantity.is_some() == e.gate.is_some() {
+            let message = format!("criterion {:?} can not be judged", e.name);
+            return fault(&word, message, "give a `quantity` with `at_least` or `at_most`, or a `gate`");
+        }
+        if let Some(gate) = e.gate.as_deref().filter(|g| !GATES.contains(g)) {
+            return fault(&word, format!("there is no gate {gate:?}"), &format!("gates: {}", GATES.join(", ")));
+        }
+    }
+    for p in &compare.published {
+        if p.band.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low > high) {
+            return fault(
+                &format!("{:?}", p.name),
+                format!("the band of {:?} holds nothing", p.name),
+                "write [low, high]",
+            );
+        }
+    }
+    Ok(())
+}
