@@ -32,7 +32,6 @@
 
 use std::f64::consts::TAU;
 
-use proveout_geom::deg;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use super::plant_run::platform_fault;
