@@ -40,7 +40,8 @@ fn slot(length: &str, approach: &str) -> String {
     )
 }
 
-const FLOOR: &str = "[[inspect]]\nname = \"floor\"\nfrom_mm = [0, 0, 5]\ndirection = \"-z\"\nnominal_mm = -3\ntolerance_mm = 0.002\n";
+const FLOOR: &str =
+    "[[inspect]]\nname = \"floor\"\nfrom_mm = [0, 0, 5]\ndirection = \"-z\"\nnominal_mm = -3\ntolerance_mm = 0.002\n";
 
 #[test]
 fn the_length_of_g43_puts_the_tip_where_the_program_says() {
@@ -120,7 +121,13 @@ fn changed(name: &str, folder: &Path, change: impl Fn(String) -> String) -> std:
 fn a_drive_that_saturates_is_a_finding_that_fails_the_limits() {
     let servo = Choice { dynamics: Some(DynamicsFile::Servo), ..Choice::default() };
     let strong = run(&three_axis(), "slot.nc", &slot("G43 H3", ""), FLOOR, &servo);
-    assert_eq!(gate(&strong, "limits").state, State::Pass, "{}: {:?}", gate(&strong, "limits").reason, strong.verdict.findings);
+    assert_eq!(
+        gate(&strong, "limits").state,
+        State::Pass,
+        "{}: {:?}",
+        gate(&strong, "limits").reason,
+        strong.verdict.findings
+    );
     assert!(gate(&strong, "limits").reason.contains("force of every drive"));
     // The drives leave a mark of micrometers on the floor, not more: weight is held by the integral part.
     let floor = strong.verdict.inspection[0].measured_mm.expect("a floor");

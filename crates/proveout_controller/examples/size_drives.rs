@@ -11,9 +11,8 @@ use proveout_machine::Machine;
 /// The file with the drive of joint `name` replaced, or added behind the joint's other tables.
 fn with_drive(text: &str, name: &str, table: &str) -> Option<String> {
     let mut lines: Vec<&str> = text.lines().collect();
-    let begin = (0..lines.len()).find(|&i| {
-        lines[i] == "[[joint]]" && lines.get(i + 1).is_some_and(|l| *l == format!("name = \"{name}\""))
-    })?;
+    let begin = (0..lines.len())
+        .find(|&i| lines[i] == "[[joint]]" && lines.get(i + 1).is_some_and(|l| *l == format!("name = \"{name}\"")))?;
     let is_end = |l: &&str| l.starts_with('[') && !l.starts_with("[joint.") || l.starts_with("# ");
     let end = begin + 1 + lines[begin + 1..].iter().position(|l| is_end(&l))?;
     let own = lines[begin..end].iter().position(|l| *l == "[joint.drive]").map(|i| begin + i);
@@ -47,7 +46,8 @@ fn work(folder: &Path, write: bool) -> Result<(), String> {
         let name = &machine.joints[drive.joint].name;
         let (kg, newton) = if drive.rotary { ("kg m2", "Nm") } else { ("kg", "N") };
         println!("# {name}: moves {:.4} {kg}, needs {:.4} {newton}\n{}", drive.moved, drive.need, drive.toml());
-        text = with_drive(&text, name, &drive.toml()).ok_or_else(|| format!("{}: joint {name} not found", file.display()))?;
+        text = with_drive(&text, name, &drive.toml())
+            .ok_or_else(|| format!("{}: joint {name} not found", file.display()))?;
     }
     if write {
         std::fs::write(&file, text).map_err(|e| format!("{}: {e}", file.display()))?;

@@ -33,11 +33,8 @@ fn what_is_not_a_number_is_refused_at_its_block() {
     let machine = bc_machine();
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let at = |values: &[(char, f64)]| motion(values);
-        let vector = |axis: [f64; 3]| Motion {
-            tool_axis: Some(axis),
-            tool_axis_base: Some(axis),
-            ..motion(&[('X', 1.0)])
-        };
+        let vector =
+            |axis: [f64; 3]| Motion { tool_axis: Some(axis), tool_axis_base: Some(axis), ..motion(&[('X', 1.0)]) };
         let arc = |center: [f64; 3], radius: f64, sweep: f64| {
             let p = Program::default().arc_xy(&[('X', 10.0), ('Y', 0.0)], center, radius, sweep);
             p.commands[0].op.clone()
@@ -141,7 +138,11 @@ fn settings_and_machine_data_that_are_no_numbers_are_refused_before_the_run() {
 fn limits_that_are_not_stated_are_named_and_the_rest_is_kept() {
     let base = || {
         let p = Program::default().change(1).g0(&[('X', 0.0), ('Y', 0.0)]).continuous(0.02).feed(150.0);
-        p.g1(&[('X', 40.0)]).g1(&[('X', 60.0), ('Y', 30.0)]).g1(&[('X', 10.0), ('Y', 50.0)]).exact_stop().g1(&[('X', 0.0)])
+        p.g1(&[('X', 40.0)])
+            .g1(&[('X', 60.0), ('Y', 30.0)])
+            .g1(&[('X', 10.0), ('Y', 50.0)])
+            .exact_stop()
+            .g1(&[('X', 0.0)])
     };
     let full = run(&base(), &bc_machine());
     assert!(full.summary.unlimited_joints.is_empty());

@@ -134,8 +134,16 @@ fn mistakes_are_told_with_key_and_remedy() {
     let rules = [
         (rule("default_kg_m3 = -1"), "body_density.default_kg_m3", "above zero"),
         (rule("default_kg_m3 = 1\nroles_kg_m3 = { slide = nan }"), "body_density.roles_kg_m3.slide", "above zero"),
-        (rule("default_kg_m3 = 1\nroles_kg_m3 = { slied = 5 }"), "roles_kg_m3.slied", "name a role of this file: slide"),
-        (rule("default_kg_m3 = 1\nchosen = { mass = \"\" }"), "body_density.chosen.mass", "name a key of the same table"),
+        (
+            rule("default_kg_m3 = 1\nroles_kg_m3 = { slied = 5 }"),
+            "roles_kg_m3.slied",
+            "name a role of this file: slide",
+        ),
+        (
+            rule("default_kg_m3 = 1\nchosen = { mass = \"\" }"),
+            "body_density.chosen.mass",
+            "name a key of the same table",
+        ),
     ];
     for (text, key, remedy) in cases.into_iter().chain(rules) {
         match read(&text) {

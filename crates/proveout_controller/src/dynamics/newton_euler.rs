@@ -21,7 +21,7 @@ use nalgebra::{Matrix3, SMatrix};
 use proveout_geom::{Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use super::tree::RigidTree;
+use super::tree::{Link, RigidTree};
 
 /// Standard acceleration of free fall, mm/s² (3rd CGPM, 1901).
 pub const STANDARD_GRAVITY: f64 = 9806.65;
@@ -58,66 +58,65 @@ impl Spatial {
     }
 }
 
-/// A link where it stands.
+/// A link where it stands, and how it moves. All zeros to begin with, so that an array of them is made by one fill.
 #[derive(Clone, Copy)]
 struct Placed {
-    pose: Pose,
+    rotation: Matrix3<f64>,
+    translation: Vector,
     screw: Spatial,
-    mass: f64,
     center: Vector,
-    inertia: Matrix3<f64>,
     motion: Spatial,
     acceleration: Spatial,
     force: Spatial,
 }
 
 impl Placed {
-    fn momentum(&self, v: Spatial) -> Spatial {
-        let linear = (v.1 + v.0.cross(&self.center)) * self.mass;
-        Spatial(self.inertia * v.0 + self.center.cross(&linear), linear)
+    const NOTHING: Self = Self {
+        rotation: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        translation: Vector::new(0.0, 0.0, 0.0),
+        screw: Spatial::ZERO,
+        center: Vector::new(0.0, 0.0, 0.0),
+        motion: Spatial::ZERO,
+        acceleration: Spatial::ZERO,
+        force: Spatial::ZERO,
+    };
+
+    /// The inertia is turned into the body and back with the vector, which takes a third of turning the tensor.
+    fn momentum(&self, link: &Link, v: Spatial) -> Spatial {
+        let linear = (v.1 + v.0.cross(&self.center)) * link.mass;
+        let spin = self.rotation * (link.inertia * self.rotation.tr_mul(&v.0));
+        Spatial(spin + self.center.cross(&linear), linear)
     }
 }
 
 impl RigidTree {
-    fn placed(&self, q: &JointValues) -> [Placed; MAX_JOINTS] {
-        let nothing = Placed {
-            pose: Pose::identity(),
-            screw: Spatial::ZERO,
-            mass: 0.0,
-            center: Vector::zeros(),
-            inertia: Matrix3::zeros(),
-            motion: Spatial::ZERO,
-            acceleration: Spatial::ZERO,
-            force: Spatial::ZERO,
-        };
-        let mut all = [nothing; MAX_JOINTS];
+    fn placed(&self, q: &JointValues, all: &mut [Placed; MAX_JOINTS]) {
         for (i, link) in self.links.iter().enumerate() {
-            let before = link.parent.map_or_else(Pose::identity, |p| all[p].pose);
-            let axis = before.vector(&link.axis);
-            let (screw, motion) = if link.rotary {
-                let p = before.point(&link.point);
-                (Spatial(axis, p.coords.cross(&axis)), Pose::about_line(&link.point, &link.axis, q[link.joint]))
+            let (rotation, translation) = link
+                .parent
+                .map_or_else(|| (Matrix3::identity(), Vector::zeros()), |p| (all[p].rotation, all[p].translation));
+            let axis = rotation * link.axis;
+            let b = &mut all[i];
+            if link.rotary {
+                let p = rotation * link.point.coords + translation;
+                let own = Pose::about_line(&link.point, &link.axis, q[link.joint]);
+                b.screw = Spatial(axis, p.cross(&axis));
+                b.rotation = rotation * own.rotation;
+                b.translation = rotation * own.translation + translation;
             } else {
-                (Spatial(Vector::zeros(), axis), Pose::from_translation(link.axis * q[link.joint]))
-            };
-            let pose = before * motion;
-            let r = pose.rotation;
-            all[i] = Placed {
-                pose,
-                screw,
-                mass: link.mass,
-                center: pose.point(&link.center).coords,
-                inertia: r * link.inertia * r.transpose(),
-                ..nothing
-            };
+                b.screw = Spatial(Vector::zeros(), axis);
+                b.rotation = rotation;
+                b.translation = translation + axis * q[link.joint];
+            }
+            b.center = b.rotation * link.center.coords + b.translation;
         }
-        all
     }
 
     /// Forces (N) and torques (N mm) that the joints need for the given positions, velocities and accelerations, weight
     /// included where the direction of gravity is known. Friction and the motors' own inertia are not in it.
     pub fn inverse_dynamics(&self, q: &JointValues, v: &JointValues, a: &JointValues) -> JointValues {
-        let mut all = self.placed(q);
+        let mut all = [Placed::NOTHING; MAX_JOINTS];
+        self.placed(q, &mut all);
         let lift = self.up.map_or_else(Vector::zeros, |up| up * STANDARD_GRAVITY);
         let base = Spatial(Vector::zeros(), lift);
         let mut tau = JointValues::ZERO;
@@ -127,7 +126,7 @@ impl RigidTree {
             let rate = Spatial::ZERO.plus(b.screw, v[link.joint]);
             b.motion = before.plus(rate, 1.0);
             b.acceleration = rising.plus(b.screw, a[link.joint]).plus(b.motion.cross(rate), 1.0);
-            b.force = b.momentum(b.acceleration).plus(b.motion.cross_force(b.momentum(b.motion)), 1.0);
+            b.force = b.momentum(link, b.acceleration).plus(b.motion.cross_force(b.momentum(link, b.motion)), 1.0);
         }
         for (i, link) in self.links.iter().enumerate().rev() {
             tau[link.joint] = all[i].screw.dot(all[i].force) * TO_NEWTON;
@@ -142,13 +141,14 @@ impl RigidTree {
     /// Inertia matrix of the joints, from the bodies alone: the composite of all that a joint carries, moved by it and by
     /// the joints before it (Featherstone 2008, section 6.2).
     pub fn mass_matrix(&self, q: &JointValues) -> MassMatrix {
-        let all = self.placed(q);
+        let mut all = [Placed::NOTHING; MAX_JOINTS];
+        self.placed(q, &mut all);
         let mut matrix = MassMatrix::zeros();
         for (i, link) in self.links.iter().enumerate() {
             let mut force = Spatial::ZERO;
-            for (k, body) in all.iter().enumerate().take(self.links.len()) {
+            for (k, (body, own)) in all.iter().zip(&self.links).enumerate() {
                 if self.hangs_on(k, i) {
-                    force = force.plus(body.momentum(all[i].screw), 1.0);
+                    force = force.plus(body.momentum(own, all[i].screw), 1.0);
                 }
             }
             let mut at = Some(i);

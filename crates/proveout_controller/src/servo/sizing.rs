@@ -32,7 +32,6 @@
 
 use std::f64::consts::TAU;
 
-use proveout_geom::deg;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use super::plant_run::platform_fault;
@@ -195,7 +194,9 @@ mod tests {
 
     #[test]
     fn numbers_keep_two_digits() {
-        for (value, nearest, up) in [(8712.0, 8700.0, 8800.0), (0.012_34, 0.012, 0.013), (50.0, 50.0, 50.0), (9.96, 10.0, 10.0)] {
+        for (value, nearest, up) in
+            [(8712.0, 8700.0, 8800.0), (0.012_34, 0.012, 0.013), (50.0, 50.0, 50.0), (9.96, 10.0, 10.0)]
+        {
             assert_eq!((rounded(value, 2, false), rounded(value, 2, true)), (nearest, up));
         }
     }

@@ -125,12 +125,8 @@ fn axis_tab(joint: &str, drives: bool) -> ContainerLike {
         let entity = format!("/axes/{joint}/{what}");
         TimeSeriesView::new(format!("{joint} {name}")).with_origin("/").with_contents([format!("+ {entity}/**")]).into()
     };
-    let motion = [
-        ("position", "position"),
-        ("velocity", "velocity"),
-        ("acceleration", "acceleration"),
-        ("jerk", "jerk"),
-    ];
+    let motion =
+        [("position", "position"), ("velocity", "velocity"), ("acceleration", "acceleration"), ("jerk", "jerk")];
     let drive = [("following error", "following_error"), ("drive force", "force"), ("drive power", "power")];
     let all = motion.into_iter().chain(drive.into_iter().filter(|_| drives));
     Vertical::new(all.map(|(name, what)| strip(name, what))).with_name(joint).into()

@@ -178,10 +178,8 @@ impl Open {
                 movers.push(Mover::new(&["machine", &format!("axis_{}", unit.name)], Moving::Joint(j)));
             }
         }
-        let joints: Vec<[Signal; 4]> = units
-            .iter()
-            .map(|u| MOTION.map(|s| Signal::new(["axes", &u.name, s])))
-            .collect();
+        let joints: Vec<[Signal; 4]> =
+            units.iter().map(|u| MOTION.map(|s| Signal::new(["axes", &u.name, s]))).collect();
         for ((signals, unit), color) in joints.iter().zip(&units).zip(LINES.iter().cycle()) {
             for (signal, per) in signals.iter().zip(["", "/s", "/s²", "/s³"]) {
                 let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
@@ -190,8 +188,7 @@ impl Open {
         }
         let servo = setup.dynamics == Dynamics::Servo;
         let with_drives = units.iter().filter(|_| servo);
-        let drives: Vec<[Signal; 3]> =
-            with_drives.map(|u| DRIVE.map(|s| Signal::new(["axes", &u.name, s]))).collect();
+        let drives: Vec<[Signal; 3]> = with_drives.map(|u| DRIVE.map(|s| Signal::new(["axes", &u.name, s]))).collect();
         for ((signals, unit), color) in drives.iter().zip(&units).zip(LINES.iter().cycle()) {
             let symbol = if unit.unit == "deg" { "°" } else { unit.unit };
             for (signal, symbol) in signals.iter().zip([symbol, unit.force_unit, "W"]) {

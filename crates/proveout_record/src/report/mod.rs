@@ -202,7 +202,8 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
                 "the joints as the drives bring them: lag, friction, backlash, elasticity, loads by Newton-Euler".into()
             }
             (Dynamics::Servo, Plant::Rapier) => {
-                "the joints as the drives bring them: lag, friction, backlash, elasticity, rigid bodies in Rapier".into()
+                "the joints as the drives bring them: lag, friction, backlash, elasticity, rigid bodies in Rapier"
+                    .into()
             }
         },
     );

@@ -263,7 +263,8 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
     let mut what = "position, velocity, acceleration and jerk".to_owned();
     if joint.following.range().is_some() {
         let kind = if joint.force_unit == "N" { "force" } else { "torque" };
-        let strip = |name: String, signal, limits, marks| Strip { name, signal, second: None, limits, marks, height: 62.0 };
+        let strip =
+            |name: String, signal, limits, marks| Strip { name, signal, second: None, limits, marks, height: 62.0 };
         strips.extend([
             strip(format!("Following error, {unit}"), &joint.following, [None; 2], Vec::new()),
             strip(

@@ -120,7 +120,10 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
         let width = (x(*end) - x(*begin)).max(2.0);
         put(
             out,
-            format_args!(r#"<rect class="saturated" x="{:.1}" y="{top:.1}" width="{width:.1}" height="4"/>"#, x(*begin)),
+            format_args!(
+                r#"<rect class="saturated" x="{:.1}" y="{top:.1}" width="{width:.1}" height="4"/>"#,
+                x(*begin)
+            ),
         );
     }
     let stretches = strip.signal.stretches();

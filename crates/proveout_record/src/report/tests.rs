@@ -178,6 +178,81 @@ pub(crate) fn closes_in_order(text: &str) {
     assert!(open.is_empty(), "{open:?} stay open");
 }
 
+/// A joint that is simulated with its drive, saturated for half a second.
+fn driven() -> (Verdict, JointSignals) {
+    let mut x = JointSignals {
+        name: "X".into(),
+        unit: "mm",
+        travel: Some([-150.0, 5000.0]),
+        limits: [Some(500.0), Some(4000.0), None],
+        force_unit: "N",
+        force_limit: Some(2000.0),
+        ..Default::default()
+    };
+    for i in 0..5000 {
+        let t = f64::from(i) * 0.02;
+        for (k, size) in [120.0, 480.0, 300.0, 2e4].into_iter().enumerate() {
+            x.signals[k].push(t, size * t.sin());
+        }
+        let force = if (40.0..40.5).contains(&t) { 2000.0 } else { 900.0 * t.cos() };
+        x.following.push(t, 0.01 * t.cos());
+        x.force.push(t, force);
+        x.power.push(t, 300.0 * t.sin());
+        if force >= 2000.0 {
+            x.saturated.push(t, 1.0);
+        }
+    }
+    let mut v = verdict("plain");
+    let axis = v.axes.get_mut("X").expect("X");
+    (axis.max_following_error, axis.max_drive_force) = (Some(0.0123), Some(2000.0));
+    (axis.drive_force_unit, axis.drive_utilisation) = (Some("N".into()), Some(1.0));
+    (axis.max_drive_power_w, axis.drive_energy_j) = (Some(312.5), Some(4567.0));
+    (v, x)
+}
+
+#[test]
+fn drives_have_their_table_and_strips_and_saturation_is_marked() {
+    let (v, x) = driven();
+    let text = |v: &Verdict, joints: &[JointSignals]| {
+        let (process, part) = (ProcessSignals::default(), PartView::default());
+        let page = Page {
+            verdict: v,
+            machine: "m",
+            description: "",
+            method: Vec::new(),
+            joints,
+            process: &process,
+            part: &part,
+        };
+        render(&page).expect("the template fits its data")
+    };
+    let page = text(&v, std::slice::from_ref(&x));
+    for words in [
+        "Following error, mm",
+        "Drive force, N",
+        "Drive power, W",
+        "Position, mm",
+        "Jerk, mm/s³",
+        "12.3 µm",
+        "2000 N",
+        "100.0 %",
+        "312.5 W",
+        "4.567 kJ",
+        "over-limit",
+        "Red bars",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert_eq!(page.matches("class=\"saturated\"").count(), 1, "one stretch at the force limit");
+    // Lower end of travel, both limits of speed, both of force; the upper end of travel and the acceleration are far.
+    assert_eq!(page.matches("class=\"limit\"").count(), 5);
+    assert!(!page.contains("were not simulated"));
+    // Without drives nothing is shown of them, and the page says so.
+    let still = JointSignals { name: "X".into(), unit: "mm", ..Default::default() };
+    let page = text(&verdict("plain"), &[still]);
+    assert!(page.contains("Drives were not simulated") && !page.contains("Drive force") && !page.contains("Red bars"));
+}
+
 #[test]
 fn every_jump_has_its_target() {
     let text = page("plain");
