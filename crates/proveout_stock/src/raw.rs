@@ -162,10 +162,11 @@ impl TriDexel {
     /// The inside of a closed mesh.
     ///
     /// # Errors
-    /// [`StockError::Mesh`] with the first bad edge when the triangles do not bound a solid, [`StockError::SelfCrossing`]
-    /// with the place where they cross themselves; also as [`Self::from_box`].
+    /// [`StockError::Mesh`] with the first bad edge when the triangles do not bound a solid or cross themselves,
+    /// [`StockError::SelfCrossing`] where shells lie in each other; also as [`Self::from_box`].
     pub fn from_mesh(mesh: &TriMesh, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
         mesh.check_solid()?;
+        mesh.check_uncrossed()?;
         Self::from_shells(mesh, cells.into(), Shells::Apart, limit_bytes)
     }
 
