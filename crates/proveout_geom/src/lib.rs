@@ -4,7 +4,8 @@
 //! coordinates of frame a; a point named `p_in_a` has coordinates of frame a.
 //!
 //! * [`Pose`] – rigid transform whose right angles are exact.
-//! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid.
+//! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid, [`TriMesh::check_uncrossed`]
+//!   that it does not cross itself.
 //! * [`blade`] – blades with closed forms and their meshes.
 //! * [`read_mesh`], [`write_stl`] – STL, OBJ and glTF binary files.
 //!
@@ -13,6 +14,7 @@
 mod aabb;
 mod angle;
 pub mod blade;
+mod crossing;
 mod mesh;
 mod mesh_io;
 mod pose;
@@ -21,6 +23,7 @@ mod tool_pose;
 
 pub use aabb::Aabb;
 pub use angle::{deg, rad, sin_cos, wrap_near};
+pub use crossing::Crossing;
 pub use mesh::{MeshError, TriMesh};
 pub use mesh_io::{MeshFileError, read_mesh, write_stl};
 pub use pose::Pose;

@@ -56,6 +56,25 @@ pub enum MeshError {
         /// Second triangle with the edge.
         triangle: usize,
     },
+    /// An edge passes through a face.
+    #[error(
+        "the mesh crosses itself at ({}): edge ({}) to ({}) of triangle {triangle} passes through triangle {through}",
+        show(at),
+        show(from),
+        show(to)
+    )]
+    Crossing {
+        /// First end of the edge, mm.
+        from: Point,
+        /// Second end.
+        to: Point,
+        /// Triangle with the edge.
+        triangle: usize,
+        /// Triangle that it passes through.
+        through: usize,
+        /// Where, mm.
+        at: Point,
+    },
     /// The faces look inward.
     #[error("the mesh is inside out: its volume is {volume_mm3:.3} mm3")]
     InsideOut {
@@ -174,6 +193,17 @@ impl TriMesh {
             return Err(MeshError::InsideOut { volume_mm3 });
         }
         Ok(())
+    }
+
+    /// Proves that no edge passes through a face, on a mesh that [`Self::check_solid`] has found in order.
+    ///
+    /// # Errors
+    /// [`MeshError::Crossing`] with the first one.
+    pub fn check_uncrossed(&self) -> Result<(), MeshError> {
+        self.first_crossing().map_or(Ok(()), |c| {
+            let [from, to] = c.edge;
+            Err(MeshError::Crossing { from, to, triangle: c.of, through: c.through, at: c.at })
+        })
     }
 
     /// Outward normal of a triangle, not of unit length: twice the area, mm².

@@ -14,6 +14,7 @@
 //! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
 //! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
 //! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece |
+//! | [`StockObserver`] | `stock.dexel` | the stock that is left, bit for bit, as raw stock of the next setup; W, mm |
 //! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
@@ -53,6 +54,7 @@ mod picture;
 mod recording;
 mod report;
 mod set;
+mod stock;
 mod table;
 mod tables;
 mod units;
@@ -66,4 +68,5 @@ pub use part::{GltfObserver, write_part_files};
 pub use recording::RerunObserver;
 pub use report::ReportObserver;
 pub use set::observers;
+pub use stock::{StockObserver, write_stock};
 pub use tables::{TableObserver, write_surface_table};

@@ -2,7 +2,7 @@
 
 use proveout_sim::Observer;
 
-use crate::{GltfObserver, JsonObserver, RecordError, ReportObserver, RerunMode, TableObserver};
+use crate::{GltfObserver, JsonObserver, RecordError, ReportObserver, RerunMode, StockObserver, TableObserver};
 
 /// The observers that write a whole run folder (but `run.json`, which is known only after them).
 ///
@@ -12,6 +12,7 @@ pub fn observers(rerun: &RerunMode) -> Result<Vec<Box<dyn Observer>>, RecordErro
     let mut all: Vec<Box<dyn Observer>> = vec![
         Box::new(JsonObserver),
         Box::<TableObserver>::default(),
+        Box::new(StockObserver),
         Box::new(GltfObserver),
         Box::<ReportObserver>::default(),
     ];

@@ -109,6 +109,11 @@ pub(crate) fn block_columns() -> Vec<Column> {
         Column::real("feed_mean_mm_min", "mm/min"),
         Column::real("volume_mm3", "mm3"),
         Column::real("engagement_mm", "mm"),
+        Column::real("axial_depth_mm", "mm"),
+        Column::real("radial_width_mm", "mm"),
+        Column::real("entry_deg", "deg"),
+        Column::real("exit_deg", "deg"),
+        Column::real("chip_thickness_max_mm", "mm"),
     ]
 }
 
@@ -126,7 +131,12 @@ fn block_row(table: &mut Table, b: &BlockRow, tool: Option<&Tool>) -> Result<(),
         .reals([b.start_time, b.end_time, time, b.length])
         .real(b.feed.map(|f| f * PER_MINUTE))
         .real(mean)
-        .reals([b.volume_mm3, b.engagement_mm]);
+        .reals([b.volume_mm3, b.engagement_mm])
+        .real(b.engagement.map(|e| e.axial_depth_mm))
+        .real(b.engagement.and_then(|e| e.radial_width_mm))
+        .real(b.engagement.and_then(|e| e.entry).map(f64::to_degrees))
+        .real(b.engagement.and_then(|e| e.exit).map(f64::to_degrees))
+        .real(b.engagement.and_then(|e| e.chip_thickness_mm));
     Ok(())
 }
 

@@ -68,7 +68,7 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
         map.points = samples.iter().map(|s| to_map(s, None)).collect();
         return (map, None);
     };
-    let floor = design.floor + stock.sweep_bound_mm();
+    let floor = design.floor + stock.sweep_bound_mm() + stock.regrid_bound().map_or(0.0, |r| r.surface_mm);
     let settings = DeviationSettings {
         range: design.reach,
         region: prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb()),

@@ -11,6 +11,7 @@ use proveout_tool::{Role, Tool};
 
 use crate::{
     bodies::{BodyCheck, Hit, HitKind},
+    engagement::Engagement,
     error::SimError,
     finding::{self, Code, Finding},
     log::FindingLog,
@@ -20,6 +21,9 @@ use crate::{
     run::Stages,
     verdict::{Clearance, ToolUse},
 };
+
+/// Memory that the history of the stock may take, bytes.
+const HISTORY_MEMORY: u64 = 2 << 30;
 
 /// What a stretch gave beside its motion.
 #[derive(Debug, Default)]
@@ -56,7 +60,8 @@ pub(crate) struct Facts {
 #[derive(Clone, Copy, Debug, Default)]
 struct BlockSum {
     volume: f64,
-    engagement: f64,
+    overlap: f64,
+    engagement: Option<Engagement>,
     tool: Option<usize>,
 }
 
@@ -90,7 +95,7 @@ impl<'a> Engine<'a> {
             bodies: BodyCheck::new(prepared)?,
             log: FindingLog::default(),
             breaches: Vec::new(),
-            state: CuttingState { tool: None, spindle: SpindleDirection::Off },
+            state: CuttingState { tool: None, spindle: SpindleDirection::Off, speed_rpm: 0.0 },
             uses: BTreeMap::new(),
             in_spindle_since: 0.0,
             sums: BTreeMap::new(),
@@ -138,6 +143,7 @@ impl<'a> Engine<'a> {
         stages.removal += removal;
         stages.collision += collision;
 
+        self.keep_history(chunk, first_id);
         let volumes = self.judge_reports(chunk, &states, &parts, &reports);
         let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
         for (piece, checked) in chunk.pieces.iter().zip(hits) {
@@ -219,14 +225,16 @@ impl<'a> Engine<'a> {
             Event::ToolChange { time, tool, .. } => {
                 self.tool_out(time);
                 // The spindle stands for the change and needs a new M3 or M4 after it.
-                self.state = CuttingState { tool, spindle: SpindleDirection::Off };
+                self.state = CuttingState { tool, spindle: SpindleDirection::Off, speed_rpm: 0.0 };
                 if let Some(t) = self.tool(tool) {
                     let order = self.uses.len();
                     let fresh = || (order, ToolUse { number: t.number, name: t.name.clone(), ..ToolUse::default() });
                     self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
                 }
             }
-            Event::Spindle { direction, .. } => self.state.spindle = direction,
+            Event::Spindle { direction, speed_rpm, .. } => {
+                (self.state.spindle, self.state.speed_rpm) = (direction, speed_rpm);
+            }
             Event::End { .. } => self.ended = true,
             _ => {}
         }
@@ -238,6 +246,23 @@ impl<'a> Engine<'a> {
             used.time_s += now - self.in_spindle_since;
         }
         self.in_spindle_since = now;
+    }
+
+    /// Notes when the pieces ended; gives the history up when it has grown too large.
+    fn keep_history(&mut self, chunk: &Chunk, first_id: u32) {
+        for (i, piece) in chunk.pieces.iter().enumerate() {
+            self.stock.note_end(first_id + i as u32, piece.time[1]);
+        }
+        if self.stock.history_bytes() > HISTORY_MEMORY {
+            self.stock.drop_history();
+            let message = format!(
+                "the history of the stock is given up: it has grown past {} MiB (leave `history` out, or take a coarser resolution_mm)",
+                HISTORY_MEMORY >> 20
+            );
+            let mut f = FindingLog::of(&finding::NOTE, message);
+            (f.block, f.time_s) = chunk.pieces.last().map_or((None, None), |p| (Some(p.block), Some(p.time[1])));
+            self.log.push(f);
+        }
     }
 
     /// Judges the sweeps; gives the removed volume of every piece, mm³.
@@ -258,7 +283,11 @@ impl<'a> Engine<'a> {
                 volumes[part.piece] += report.volume_mm3;
                 let sum = self.sums.entry(piece.block).or_default();
                 sum.volume += report.volume_mm3;
-                sum.engagement = sum.engagement.max(report.overlap_mm);
+                sum.overlap = sum.overlap.max(report.overlap_mm);
+                if let Some(contact) = report.contact.filter(|_| report.overlap_mm > contact) {
+                    let engaged = Engagement::of_piece(&contact, piece, state, tool);
+                    sum.engagement = Some(sum.engagement.map_or(engaged, |e| e.union(&engaged)));
+                }
                 self.removed += report.volume_mm3;
             }
             if part.role == Role::Holder && !part.zone && report.overlap_mm > contact {
@@ -433,7 +462,8 @@ impl<'a> Engine<'a> {
             length: block.length,
             feed: (kind == MoveKind::Feed).then_some(block.feed),
             volume_mm3: sum.volume,
-            engagement_mm: sum.engagement,
+            engagement_mm: sum.overlap,
+            engagement: sum.engagement,
         })
     }
 }

@@ -1,11 +1,11 @@
-//! The inspection plan: touches on the cut part, measured on exact dexel ends.
+//! The inspection plan: touches and walls of the cut part, measured on exact dexel ends.
 
 use proveout_stock::TriDexel;
 
 use crate::{
     finding::{Finding, INSPECTION},
     log::FindingLog,
-    scene::{InspectFile, probe_direction},
+    scene::{InspectFile, InspectKindFile, probe_direction},
     verdict::Inspected,
 };
 
@@ -16,7 +16,10 @@ pub(crate) fn inspect(plan: &[InspectFile], stock: &TriDexel) -> Vec<Inspected> 
         .map(|feature| Inspected {
             name: feature.name.clone(),
             nominal_mm: feature.nominal_mm,
-            measured_mm: touch(feature, stock),
+            measured_mm: match feature.kind {
+                InspectKindFile::Touch => touch(feature, stock),
+                InspectKindFile::Thickness => thickness(feature, stock),
+            },
             tolerance_mm: feature.tolerance_mm,
         })
         .collect()
@@ -32,6 +35,16 @@ fn touch(feature: &InspectFile, stock: &TriDexel) -> Option<f64> {
     ahead.min_by(|a, b| (a * sign).total_cmp(&(b * sign)))
 }
 
+/// Length of the first interval of material that ends ahead of the start.
+fn thickness(feature: &InspectFile, stock: &TriDexel) -> Option<f64> {
+    let (axis, sign) = probe_direction(feature.direction.get_ref())?;
+    let from = feature.from_mm.get_ref();
+    let (_, material) = stock.intervals_on(axis, from[(axis + 1) % 3], from[(axis + 2) % 3]);
+    let at = from[axis];
+    let wall = if sign > 0.0 { material.iter().find(|i| i.hi > at) } else { material.iter().rev().find(|i| i.lo < at) };
+    wall.map(|i| i.hi - i.lo)
+}
+
 /// Findings for features that are out of tolerance or not there.
 pub(crate) fn judge(measured: &[Inspected]) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -45,7 +58,7 @@ pub(crate) fn judge(measured: &[Inspected]) -> Vec<Finding> {
                 "{}: {value:.4} mm instead of {:.4} mm, off by {off:+.4} mm with {:.4} mm allowed",
                 m.name, m.nominal_mm, m.tolerance_mm
             ),
-            _ => format!("{}: the touch met no material, nominal is {:.4} mm", m.name, m.nominal_mm),
+            _ => format!("{}: no material was met, nominal is {:.4} mm", m.name, m.nominal_mm),
         };
         let mut finding = FindingLog::of(&INSPECTION, message);
         finding.value = off.map(f64::abs);

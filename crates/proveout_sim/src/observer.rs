@@ -9,7 +9,7 @@ use proveout_stock::{TileId, TriDexel};
 use proveout_tool::ToolLibrary;
 use thiserror::Error;
 
-use crate::{finding::Finding, scene::Scene, surface_map::SurfaceMap, verdict::Verdict};
+use crate::{engagement::Engagement, finding::Finding, scene::Scene, surface_map::SurfaceMap, verdict::Verdict};
 
 /// Why an observer could not write what it saw.
 #[derive(Debug, Error)]
@@ -84,6 +84,8 @@ pub struct BlockRow {
     pub volume_mm3: f64,
     /// Largest length of cutter in material on a ray, mm: a measure of engagement.
     pub engagement_mm: f64,
+    /// Engagement of the cutter, where the scene asks for it and the block has cut.
+    pub engagement: Option<Engagement>,
 }
 
 /// A stretch of the run, in order of time.

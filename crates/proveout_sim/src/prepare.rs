@@ -7,7 +7,7 @@ use std::{
 };
 
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
-use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
 use proveout_stock::TriDexel;
@@ -18,7 +18,7 @@ use crate::{
     digest,
     error::SimError,
     part_on_table::PartOnTable,
-    programs,
+    programs, raw_stock,
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
@@ -119,8 +119,8 @@ impl Prepared {
             ("program".to_owned(), program_path.clone()),
         ];
 
-        let cell = choice.resolution_mm.unwrap_or(*scene.file.resolution_mm.get_ref());
-        let stock = make_stock(&scene, cell, &mut inputs)?;
+        let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
+        let stock = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
@@ -275,7 +275,7 @@ fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Optio
     }
 }
 
-fn blade_mesh(scene: &Scene, blade: &BladeFile, allowance: f64) -> Result<TriMesh, SimError> {
+pub(crate) fn blade_mesh(scene: &Scene, blade: &BladeFile, allowance: f64) -> Result<TriMesh, SimError> {
     let solid = blade
         .blade(allowance)
         .map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade] or the allowance"))?;
@@ -327,28 +327,10 @@ fn dialect(scene: &Scene, entry: Option<&ProgramFile>) -> Result<Dialect, Config
     }
 }
 
-fn read_solid(path: &Path) -> Result<TriMesh, SimError> {
+pub(crate) fn read_solid(path: &Path) -> Result<TriMesh, SimError> {
     let mesh = read_mesh(path)?;
     mesh.check_solid().map_err(|source| SimError::Mesh { path: path.into(), source })?;
     Ok(mesh)
-}
-
-fn make_stock(scene: &Scene, cell: f64, inputs: &mut Vec<(String, PathBuf)>) -> Result<TriDexel, SimError> {
-    let file = scene.file.stock.get_ref();
-    if let Some(b) = &file.block {
-        return Ok(TriDexel::from_box(&b.aabb(), cell, STOCK_MEMORY)?);
-    }
-    if let Some(c) = &file.cylinder {
-        let base = Point::from(c.base_mm);
-        return Ok(TriDexel::from_cylinder(&base, &Vector::z(), c.radius_mm, c.height_mm, cell, STOCK_MEMORY)?);
-    }
-    let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
-    if let (Some(allowance), Some(blade)) = (file.blade_allowance_mm, blade) {
-        return Ok(TriDexel::from_mesh(&blade_mesh(scene, blade, allowance)?, cell, STOCK_MEMORY)?);
-    }
-    let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
-    inputs.push(("stock".into(), path.clone()));
-    Ok(TriDexel::from_mesh(&read_solid(&path)?, cell, STOCK_MEMORY)?)
 }
 
 fn fixture_meshes(

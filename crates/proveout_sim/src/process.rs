@@ -17,6 +17,8 @@ pub(crate) struct CuttingState {
     pub(crate) tool: Option<usize>,
     /// Rotation.
     pub(crate) spindle: SpindleDirection,
+    /// Speed, 1/min; zero when off.
+    pub(crate) speed_rpm: f64,
 }
 
 /// What one sweep of one body of the tool stands for.

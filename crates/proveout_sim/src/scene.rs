@@ -28,9 +28,9 @@ pub struct SceneFile {
     pub machine: PathBuf,
     /// Tool library.
     pub tools: PathBuf,
-    /// Distance of neighboring rays of the stock, mm.
-    #[schemars(with = "f64")]
-    pub resolution_mm: Spanned<f64>,
+    /// Distance of neighboring rays of the stock, mm: one for all, or along x, y and z.
+    #[schemars(with = "ResolutionFile")]
+    pub resolution_mm: Spanned<ResolutionFile>,
     /// Raw material.
     #[schemars(with = "StockFile")]
     pub stock: Spanned<StockFile>,
@@ -61,6 +61,30 @@ pub struct SceneFile {
     pub plan: Option<PlanFile>,
     /// How `proveout compare` compares its programs.
     pub compare: Option<CompareFile>,
+    /// Engagement of the cutter for every block in `blocks.parquet`: axial depth, radial width, entry and exit angle, chip
+    /// thickness. Costs time in the removal.
+    #[serde(default)]
+    pub engagement: bool,
+}
+
+/// Edges of the cells of the stock, mm.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ResolutionFile {
+    /// Cubes.
+    Cube(f64),
+    /// Along x, y and z of the workpiece frame.
+    Edges([f64; 3]),
+}
+
+impl ResolutionFile {
+    /// Along x, y and z.
+    pub fn edges(self) -> [f64; 3] {
+        match self {
+            Self::Cube(edge) => [edge; 3],
+            Self::Edges(edges) => edges,
+        }
+    }
 }
 
 /// Raw material in the workpiece frame: exactly one of the forms.
@@ -76,6 +100,22 @@ pub struct StockFile {
     pub mesh: Option<PathBuf>,
     /// The blade of `[part.blade]` with so much more material on its sides, mm.
     pub blade_allowance_mm: Option<f64>,
+    /// What an earlier run left: its folder, or the `stock.dexel` in it. Taken over exactly where the cells stay and `place`
+    /// turns by right angles only; re-gridded otherwise, with `removal.regrid_bound_mm` in the verdict.
+    pub from_run: Option<PathBuf>,
+    /// Workpiece frame of the earlier run in that of this scene; the same when left out. Only with `from_run`.
+    pub place: Option<Mount>,
+    /// The stock as it stood at this time of the earlier run, s, after the last motion that had ended; at its end when left
+    /// out. The earlier run must have kept its `history`.
+    pub at_time_s: Option<f64>,
+    /// Remembers what every motion has changed, so that the stock at any time can be had from `stock.dexel`. Takes about 28
+    /// bytes for each interval that a motion removes from a ray; given up, with a note, above 2 GiB.
+    #[serde(default)]
+    pub history: bool,
+    /// Mends a `mesh` that is inside out or whose shells cross: faces are turned, and the union of the shells counts. Without it
+    /// such a mesh is refused. A mesh with holes is refused in any case.
+    #[serde(default)]
+    pub repair: bool,
     /// Where the numbers come from.
     #[serde(default)]
     pub source: String,
@@ -290,22 +330,36 @@ pub struct ProgramFile {
     pub dynamics: Option<DynamicsFile>,
 }
 
-/// A touch on the cut part: from a point along one axis direction to the first material.
+/// A measurement on the cut part, from a point along one axis direction.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InspectFile {
     /// Name of the feature.
     pub name: String,
+    /// What is measured.
+    #[serde(default)]
+    pub kind: InspectKindFile,
     /// Start of the touch in the workpiece frame, mm.
     #[schemars(with = "[f64; 3]")]
     pub from_mm: Spanned<[f64; 3]>,
     /// `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
     #[schemars(with = "String")]
     pub direction: Spanned<String>,
-    /// Nominal coordinate of the surface along that axis in the workpiece frame, mm.
+    /// Nominal coordinate of the surface along that axis in the workpiece frame, or nominal thickness, mm.
     pub nominal_mm: f64,
     /// Allowed deviation to both sides, mm.
     pub tolerance_mm: f64,
+}
+
+/// What a feature of the inspection plan measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum InspectKindFile {
+    /// Coordinate of the first material from the start on.
+    #[default]
+    Touch,
+    /// Thickness of the wall that holds the start or comes first after it, as a caliper along the direction reads it.
+    Thickness,
 }
 
 /// A scene with its place and text.
@@ -364,22 +418,32 @@ impl BoxFile {
 
 fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     let fault = |offset: usize, message: String, help: &str| Err(ConfigError::at(path, text, offset, message, help));
-    let cell = *file.resolution_mm.get_ref();
-    if !(cell > 0.0 && cell.is_finite()) {
+    let cells = file.resolution_mm.get_ref().edges();
+    if let Some(cell) = cells.iter().find(|c| !(**c > 0.0 && c.is_finite())) {
         let at = file.resolution_mm.span().start;
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
     }
     let stock = file.stock.get_ref();
-    let forms =
-        [stock.block.is_some(), stock.cylinder.is_some(), stock.mesh.is_some(), stock.blade_allowance_mm.is_some()];
+    let forms = [
+        stock.block.is_some(),
+        stock.cylinder.is_some(),
+        stock.mesh.is_some(),
+        stock.blade_allowance_mm.is_some(),
+        stock.from_run.is_some(),
+    ];
     let forms = forms.into_iter().filter(|given| *given).count();
     if forms != 1 {
         let at = file.stock.span().start;
         return fault(
             at,
             format!("the stock has {forms} forms"),
-            "give exactly one of `box`, `cylinder`, `mesh`, `blade_allowance_mm`",
+            "give exactly one of `box`, `cylinder`, `mesh`, `blade_allowance_mm`, `from_run`",
         );
+    }
+    let of_a_run = stock.place.is_some() || stock.at_time_s.is_some();
+    if of_a_run && stock.from_run.is_none() || stock.repair && stock.mesh.is_none() {
+        let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };
+        return fault(file.stock.span().start, key.into(), "leave it out, or give the stock in that form");
     }
     if let Some(b) = stock.block
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])

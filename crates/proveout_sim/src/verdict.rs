@@ -157,8 +157,18 @@ pub struct Removal {
     pub stock_left_mm3: f64,
     /// Bound on the distance of a dexel end from the exact swept surface, mm.
     pub sweep_bound_mm: f64,
-    /// Distance of neighboring rays, mm.
+    /// Distance of neighboring rays, mm: the largest of `cells_mm`.
     pub cell_mm: f64,
+    /// Edges of the cells along x, y and z, mm.
+    #[serde(default)]
+    pub cells_mm: [f64; 3],
+    /// Where the stock was taken over from an earlier run into another pose or other cells: largest distance of its faces from
+    /// those that the earlier run left, mm; null where nothing was lost.
+    #[serde(default)]
+    pub regrid_bound_mm: Option<f64>,
+    /// The same within a cell of edges and of details thinner than a cell, mm.
+    #[serde(default)]
+    pub regrid_edge_bound_mm: Option<f64>,
 }
 
 /// Cut part against the design part. Positive is material left, negative is gouge.

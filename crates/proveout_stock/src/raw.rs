@@ -1,6 +1,6 @@
 //! Raw stock: blocks, bars and closed meshes, and what they cost in memory.
 
-use proveout_geom::{Aabb, Point, TriMesh, Vector};
+use proveout_geom::{Aabb, MeshError, Point, TriMesh, Vector};
 
 use crate::{
     StockError,
@@ -162,14 +162,39 @@ impl TriDexel {
     /// The inside of a closed mesh.
     ///
     /// # Errors
-    /// [`StockError::Mesh`] with the first bad edge when the triangles do not bound a solid, [`StockError::SelfCrossing`]
-    /// with the place where they cross themselves; also as [`Self::from_box`].
+    /// [`StockError::Mesh`] with the first bad edge when the triangles do not bound a solid or cross themselves,
+    /// [`StockError::SelfCrossing`] where shells lie in each other; also as [`Self::from_box`].
     pub fn from_mesh(mesh: &TriMesh, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
         mesh.check_solid()?;
-        let grid = Self::plan(&mesh.aabb(), cells.into(), limit_bytes)?;
+        mesh.check_uncrossed()?;
+        Self::from_shells(mesh, cells.into(), Shells::Apart, limit_bytes)
+    }
+
+    /// The inside of a closed mesh with faults that can be mended without a guess: equal corners that are not joined, faces that
+    /// look inward all together, shells that cross each other or themselves. The union of the shells counts: material is where
+    /// the winding number is positive.
+    ///
+    /// # Errors
+    /// [`StockError::Mesh`] for holes and faces that are turned against their neighbors; also as [`Self::from_box`].
+    pub fn from_mesh_repaired(mesh: &TriMesh, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
+        let mut mesh = mesh.merge_equal_vertices();
+        if let Err(MeshError::InsideOut { .. }) = mesh.check_solid() {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+        }
+        mesh.check_solid()?;
+        Self::from_shells(&mesh, cells.into(), Shells::Union, limit_bytes)
+    }
+
+    pub(crate) fn from_shells(
+        mesh: &TriMesh,
+        cells: Cells,
+        shells: Shells,
+        limit_bytes: u64,
+    ) -> Result<Self, StockError> {
+        let grid = Self::plan(&mesh.aabb(), cells, limit_bytes)?;
         let mut sets = Vec::new();
         for a in 0..3 {
-            sets.push(mesh_intervals(mesh, &grid, a, Shells::Apart)?);
+            sets.push(mesh_intervals(mesh, &grid, a, shells)?);
         }
         let columns = grid.n;
         Ok(Self::filled(grid, |a, i, j| std::mem::take(&mut sets[a][j * columns[(a + 1) % 3] + i])))

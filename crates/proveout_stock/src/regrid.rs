@@ -26,7 +26,7 @@ use proveout_geom::{Aabb, Point, Pose, Vector};
 use crate::{
     StockError,
     dexel::TriDexel,
-    mesh_rays::{Shells, mesh_intervals},
+    mesh_rays::Shells,
     raw::Cells,
     span::{End, INITIAL, Mark, Span},
 };
@@ -73,20 +73,6 @@ impl TriDexel {
     /// How far this stock may lie from the one it was taken over from; none for one that was not.
     pub fn regrid_bound(&self) -> Option<Regrid> {
         self.regrid
-    }
-
-    /// The same material as raw stock: no end has been made by a move, and the volume is the initial one.
-    pub fn into_raw(mut self) -> Self {
-        for tile in &mut self.tiles {
-            tile.update_spans(|s| {
-                s.lo_mark = Mark::from_code(INITIAL, s.lo_mark.code());
-                s.hi_mark = Mark::from_code(INITIAL, s.hi_mark.code());
-            });
-        }
-        self.history = None;
-        self.initial_volume = self.volume();
-        self.changed.fill(true);
-        self
     }
 
     /// The material in another frame and with other cells, as raw stock; `new_from_old` brings it from the frame of this
@@ -170,13 +156,7 @@ impl TriDexel {
             return Err(StockError::Degenerate { what: "all that is left of it is thinner than its cells".into() });
         }
         let mesh = mesh.transformed(new_from_old);
-        let grid = Self::plan(&mesh.aabb(), cells, limit_bytes)?;
-        let mut sets = Vec::new();
-        for a in 0..3 {
-            sets.push(mesh_intervals(&mesh, &grid, a, Shells::Union)?);
-        }
-        let columns = grid.n;
-        let mut new = Self::filled(grid, |a, i, j| std::mem::take(&mut sets[a][j * columns[(a + 1) % 3] + i]));
+        let mut new = Self::from_shells(&mesh, cells, Shells::Union, limit_bytes)?;
         let before = self.regrid.unwrap_or_default();
         let edge = off.edge_mm.max(self.longest_lost());
         new.regrid = Some(Regrid {

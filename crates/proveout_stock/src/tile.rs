@@ -40,11 +40,6 @@ impl Tile {
         &self.spans[self.start[r] as usize..self.start[r + 1] as usize]
     }
 
-    /// Changes marks of all spans; heights must stay.
-    pub(crate) fn update_spans(&mut self, change: impl FnMut(&mut Span)) {
-        self.spans.iter_mut().for_each(change);
-    }
-
     fn update_range(&mut self) {
         (self.lo, self.hi) = (f64::INFINITY, f64::NEG_INFINITY);
         for s in &self.spans {

@@ -443,7 +443,15 @@ fn bad_stocks_are_refused() {
     assert!(text.contains("hole") && text.contains("edge"), "{text}");
     let mut crossing = box_mesh(&bounds);
     crossing.append(&box_mesh(&cuboid([50.0, 50.0, 10.0], [150.0, 150.0, 40.0])));
-    assert!(matches!(TriDexel::from_mesh(&crossing, 1.0, GIB), Err(StockError::SelfCrossing { .. })));
+    let text = TriDexel::from_mesh(&crossing, 1.0, GIB).unwrap_err().to_string();
+    assert!(text.contains("crosses itself") && text.contains("passes through"), "{text}");
+    // The union is what a repair makes of it.
+    let mended = TriDexel::from_mesh_repaired(&crossing, 1.0, GIB).unwrap();
+    assert!((mended.volume() / (100.0 * 100.0 * 50.0 + 1e4 * 30.0 - 2500.0 * 30.0) - 1.0).abs() < 0.01);
+    // Shells in each other do not cross, but a ray enters twice.
+    let mut nested = box_mesh(&bounds);
+    nested.append(&box_mesh(&cuboid([10.0, 10.0, 10.0], [20.0, 20.0, 20.0])));
+    assert!(matches!(TriDexel::from_mesh(&nested, 1.0, GIB), Err(StockError::SelfCrossing { .. })));
 }
 
 #[test]

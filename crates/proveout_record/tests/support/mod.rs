@@ -278,6 +278,7 @@ fn step(
         feed: (leg.kind == MoveKind::Feed).then_some(leg.speed),
         volume_mm3: removed,
         engagement_mm: removed.cbrt(),
+        engagement: None,
     });
     state.pose = Some(leg.to);
 }
@@ -415,7 +416,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             max_contour_error_mm: Some(0.0042),
             min_feed_ratio: Some(0.61),
         },
-        removal: Removal { moves: 2100, volume_mm3: removed, stock_left_mm3: 0.0, sweep_bound_mm: 1e-6, cell_mm: 0.0 },
+        removal: Removal { moves: 2100, volume_mm3: removed, sweep_bound_mm: 1e-6, ..Removal::default() },
         deviation: Deviation {
             tolerance_floor_mm: Some(0.0012),
             gouge_max_mm: Some(0.0312),
