@@ -70,6 +70,7 @@ mod pieces;
 mod plan;
 mod profile;
 mod reprogram;
+mod retime;
 mod rig;
 mod scurve;
 pub mod servo;
@@ -77,6 +78,7 @@ mod settings;
 mod shape;
 mod stretch;
 mod summary;
+mod tempo;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
