@@ -26,7 +26,7 @@ pub(crate) struct Phase {
 }
 
 impl Phase {
-    fn at(&self, dt: f64) -> PathState {
+    pub(crate) fn at(&self, dt: f64) -> PathState {
         let p = self.start;
         PathState {
             s: p.s + dt * (p.v + dt * (0.5 * p.a + dt * p.j / 6.0)),

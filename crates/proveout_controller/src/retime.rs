@@ -41,7 +41,7 @@ pub(crate) fn retime(path: &Path, frame: &Frame<'_>, law: &mut Law, cells: usize
     let mut found: Vec<Vec<Tempo>> = Vec::new();
     // What must be kept of the tail, where the begin cannot be solved.
     let mut kept_until = 0.0;
-    for region in grid::regions(path, law, cells, step, moving) {
+    for region in grid::regions(path, frame, law, cells, step, moving) {
         if region.from < kept_until {
             continue;
         }
@@ -128,6 +128,33 @@ fn solved(
         time += tempo.duration;
         tempos.push(tempo);
         p = end;
+    }
+    if std::env::var("RETIME_DENSE").is_ok() {
+        let mut l2 = law.clone();
+        let mut all = vec![];
+        if region.from > 0.0 { all.push(Tempo::even(0.0, region.from, 0.0)); }
+        for t in &tempos { all.push(Tempo { time: t.time + region.from, ..*t }); }
+        l2.set_tempos(all);
+        let l = frame.limits;
+        let (mut cur, mut span) = (crate::profile::Cursor::default(), 0);
+        let mut bad = 0;
+        for (k, t) in tempos.iter().enumerate() {
+            for i in 0..20 {
+                let tt = t.time + region.from + t.duration * (i as f64 + 0.5) / 20.0;
+                let x = l2.at(tt, &mut cur);
+                let q = frame.kinematics.joints(&path.rounded(x.s, &mut span));
+                let j = q.first() * x.j + q.second() * (3.0 * x.v * x.a) + q.third() * (x.v * x.v * x.v);
+                let a = q.first() * x.a + q.second() * (x.v * x.v);
+                let r = (0..l.count).fold(0.0_f64, |m, i| m.max(j[i].abs() / l.jerk[i]).max(a[i].abs() / l.acceleration[i]));
+                if r > 1.01 && bad < 40 {
+                    bad += 1;
+                    let p = t.at(tt - t.time - region.from)[0];
+                    let x0 = law.planned_at(p, &mut crate::profile::Cursor::default());
+                    let ns: Vec<String> = problem.nodes.iter().enumerate().filter(|(_, n)| n.k == k).map(|(i, n)| format!("{:.4}", problem.used(i, &c)) + &format!("({:.1e})", n.weight)).collect();
+                    eprintln!("    dense p {p:.6} k {k} tau {:.2} len {:.6} r {r:.4} square {:?} base {x0:?} cell {} nodes {ns:?}", (p - t.begin) / t.length, t.length, t.square, path.cells.iter().position(|c| c.s1 >= x.s).unwrap());
+                }
+            }
+        }
     }
     let own = region.to - region.from;
     let worthwhile = time < own * (1.0 - WORTHWHILE) || forced || !own_is_good;

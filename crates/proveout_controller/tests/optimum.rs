@@ -188,6 +188,8 @@ fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f6
     let h = (end - begin) / grid;
     let settings = Settings { sample_time: Some(h), ..Settings::default() };
     let fine = run_with(program, machine, &tools, &settings);
+    // Sampled more finely, a plan may have been slowed down elsewhere: its own begin and end count.
+    let (begin, end) = (fine.all.blocks[after].start_time, fine.summary.total_s);
     let samples: Vec<&Sample> = fine.all.samples.iter().filter(|s| s.time >= begin && s.time < end).collect();
     let last = samples.len() - 1;
     let points: Vec<Point> = samples
@@ -212,6 +214,12 @@ fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f6
             feed: s.feed / (feed * 1.0005),
         })
         .collect();
+    for (k, p) in points.iter().enumerate() {
+        for (i, (q, l)) in p.joints.iter().enumerate() {
+            for o in 0..3 { if (q[o] / l[o]).abs() > 1.01 { println!("ORACLE k {k} of {} joint {i} order {o} {:.4} {q:?} {l:?}", points.len(), q[o]/l[o]); } }
+        }
+        if p.feed > 1.001 { println!("ORACLE feed {}", p.feed); }
+    }
     let best = optimum(&points, h);
     assert!(points.len() as f64 > 0.99 * grid, "{} of {grid} points", points.len());
     (h * (points.len() - 1) as f64) / best

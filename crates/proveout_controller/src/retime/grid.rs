@@ -5,7 +5,7 @@ use proveout_machine::MAX_JOINTS;
 use super::solver::{JointRow, Node, Problem};
 use crate::{
     jet::JointJet,
-    path::{Frame, Path},
+    path::{Frame, Path, PathCell},
     profile::{Cursor, Law},
 };
 
@@ -13,7 +13,8 @@ use crate::{
 const FINEST: f64 = 1.0 / 12.0;
 /// The same in seconds where no joint limits both, and the range in any case.
 const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
-/// Shortest interval as part of the longest.
+/// Interval at low speed as part of the longest, and what a border of pieces must be apart from the next.
+const SLOWEST: f64 = 0.35;
 const SHORTEST: f64 = 0.2;
 /// Intervals by which a region reaches into stretches that run at the highest speed already.
 const MARGIN: f64 = 5.0;
@@ -21,8 +22,10 @@ const MARGIN: f64 = 5.0;
 const AT_SPEED: f64 = 0.996;
 /// Part of a piece by which points stand off its borders, so that each belongs to one side of a jump.
 const INSIDE: f64 = 1e-6;
-/// Change of speed between two points that needs points between them, as part of the speed, and the most parts.
-const CHANGE: f64 = 0.1;
+/// Interval as part of the time sqrt(v/J) in which the jerk limit changes a speed v by its own size.
+const SLOW: f64 = 0.2;
+/// Excess between two points of an interval that needs points between them, and the most parts.
+const BETWEEN: f64 = 0.004;
 const PARTS: f64 = 4.0;
 /// What rows next to a given begin or end may pass their limits, so that these have an inside.
 const RELAXED: f64 = 4e-4;
@@ -34,6 +37,8 @@ struct Piece {
     to: f64,
     cell: usize,
     held: bool,
+    /// Square of the time in which the jerk limit changes the speed by its own size: v/J at the slower end, s^2.
+    pace: f64,
 }
 
 /// A stretch of time whose tempo is free.
@@ -55,8 +60,11 @@ pub(super) fn interval(frame: &Frame<'_>) -> f64 {
 
 /// The stretches of the law's first `cells` cells where another tempo may be faster. `moving` tells that the law begins with
 /// a given tempo that must be followed.
-pub(super) fn regions(path: &Path, law: &Law, cells: usize, step: f64, moving: bool) -> Vec<Region> {
-    let pieces = pieces(path, law, cells);
+pub(super) fn regions(
+    path: &Path,
+    frame: &Frame<'_>,
+    law: &Law, cells: usize, step: f64, moving: bool) -> Vec<Region> {
+    let pieces = pieces(path, frame, law, cells);
     let mut regions: Vec<Region> = Vec::new();
     let mut open: Vec<Piece> = Vec::new();
     let margin = MARGIN * step;
@@ -112,7 +120,16 @@ fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
         .filter(|p| p.to > p.from)
 }
 
-fn pieces(path: &Path, law: &Law, cells: usize) -> Vec<Piece> {
+/// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
+fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
+    let first = &cell.limits.bounds.first;
+    (0..frame.limits.count)
+        .filter(|i| first[*i] > 0.0)
+        .map(|i| frame.limits.jerk[i] / first[i])
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize) -> Vec<Piece> {
     let mut out = Vec::with_capacity(cells + law.phases.len());
     let mut cursor = Cursor::default();
     let (mut phase, mut from) = (0, 0.0);
@@ -126,7 +143,9 @@ fn pieces(path: &Path, law: &Law, cells: usize) -> Vec<Piece> {
             let cruise = p.start.a == 0.0 && p.start.j == 0.0;
             let held = cruise && c.tight == 1.0 && p.start.v >= AT_SPEED * c.limits.steady;
             if to > from {
-                out.push(Piece { from, to, cell, held });
+                let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
+                let pace = v[0].min(v[1]) / jerk_along(frame, c);
+                out.push(Piece { from, to, cell, held, pace });
             }
             from = from.max(to);
             if phase_end <= end {
@@ -140,6 +159,7 @@ fn pieces(path: &Path, law: &Law, cells: usize) -> Vec<Piece> {
 }
 
 /// Evaluates joints on the rounded path, once at a place.
+#[derive(Clone)]
 struct Probe<'a> {
     path: &'a Path,
     frame: &'a Frame<'a>,
@@ -151,7 +171,8 @@ struct Probe<'a> {
 
 impl Probe<'_> {
     /// Derivatives by the law's own time, over the limits, and one over the highest square of the tempo.
-    fn rows(&mut self, cell: usize, p: f64, rows: &mut [JointRow; MAX_JOINTS]) -> f64 {
+    fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], f64) {
+        let mut rows = [[0.0; 5]; MAX_JOINTS];
         let x = self.law.planned_at(p, &mut self.cursor);
         let jet = match self.last {
             // The same place, seen from the other side of a border that the path does not know.
@@ -175,86 +196,100 @@ impl Probe<'_> {
             let (a, j) = (c.tight / l.acceleration[i], c.tight / l.jerk[i]);
             rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
         }
-        speed
+        (rows, speed)
     }
 }
 
 /// Grid and rows of a region.
 pub(super) fn problem(path: &Path, frame: &Frame<'_>, law: &Law, region: &Region, step: f64, fixed: [bool; 2]) -> Problem {
     let knots = knots(region, step);
-    let mut problem = Problem { fixed, ..Problem::default() };
-    problem.lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
+    let mut grid = Grid { problem: Problem { fixed, ..Problem::default() }, rows: Vec::new() };
+    grid.problem.lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
     let mut probe = Probe { path, frame, law, cursor: Cursor::default(), span: 0, last: None };
-    let mut all: Vec<[JointRow; MAX_JOINTS]> = Vec::new();
-    let mut used = [false; MAX_JOINTS];
     let mut k = 0;
-    let last = problem.lengths.len() - 1;
+    let last = knots.len() - 2;
     for piece in &region.pieces {
         let mut from = piece.from;
         while from < piece.to {
             while k < last && knots[k + 1] <= from {
                 k += 1;
             }
-            let border = if k == last { piece.to } else { piece.to.min(knots[k + 1]) };
-            // Where the speed changes much within an interval, next to a rest above all, its borders say little about what
-            // lies between them.
-            let [a, b] = [from, border].map(|p| probe.law.planned_at(p, &mut probe.cursor));
-            let change = a.a.abs().max(b.a.abs()) * (border - from) / a.v.min(b.v).max(1e-9);
-            let parts = (change / CHANGE).ceil().clamp(1.0, PARTS);
-            let to = if parts > 1.0 { border.min(from + (border - from) / parts) } else { border };
+            let to = if k == last { piece.to } else { piece.to.min(knots[k + 1]) };
             let length = to - from;
             if length > 1e-9 * step {
-                for part in [INSIDE, 1.0 - INSIDE] {
-                    let p = from + part * length;
-                    let tau = ((p - knots[k]) / problem.lengths[k]).clamp(0.0, 1.0);
-                    let mut rows = [[0.0; 5]; MAX_JOINTS];
-                    let mut speed = probe.rows(piece.cell, p, &mut rows);
-                    let near = [fixed[0] && k == 0, fixed[1] && k == last];
-                    if near[0] || near[1] || piece.held {
-                        speed *= 1.0 - RELAXED;
-                        rows.iter_mut().flatten().for_each(|r| *r *= 1.0 - RELAXED);
-                    }
-                    if near[0] && tau < 0.01 || near[1] && tau > 0.99 {
-                        // Given by both fixed coefficients: nothing can be done about it here.
-                        speed = 0.0;
-                        rows.iter_mut().for_each(|r| (r[0], r[1]) = (0.0, 0.0));
-                    }
-                    for (used, row) in used.iter_mut().zip(&rows) {
-                        *used |= row.iter().any(|r| *r != 0.0);
-                    }
-                    let basis = problem.basis(k, tau);
-                    problem.nodes.push(Node { k, basis, weight: 0.5 * length, speed });
-                    all.push(rows);
+                let tau = |part: f64| ((from + part * length - knots[k]) / (knots[k + 1] - knots[k])).clamp(0.0, 1.0);
+                let begin = probe.rows(piece.cell, from + INSIDE * length);
+                // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
+                let most = length * length / piece.pace.min(1e9);
+                let parts = (most / BETWEEN).sqrt().ceil().clamp(1.0, PARTS) as usize;
+                let weight = length / parts as f64;
+                grid.add(k, tau(INSIDE), 0.5 * weight, begin, piece.held);
+                for i in 1..parts {
+                    let part = i as f64 / parts as f64;
+                    let rows = probe.rows(piece.cell, from + part * length);
+                    grid.add(k, tau(part), weight, rows, piece.held);
                 }
+                let end = probe.rows(piece.cell, to - INSIDE * length);
+                grid.add(k, tau(1.0 - INSIDE), 0.5 * weight, end, piece.held);
             }
             from = to;
         }
     }
-    problem.count = used.iter().filter(|u| **u).count();
-    problem.joints.reserve(problem.count * all.len());
-    for rows in &all {
-        problem.joints.extend(rows.iter().zip(&used).filter(|(_, used)| **used).map(|(row, _)| *row));
+    grid.finish()
+}
+
+/// A problem under construction.
+struct Grid {
+    problem: Problem,
+    rows: Vec<[JointRow; MAX_JOINTS]>,
+}
+
+impl Grid {
+    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, mut speed): ([JointRow; MAX_JOINTS], f64), held: bool) {
+        let p = &mut self.problem;
+        let near = [p.fixed[0] && k == 0, p.fixed[1] && k + 1 == p.lengths.len()];
+        if near[0] || near[1] || held {
+            speed *= 1.0 - RELAXED;
+            rows.iter_mut().flatten().for_each(|r| *r *= 1.0 - RELAXED);
+        }
+        if near[0] && tau < 0.01 || near[1] && tau > 0.99 {
+            // Given by both fixed coefficients: nothing can be done about it here.
+            speed = 0.0;
+            rows.iter_mut().for_each(|r| (r[0], r[1]) = (0.0, 0.0));
+        }
+        p.nodes.push(Node { k, basis: p.basis(k, tau), weight, speed });
+        self.rows.push(rows);
     }
-    problem
+
+    /// Leaves out joints that stand still.
+    fn finish(self) -> Problem {
+        let Self { mut problem, rows } = self;
+        let used: Vec<usize> =
+            (0..MAX_JOINTS).filter(|i| rows.iter().any(|r| r[*i].iter().any(|x| *x != 0.0))).collect();
+        problem.count = used.len();
+        problem.joints = rows.iter().flat_map(|r| used.iter().map(|i| r[*i])).collect();
+        problem
+    }
 }
 
 /// Borders of the intervals: those of pieces that are not too close, and equal parts between them.
 fn knots(region: &Region, step: f64) -> Vec<f64> {
-    let mut coarse = vec![region.from];
-    let least = SHORTEST * step;
-    for piece in &region.pieces {
-        if piece.to - coarse[coarse.len() - 1] >= least && region.to - piece.to >= least {
-            coarse.push(piece.to);
-        }
-    }
-    coarse.push(region.to);
     let mut knots = vec![region.from];
-    for w in coarse.windows(2) {
-        let n = ((w[1] - w[0]) / step).ceil().max(1.0) as usize;
-        for i in 1..n {
-            knots.push(w[0] + (w[1] - w[0]) * i as f64 / n as f64);
+    let least = SHORTEST * step;
+    let (mut from, mut pace) = (region.from, f64::INFINITY);
+    for piece in &region.pieces {
+        pace = pace.min(piece.pace);
+        let long_enough = piece.to - from >= least && region.to - piece.to >= least;
+        if !long_enough && piece.to < region.to {
+            continue;
         }
-        knots.push(w[1]);
+        let local = (SLOW * pace.sqrt()).clamp(SLOWEST * step, step);
+        let n = ((piece.to - from) / local).ceil().max(1.0) as usize;
+        for i in 1..n {
+            knots.push(from + (piece.to - from) * i as f64 / n as f64);
+        }
+        knots.push(piece.to);
+        (from, pace) = (piece.to, f64::INFINITY);
     }
     knots
 }
