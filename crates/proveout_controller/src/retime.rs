@@ -9,11 +9,12 @@ use crate::{
     tempo::Tempo,
 };
 
-/// How a law begins: square of the tempo and its slope, and a tempo that is known to be possible from there on.
+/// How a law begins: square of the tempo and its slope by the time of the first law, and tempos that are known to be possible
+/// from there on.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) square: [f64; 2],
-    pub(crate) tail: Vec<Tempo>,
+    pub(crate) tail: Vec<Vec<Tempo>>,
 }
 
 impl Default for Entry {
@@ -23,6 +24,17 @@ impl Default for Entry {
 }
 
 impl Entry {
+    /// The law goes on with these tempos, level by level.
+    pub(crate) fn new(tail: Vec<Vec<Tempo>>) -> Self {
+        let mut square = [1.0, 0.0];
+        for level in &tail {
+            let [b, slope] = level.first().map_or([1.0, 0.0], |t| t.square_at(0.0));
+            // d(B b)/dp = B' b + B b' dx/dp, where the time x of the level passes with dx/dp = 1/sqrt(B).
+            square = [square[0] * b, square[1] * b + square[0].sqrt() * slope];
+        }
+        Self { square, tail }
+    }
+
     fn is_even(&self) -> bool {
         self.square == [1.0, 0.0]
     }
@@ -37,30 +49,40 @@ const ALLOWED: f64 = 1.0003;
 /// at rest; where it does not, it begins as `entry` says and ends with its own tempo.
 pub(crate) fn retime(path: &Path, frame: &Frame<'_>, law: &mut Law, cells: usize, entry: &Entry, rest: [bool; 2]) {
     let step = grid::interval(frame);
-    let moving = !entry.is_even();
-    let mut found: Vec<Vec<Tempo>> = Vec::new();
-    // What must be kept of the tail, where the begin cannot be solved.
-    let mut kept_until = 0.0;
-    for region in grid::regions(path, frame, law, cells, step, moving) {
-        if region.from < kept_until {
-            continue;
-        }
-        let at_begin = region.from <= 0.0;
-        let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
-        let start = if at_begin { entry.square } else { [1.0, 0.0] };
-        match solved(path, frame, law, &region, step, fixed, start) {
-            Some(tempos) => found.push(tempos),
-            None if at_begin && moving => {
-                found.push(entry.tail.clone());
-                kept_until = entry.tail.last().map_or(0.0, |t| t.begin + t.length);
+    let levels: usize = std::env::var("LV").ok().and_then(|v| v.parse().ok()).unwrap_or(2);
+    for pass in 0..levels {
+        let start = if pass == 0 { entry.square } else { [1.0, 0.0] };
+        let moving = start != [1.0, 0.0];
+        let mut found: Vec<Vec<Tempo>> = Vec::new();
+        for region in grid::regions(path, frame, law, cells, step, moving) {
+            let at_begin = region.from <= 0.0;
+            let fixed = [!(at_begin && rest[0]), !(region.to >= law.duration && rest[1])];
+            let start = if at_begin { start } else { [1.0, 0.0] };
+            match solved(path, frame, law, &region, step, fixed, start) {
+                Some(tempos) => found.push(tempos),
+                None if at_begin && moving => {
+                    // The begin is given: what was found for it before still holds.
+                    for level in &entry.tail {
+                        let mut tempos = Vec::new();
+                        splice(&mut tempos, [level.clone()], law.duration);
+                        law.push_level(tempos);
+                    }
+                    return;
+                }
+                None => {}
             }
-            None => {}
         }
+        if found.is_empty() {
+            return;
+        }
+        let mut tempos = Vec::new();
+        splice(&mut tempos, found, law.duration);
+        law.push_level(tempos);
     }
-    if found.is_empty() {
-        return;
-    }
-    let mut tempos: Vec<Tempo> = Vec::new();
+}
+
+/// Puts the tempos of regions behind each other and fills the gaps up to `end` with even ones.
+fn splice(tempos: &mut Vec<Tempo>, regions: impl IntoIterator<Item = Vec<Tempo>>, end: f64) {
     let (mut p, mut time) = (0.0, 0.0);
     let even = |tempos: &mut Vec<Tempo>, p: f64, to: f64, time: &mut f64| {
         if to > p {
@@ -68,17 +90,16 @@ pub(crate) fn retime(path: &Path, frame: &Frame<'_>, law: &mut Law, cells: usize
             *time += to - p;
         }
     };
-    for region in found {
+    for region in regions {
         let Some(first) = region.first() else { continue };
-        even(&mut tempos, p, first.begin, &mut time);
+        even(tempos, p, first.begin, &mut time);
         for tempo in region {
             tempos.push(Tempo { time, ..tempo });
             time += tempo.duration;
             p = tempo.begin + tempo.length;
         }
     }
-    even(&mut tempos, p, law.planned, &mut time);
-    law.set_tempos(tempos);
+    even(tempos, p, end, &mut time);
 }
 
 /// The fastest tempo of a region; none where the law's own is kept.
@@ -128,33 +149,6 @@ fn solved(
         time += tempo.duration;
         tempos.push(tempo);
         p = end;
-    }
-    if std::env::var("RETIME_DENSE").is_ok() {
-        let mut l2 = law.clone();
-        let mut all = vec![];
-        if region.from > 0.0 { all.push(Tempo::even(0.0, region.from, 0.0)); }
-        for t in &tempos { all.push(Tempo { time: t.time + region.from, ..*t }); }
-        l2.set_tempos(all);
-        let l = frame.limits;
-        let (mut cur, mut span) = (crate::profile::Cursor::default(), 0);
-        let mut bad = 0;
-        for (k, t) in tempos.iter().enumerate() {
-            for i in 0..20 {
-                let tt = t.time + region.from + t.duration * (i as f64 + 0.5) / 20.0;
-                let x = l2.at(tt, &mut cur);
-                let q = frame.kinematics.joints(&path.rounded(x.s, &mut span));
-                let j = q.first() * x.j + q.second() * (3.0 * x.v * x.a) + q.third() * (x.v * x.v * x.v);
-                let a = q.first() * x.a + q.second() * (x.v * x.v);
-                let r = (0..l.count).fold(0.0_f64, |m, i| m.max(j[i].abs() / l.jerk[i]).max(a[i].abs() / l.acceleration[i]));
-                if r > 1.01 && bad < 40 {
-                    bad += 1;
-                    let p = t.at(tt - t.time - region.from)[0];
-                    let x0 = law.planned_at(p, &mut crate::profile::Cursor::default());
-                    let ns: Vec<String> = problem.nodes.iter().enumerate().filter(|(_, n)| n.k == k).map(|(i, n)| format!("{:.4}", problem.used(i, &c)) + &format!("({:.1e})", n.weight)).collect();
-                    eprintln!("    dense p {p:.6} k {k} tau {:.2} len {:.6} r {r:.4} square {:?} base {x0:?} cell {} nodes {ns:?}", (p - t.begin) / t.length, t.length, t.square, path.cells.iter().position(|c| c.s1 >= x.s).unwrap());
-                }
-            }
-        }
     }
     let own = region.to - region.from;
     let worthwhile = time < own * (1.0 - WORTHWHILE) || forced || !own_is_good;

@@ -92,13 +92,12 @@ pub(crate) fn plan(
             let samples = measure(path, frame, clock, &law);
             round += 1;
             if round > ROUNDS || !calm(path, frame, &borders, &samples, round > TIGHTENINGS) {
-                let square = behind.first().map_or([1.0, 0.0], |t| t.square_at(0.0));
                 return Some(Stretch {
                     law,
                     cells: node.border,
                     s_end: borders[node.border],
                     v_end: node.speed,
-                    entry: Entry { square, tail: behind },
+                    entry: Entry::new(behind),
                     samples,
                 });
             }

@@ -220,6 +220,14 @@ fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f6
         }
         if p.feed > 1.001 { println!("ORACLE feed {}", p.feed); }
     }
+    if std::env::var("USAGE").is_ok() {
+        for (k, p) in points.iter().enumerate() {
+            let mut u = [0.0_f64; 3];
+            for (q, l) in &p.joints { for o in 0..3 { u[o] = u[o].max((q[o] / l[o]).abs()); } }
+            println!("USE {:.5} v {:.3} a {:.3} j {:.3} feed {:.3} speed {:.2}", k as f64 * h, u[0], u[1], u[2], p.feed, p.feed * feed);
+        }
+        println!("USE end");
+    }
     let best = optimum(&points, h);
     assert!(points.len() as f64 > 0.99 * grid, "{} of {grid} points", points.len());
     (h * (points.len() - 1) as f64) / best

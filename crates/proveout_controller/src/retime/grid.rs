@@ -130,29 +130,28 @@ fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
 }
 
 fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize) -> Vec<Piece> {
-    let mut out = Vec::with_capacity(cells + law.phases.len());
-    let mut cursor = Cursor::default();
-    let (mut phase, mut from) = (0, 0.0);
-    for cell in 0..cells {
-        let c = &path.cells[cell];
-        let end = if cell + 1 == cells { law.planned } else { law.planned_time_at(c.s1, &mut cursor) };
-        while from < end && phase < law.phases.len() {
-            let p = &law.phases[phase];
-            let phase_end = if phase + 1 == law.phases.len() { law.planned } else { p.time + p.duration };
-            let to = phase_end.min(end);
-            let cruise = p.start.a == 0.0 && p.start.j == 0.0;
-            let held = cruise && c.tight == 1.0 && p.start.v >= AT_SPEED * c.limits.steady;
-            if to > from {
-                let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
-                let pace = v[0].min(v[1]) / jerk_along(frame, c);
-                out.push(Piece { from, to, cell, held, pace });
+    let borders = law.borders();
+    let mut out = Vec::with_capacity(cells + borders.len());
+    let (mut at_cell, mut at_time) = (Cursor::default(), Cursor::default());
+    let (mut next, mut from) = (1, 0.0);
+    let mut before = law.at(0.0, &mut at_time);
+    for (cell, c) in path.cells[..cells].iter().enumerate() {
+        let jerk = jerk_along(frame, c);
+        let end = if cell + 1 == cells { law.duration } else { law.time_at(c.s1, &mut at_cell) };
+        while from < end {
+            while next + 1 < borders.len() && borders[next] <= from {
+                next += 1;
             }
-            from = from.max(to);
-            if phase_end <= end {
-                phase += 1;
-            } else {
-                break;
-            }
+            let to = borders.get(next).map_or(end, |b| b.min(end));
+            let to = if to > from { to } else { end };
+            // The state inside belongs to one phase and one tempo.
+            let middle = law.at(0.5 * (from + to), &mut at_time);
+            let after = law.at(to, &mut at_time);
+            let cruise = middle.a == 0.0 && middle.j == 0.0;
+            let held = cruise && c.tight == 1.0 && middle.v >= AT_SPEED * c.limits.steady;
+            let pace = before.v.min(after.v) / jerk;
+            out.push(Piece { from, to, cell, held, pace });
+            (from, before) = (to, after);
         }
     }
     out
@@ -173,7 +172,7 @@ impl Probe<'_> {
     /// Derivatives by the law's own time, over the limits, and one over the highest square of the tempo.
     fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], f64) {
         let mut rows = [[0.0; 5]; MAX_JOINTS];
-        let x = self.law.planned_at(p, &mut self.cursor);
+        let x = self.law.at(p, &mut self.cursor);
         let jet = match self.last {
             // The same place, seen from the other side of a border that the path does not know.
             Some((c, s, jet)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => jet,
