@@ -1,4 +1,4 @@
-//! Time law of a stretch of path: phases of constant jerk, run with tempos.
+//! Time law of a stretch of path: phases of constant jerk, run with a tempo.
 
 use crate::{
     scurve::{Rates, ramp_distance, ramp_shape},
@@ -68,20 +68,17 @@ impl Phase {
     }
 }
 
-/// Most tempos on top of each other.
-pub(crate) const LEVELS: usize = 3;
-
 /// Where a forward walk through a law stands; makes it linear.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cursor {
-    tempo: [usize; LEVELS],
+    tempo: usize,
     phase: usize,
 }
 
-/// Phases of constant jerk without gap, run with tempos (`tempo.rs`).
+/// Phases of constant jerk without gap, run with a tempo (`tempo.rs`).
 ///
 /// ```text
-///   time of the run t --tempos of the last level--> ... --tempos of the first--> time of the phases p --phases--> s
+///   time of the run t --tempos--> time of the phases p --phases--> path parameter s
 /// ```
 ///
 /// None of them ever falls.
@@ -90,8 +87,8 @@ pub(crate) struct Law {
     pub(crate) phases: Vec<Phase>,
     /// Length of the phases in their own time, s.
     pub(crate) planned: f64,
-    /// Tempos without gap, level by level, the first on the time of the phases.
-    pub(crate) levels: Vec<Vec<Tempo>>,
+    /// Stretches of the phases' time without gap; none: the phases run as they are.
+    pub(crate) tempos: Vec<Tempo>,
     /// Length of the law, s.
     pub(crate) duration: f64,
 }
@@ -141,65 +138,41 @@ impl Law {
         law
     }
 
-    /// Runs the law with these tempos, which follow each other over all of its time.
-    pub(crate) fn push_level(&mut self, tempos: Vec<Tempo>) {
-        self.duration = tempos.last().map_or(self.duration, |t| t.time + t.duration);
-        self.levels.push(tempos);
+    /// Runs the phases with these tempos, which follow each other over all of their time.
+    pub(crate) fn set_tempos(&mut self, tempos: Vec<Tempo>) {
+        self.duration = tempos.last().map_or(self.planned, |t| t.time + t.duration);
+        self.tempos = tempos;
     }
 
     /// Keeps what lies before the time `p` of the phases (the border of two of them). The tempos behind it are handed
     /// back, their times counted from the cut.
-    pub(crate) fn cut(&mut self, p: f64) -> Vec<Vec<Tempo>> {
+    pub(crate) fn cut(&mut self, p: f64) -> Vec<Tempo> {
         let near = 1e-9 * self.planned.max(1.0);
         if p >= self.planned - near {
             return Vec::new();
         }
         self.phases.retain(|phase| phase.time < p - near);
         self.planned = self.phases.last().map_or(0.0, |phase| phase.time + phase.duration);
-        let mut at = self.planned;
-        let mut rest = Vec::with_capacity(self.levels.len());
-        for level in &mut self.levels {
-            let (mut before, mut behind): (Vec<Tempo>, Vec<Tempo>) = (Vec::new(), Vec::new());
-            for tempo in level.drain(..) {
-                if tempo.begin + tempo.length <= at {
-                    before.push(tempo);
-                } else if tempo.begin >= at {
-                    behind.push(tempo);
-                } else {
-                    let [left, right] = tempo.cut(at);
-                    before.push(left);
-                    behind.push(right);
-                }
+        let at = self.planned;
+        let (mut before, mut behind): (Vec<Tempo>, Vec<Tempo>) = (Vec::new(), Vec::new());
+        for tempo in self.tempos.drain(..) {
+            if tempo.begin + tempo.length <= at {
+                before.push(tempo);
+            } else if tempo.begin >= at {
+                behind.push(tempo);
+            } else {
+                let [left, right] = tempo.cut(at);
+                before.push(left);
+                behind.push(right);
             }
-            let end = before.last().map_or(at, |t| t.time + t.duration);
-            for tempo in &mut behind {
-                tempo.begin -= at;
-                tempo.time -= end;
-            }
-            *level = before;
-            rest.push(behind);
-            at = end;
         }
-        self.duration = at;
-        rest
-    }
-
-    /// Borders of phases and tempos in the time of the run, in order.
-    pub(crate) fn borders(&self) -> Vec<f64> {
-        let mut borders: Vec<f64> = self.phases.iter().map(|p| p.time).collect();
-        borders.push(self.planned);
-        for level in &self.levels {
-            let mut at = 0;
-            for border in &mut borders {
-                if let Some(tempo) = stand(level, &mut at, |t| t.begin <= *border) {
-                    *border = tempo.time + tempo.passed(*border - tempo.begin);
-                }
-            }
-            borders.extend(level.iter().map(|t| t.time));
-            borders.sort_by(f64::total_cmp);
-            borders.dedup();
+        self.duration = before.last().map_or(at, |t| t.time + t.duration);
+        for tempo in &mut behind {
+            tempo.begin -= at;
+            tempo.time -= self.duration;
         }
-        borders
+        self.tempos = before;
+        behind
     }
 
     /// State at rest at the end.
@@ -210,17 +183,11 @@ impl Law {
 
     /// State at a time.
     pub(crate) fn at(&self, time: f64, cursor: &mut Cursor) -> PathState {
-        let (mut p, mut p1, mut p2, mut p3) = (time, 1.0, 0.0, 0.0);
-        for (level, at) in self.levels.iter().zip(&mut cursor.tempo).rev() {
-            let Some(tempo) = stand(level, at, |t| t.time <= p) else { continue };
-            let [x, x1, x2, x3] = tempo.at((p - tempo.time).clamp(0.0, tempo.duration));
-            (p, p1, p2, p3) =
-                (x, x1 * p1, x2 * p1 * p1 + x1 * p2, x3 * p1 * p1 * p1 + 3.0 * x2 * p1 * p2 + x1 * p3);
-        }
+        let Some(tempo) = stand(&self.tempos, &mut cursor.tempo, |t| t.time <= time) else {
+            return self.planned_at(time, cursor);
+        };
+        let [p, p1, p2, p3] = tempo.at((time - tempo.time).clamp(0.0, tempo.duration));
         let x = self.planned_at(p, cursor);
-        if self.levels.is_empty() {
-            return x;
-        }
         PathState {
             s: x.s,
             v: x.v * p1,
@@ -230,7 +197,7 @@ impl Law {
     }
 
     /// State of the phases at their own time.
-    fn planned_at(&self, p: f64, cursor: &mut Cursor) -> PathState {
+    pub(crate) fn planned_at(&self, p: f64, cursor: &mut Cursor) -> PathState {
         match stand(&self.phases, &mut cursor.phase, |phase| phase.time <= p) {
             Some(phase) => phase.at((p - phase.time).clamp(0.0, phase.duration)),
             None => PathState::default(),
@@ -239,16 +206,14 @@ impl Law {
 
     /// Time at which `s` is reached.
     pub(crate) fn time_at(&self, s: f64, cursor: &mut Cursor) -> f64 {
-        let mut p = self.planned_time_at(s, cursor);
+        let p = self.planned_time_at(s, cursor);
         if p >= self.planned {
             return self.duration;
         }
-        for (level, at) in self.levels.iter().zip(&mut cursor.tempo) {
-            if let Some(tempo) = stand(level, at, |t| t.begin <= p) {
-                p = tempo.time + tempo.passed(p - tempo.begin);
-            }
+        match stand(&self.tempos, &mut cursor.tempo, |t| t.begin <= p) {
+            Some(tempo) => tempo.time + tempo.passed(p - tempo.begin),
+            None => p,
         }
-        p
     }
 
     /// Time of the phases at which `s` is reached.

@@ -9,30 +9,23 @@ use crate::{
     tempo::Tempo,
 };
 
-/// How a law begins: square of the tempo and its slope by the time of the first law, and tempos that are known to be possible
-/// from there on.
+/// How a law begins: square of the tempo and its slope, and a tempo that is known to be possible from there on.
 #[derive(Clone, Debug)]
 pub(crate) struct Entry {
     pub(crate) square: [f64; 2],
-    pub(crate) tail: Vec<Vec<Tempo>>,
+    pub(crate) tail: Vec<Tempo>,
 }
 
 impl Default for Entry {
     fn default() -> Self {
-        Self { square: [1.0, 0.0], tail: Vec::new() }
+        Self::new(Vec::new())
     }
 }
 
 impl Entry {
-    /// The law goes on with these tempos, level by level.
-    pub(crate) fn new(tail: Vec<Vec<Tempo>>) -> Self {
-        let mut square = [1.0, 0.0];
-        for level in &tail {
-            let [b, slope] = level.first().map_or([1.0, 0.0], |t| t.square_at(0.0));
-            // d(B b)/dp = B' b + B b' dx/dp, where the time x of the level passes with dx/dp = 1/sqrt(B).
-            square = [square[0] * b, square[1] * b + square[0].sqrt() * slope];
-        }
-        Self { square, tail }
+    /// The law goes on with these tempos.
+    pub(crate) fn new(tail: Vec<Tempo>) -> Self {
+        Self { square: tail.first().map_or([1.0, 0.0], |t| [t.square[0], t.square[1]]), tail }
     }
 
     fn is_even(&self) -> bool {
@@ -49,57 +42,51 @@ const ALLOWED: f64 = 1.0003;
 /// at rest; where it does not, it begins as `entry` says and ends with its own tempo.
 pub(crate) fn retime(path: &Path, frame: &Frame<'_>, law: &mut Law, cells: usize, entry: &Entry, rest: [bool; 2]) {
     let step = grid::interval(frame);
-    let levels: usize = std::env::var("LV").ok().and_then(|v| v.parse().ok()).unwrap_or(2);
-    for pass in 0..levels {
-        let start = if pass == 0 { entry.square } else { [1.0, 0.0] };
-        let moving = start != [1.0, 0.0];
-        let mut found: Vec<Vec<Tempo>> = Vec::new();
-        for region in grid::regions(path, frame, law, cells, step, moving) {
-            let at_begin = region.from <= 0.0;
-            let fixed = [!(at_begin && rest[0]), !(region.to >= law.duration && rest[1])];
-            let start = if at_begin { start } else { [1.0, 0.0] };
-            match solved(path, frame, law, &region, step, fixed, start) {
-                Some(tempos) => found.push(tempos),
-                None if at_begin && moving => {
-                    // The begin is given: what was found for it before still holds.
-                    for level in &entry.tail {
-                        let mut tempos = Vec::new();
-                        splice(&mut tempos, [level.clone()], law.duration);
-                        law.push_level(tempos);
-                    }
-                    return;
-                }
-                None => {}
+    let moving = !entry.is_even();
+    let mut found: Vec<Vec<Tempo>> = Vec::new();
+    // What must be kept of the tail, where the begin cannot be solved.
+    let mut kept_until = 0.0;
+    for region in grid::regions(path, frame, law, cells, step, moving) {
+        if region.from < kept_until {
+            continue;
+        }
+        let at_begin = region.from <= 0.0;
+        let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
+        let start = if at_begin { entry.square } else { [1.0, 0.0] };
+        match solved(path, frame, law, &region, step, fixed, start) {
+            Some(tempos) => found.push(tempos),
+            None if at_begin && moving => {
+                found.push(entry.tail.clone());
+                kept_until = entry.tail.last().map_or(0.0, |t| t.begin + t.length);
             }
+            None => {}
         }
-        if found.is_empty() {
-            return;
-        }
-        let mut tempos = Vec::new();
-        splice(&mut tempos, found, law.duration);
-        law.push_level(tempos);
+    }
+    if !found.is_empty() {
+        law.set_tempos(spliced(found, law.planned));
     }
 }
 
-/// Puts the tempos of regions behind each other and fills the gaps up to `end` with even ones.
-fn splice(tempos: &mut Vec<Tempo>, regions: impl IntoIterator<Item = Vec<Tempo>>, end: f64) {
+/// The tempos of regions behind each other, with even ones in the gaps up to `end`.
+fn spliced(regions: Vec<Vec<Tempo>>, end: f64) -> Vec<Tempo> {
+    let mut tempos: Vec<Tempo> = Vec::new();
     let (mut p, mut time) = (0.0, 0.0);
-    let even = |tempos: &mut Vec<Tempo>, p: f64, to: f64, time: &mut f64| {
-        if to > p {
-            tempos.push(Tempo::even(p, to - p, *time));
-            *time += to - p;
-        }
-    };
     for region in regions {
         let Some(first) = region.first() else { continue };
-        even(tempos, p, first.begin, &mut time);
+        if first.begin > p {
+            tempos.push(Tempo::even(p, first.begin - p, time));
+            time += first.begin - p;
+        }
         for tempo in region {
             tempos.push(Tempo { time, ..tempo });
             time += tempo.duration;
             p = tempo.begin + tempo.length;
         }
     }
-    even(tempos, p, end, &mut time);
+    if end > p {
+        tempos.push(Tempo::even(p, end - p, time));
+    }
+    tempos
 }
 
 /// The fastest tempo of a region; none where the law's own is kept.
@@ -117,7 +104,7 @@ fn solved(
     if n < 3 || problem.nodes.is_empty() {
         return None;
     }
-    let even = vec![1.0; n + 2];
+    let even = problem.even();
     let mut c = even.clone();
     problem.set_start(&mut c, start);
     let forced = start != [1.0, 0.0];

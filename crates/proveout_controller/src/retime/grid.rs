@@ -53,6 +53,8 @@ pub(super) struct Region {
 pub(super) fn interval(frame: &Frame<'_>) -> f64 {
     let l = frame.limits;
     let rise = (0..l.count).map(|i| l.acceleration[i] / l.jerk[i]).filter(|t| t.is_finite() && *t > 0.0);
+    let sc: f64 = std::env::var("SC").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0);
+    if sc != 1.0 { return sc * 0.004; }
     let least = rise.fold(f64::INFINITY, f64::min);
     let [low, usual, high] = INTERVAL;
     if least.is_finite() { (FINEST * least).clamp(low, high) } else { usual }
@@ -130,28 +132,29 @@ fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
 }
 
 fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize) -> Vec<Piece> {
-    let borders = law.borders();
-    let mut out = Vec::with_capacity(cells + borders.len());
-    let (mut at_cell, mut at_time) = (Cursor::default(), Cursor::default());
-    let (mut next, mut from) = (1, 0.0);
-    let mut before = law.at(0.0, &mut at_time);
-    for (cell, c) in path.cells[..cells].iter().enumerate() {
+    let mut out = Vec::with_capacity(cells + law.phases.len());
+    let mut cursor = Cursor::default();
+    let (mut phase, mut from) = (0, 0.0);
+    for cell in 0..cells {
+        let c = &path.cells[cell];
         let jerk = jerk_along(frame, c);
-        let end = if cell + 1 == cells { law.duration } else { law.time_at(c.s1, &mut at_cell) };
-        while from < end {
-            while next + 1 < borders.len() && borders[next] <= from {
-                next += 1;
+        let end = if cell + 1 == cells { law.planned } else { law.planned_time_at(c.s1, &mut cursor) };
+        while from < end && phase < law.phases.len() {
+            let p = &law.phases[phase];
+            let phase_end = if phase + 1 == law.phases.len() { law.planned } else { p.time + p.duration };
+            let to = phase_end.min(end);
+            let cruise = p.start.a == 0.0 && p.start.j == 0.0;
+            let held = cruise && c.tight == 1.0 && p.start.v >= AT_SPEED * c.limits.steady;
+            if to > from {
+                let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
+                out.push(Piece { from, to, cell, held, pace: v[0].min(v[1]) / jerk });
             }
-            let to = borders.get(next).map_or(end, |b| b.min(end));
-            let to = if to > from { to } else { end };
-            // The state inside belongs to one phase and one tempo.
-            let middle = law.at(0.5 * (from + to), &mut at_time);
-            let after = law.at(to, &mut at_time);
-            let cruise = middle.a == 0.0 && middle.j == 0.0;
-            let held = cruise && c.tight == 1.0 && middle.v >= AT_SPEED * c.limits.steady;
-            let pace = before.v.min(after.v) / jerk;
-            out.push(Piece { from, to, cell, held, pace });
-            (from, before) = (to, after);
+            from = from.max(to);
+            if phase_end <= end {
+                phase += 1;
+            } else {
+                break;
+            }
         }
     }
     out
@@ -172,7 +175,7 @@ impl Probe<'_> {
     /// Derivatives by the law's own time, over the limits, and one over the highest square of the tempo.
     fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], f64) {
         let mut rows = [[0.0; 5]; MAX_JOINTS];
-        let x = self.law.at(p, &mut self.cursor);
+        let x = self.law.planned_at(p, &mut self.cursor);
         let jet = match self.last {
             // The same place, seen from the other side of a border that the path does not know.
             Some((c, s, jet)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => jet,
@@ -202,8 +205,9 @@ impl Probe<'_> {
 /// Grid and rows of a region.
 pub(super) fn problem(path: &Path, frame: &Frame<'_>, law: &Law, region: &Region, step: f64, fixed: [bool; 2]) -> Problem {
     let knots = knots(region, step);
-    let mut grid = Grid { problem: Problem { fixed, ..Problem::default() }, rows: Vec::new() };
-    grid.problem.lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
+    let lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
+    let problem = Problem { fixed, lengths, ..Problem::default() };
+    let mut grid = Grid { scale: problem.scale(), problem, rows: Vec::new() };
     let mut probe = Probe { path, frame, law, cursor: Cursor::default(), span: 0, last: None };
     let mut k = 0;
     let last = knots.len() - 2;
@@ -239,6 +243,7 @@ pub(super) fn problem(path: &Path, frame: &Frame<'_>, law: &Law, region: &Region
 
 /// A problem under construction.
 struct Grid {
+    scale: f64,
     problem: Problem,
     rows: Vec<[JointRow; MAX_JOINTS]>,
 }
@@ -256,13 +261,13 @@ impl Grid {
             speed = 0.0;
             rows.iter_mut().for_each(|r| (r[0], r[1]) = (0.0, 0.0));
         }
-        p.nodes.push(Node { k, basis: p.basis(k, tau), weight, speed });
+        p.nodes.push(Node { k, basis: p.basis(k, tau, self.scale), weight, speed });
         self.rows.push(rows);
     }
 
     /// Leaves out joints that stand still.
     fn finish(self) -> Problem {
-        let Self { mut problem, rows } = self;
+        let Self { mut problem, rows, .. } = self;
         let used: Vec<usize> =
             (0..MAX_JOINTS).filter(|i| rows.iter().any(|r| r[*i].iter().any(|x| *x != 0.0))).collect();
         problem.count = used.len();
@@ -282,7 +287,8 @@ fn knots(region: &Region, step: f64) -> Vec<f64> {
         if !long_enough && piece.to < region.to {
             continue;
         }
-        let local = (SLOW * pace.sqrt()).clamp(SLOWEST * step, step);
+        let sl: f64 = std::env::var("SL").ok().and_then(|v| v.parse().ok()).unwrap_or(0.2);
+        let local = (sl * pace.sqrt()).clamp(std::env::var("SS").ok().and_then(|v| v.parse().ok()).unwrap_or(0.35) * step, step);
         let n = ((piece.to - from) / local).ceil().max(1.0) as usize;
         for i in 1..n {
             knots.push(from + (piece.to - from) * i as f64 / n as f64);
