@@ -100,8 +100,6 @@ pub(crate) struct PathCell {
     pub(crate) block: u64,
     /// False in blends.
     pub(crate) exact: bool,
-    /// Factor by which the rows of the tempo are tightened, since a control sample passed a limit here.
-    pub(crate) tight: f64,
 }
 
 /// The known part of a run.
@@ -190,7 +188,7 @@ impl Path {
             let block = self.block(number);
             let cells = exact_cells(frame, block, s0, s1);
             for (end, limits) in cells {
-                self.cells.push(PathCell { s1: end, limits, block: number, exact: true, tight: 1.0 });
+                self.cells.push(PathCell { s1: end, limits, block: number, exact: true });
             }
             self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact });
             self.s_done = s1;
@@ -204,7 +202,7 @@ impl Path {
         let s0 = self.s_done;
         let s1 = quintic.u1;
         for (end, limits) in blend_cells(frame, rapid, feed, s0, &quintic) {
-            self.cells.push(PathCell { s1: end, limits, block: number, exact: false, tight: 1.0 });
+            self.cells.push(PathCell { s1: end, limits, block: number, exact: false });
         }
         self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic) });
         self.s_done = s1;

@@ -196,6 +196,14 @@ impl Law {
         }
     }
 
+    /// Time of the phases at a time of the run.
+    pub(crate) fn planned_time(&self, time: f64, cursor: &mut Cursor) -> f64 {
+        match stand(&self.tempos, &mut cursor.tempo, |t| t.time <= time) {
+            Some(tempo) => tempo.at((time - tempo.time).clamp(0.0, tempo.duration))[0],
+            None => time,
+        }
+    }
+
     /// State of the phases at their own time.
     pub(crate) fn planned_at(&self, p: f64, cursor: &mut Cursor) -> PathState {
         match stand(&self.phases, &mut cursor.phase, |phase| phase.time <= p) {

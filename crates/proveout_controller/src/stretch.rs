@@ -8,7 +8,7 @@ use crate::{
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
-    retime::{Entry, retime},
+    retime::{Course, Entry, Rounds, Spot},
 };
 
 /// Part by which a sample may pass a limit before cells are slowed down; the promise is 0.1 percent.
@@ -18,6 +18,8 @@ const ROUNDS: usize = 16;
 
 /// Rounds in which the rows of the tempo are tightened, before the cells of the first law are slowed down.
 const TIGHTENINGS: usize = 8;
+/// How much more than the excess rows are tightened.
+const TIGHTER: f64 = 1.2;
 /// Part of the known cells that do not count yet: what comes next may act on them.
 const UNKNOWN: usize = 4;
 /// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
@@ -85,13 +87,16 @@ pub(crate) fn plan(
         let first_law = plan.law(&borders, last.border);
         let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
         let until = if finish { first_law.planned } else { first_law.planned_time_at(borders[node.border], &mut Cursor::default()) };
+        let mut rounds = Rounds::default();
+        let rest = [v_start == 0.0, finish];
         loop {
-            let mut law = first_law.clone();
-            retime(path, frame, &mut law, last.border, entry, [v_start == 0.0, finish]);
+            let mut law =
+                rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
             let behind = law.cut(until);
             let samples = measure(path, frame, clock, &law);
+            let over = over_limits(frame, &samples);
             round += 1;
-            if round > ROUNDS || !calm(path, frame, &borders, &samples, round > TIGHTENINGS) {
+            if over.is_empty() || round > ROUNDS {
                 return Some(Stretch {
                     law,
                     cells: node.border,
@@ -102,8 +107,18 @@ pub(crate) fn plan(
                 });
             }
             if round > TIGHTENINGS {
+                slow_cells(path, &borders, &over);
                 break;
             }
+            let mut cursor = Cursor::default();
+            let spots: Vec<Spot> = over
+                .iter()
+                .map(|(m, [v, a, j])| Spot {
+                    at: law.planned_time(m.time - clock.start, &mut cursor),
+                    factor: 1.0 + TIGHTER * (a.max(*j).max(v * v) - 1.0),
+                })
+                .collect();
+            rounds.tighten(&spots);
         }
     }
 }
@@ -140,37 +155,34 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -
         .collect()
 }
 
-/// Tightens the rows (and with `slow` the limits) of the cells of samples that pass a limit, and their neighbors; true when
-/// there were any.
-fn calm(path: &mut Path, frame: &Frame<'_>, borders: &[f64], samples: &[Measured], slow: bool) -> bool {
+/// Samples that pass a limit, with their highest parts of the limits of velocity, acceleration and jerk.
+fn over_limits<'a>(frame: &Frame<'_>, samples: &'a [Measured]) -> Vec<(&'a Measured, [f64; 3])> {
     let l = frame.limits;
-    let mut any = false;
+    samples
+        .iter()
+        .map(|m| {
+            let mut ratios = [0.0_f64; 3];
+            for i in 0..l.count {
+                ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
+                ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
+                ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
+            }
+            (m, ratios)
+        })
+        .filter(|(_, ratios)| ratios.iter().any(|r| *r > ALLOWED))
+        .collect()
+}
+
+/// Slows down the cells of samples that pass a limit, and their neighbors.
+fn slow_cells(path: &mut Path, borders: &[f64], over: &[(&Measured, [f64; 3])]) {
     let mut cell = 0;
-    for m in samples {
-        let mut ratios = [0.0_f64; 3];
-        for i in 0..l.count {
-            ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
-            ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
-            ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
-        }
-        if ratios.iter().all(|r| *r <= ALLOWED) {
-            continue;
-        }
-        any = true;
-        if std::env::var("RETIME_DEBUG").is_ok() {
-            eprintln!("  sample {:.5} {:?} ratios {ratios:.4?} q {:.3?} {:.3?} {:.3?}", m.time, m.state, m.velocity.0, m.acceleration.0, m.jerk.0);
-        }
+    let last = path.cells.len() - 1;
+    for (m, ratios) in over {
         while cell + 2 < borders.len() && borders[cell + 1] < m.state.s {
             cell += 1;
         }
-        let last = path.cells.len() - 1;
         for k in cell.saturating_sub(1)..=(cell + 1).min(last) {
-            let c = &mut path.cells[k];
-            c.tight = (c.tight * (1.0 + 1.1 * (ratios[1].max(ratios[2]).max(ratios[0] * ratios[0]) - 1.0))).max(1.0001);
-            if slow {
-                slow_down(&mut c.limits, ratios);
-            }
+            slow_down(&mut path.cells[k].limits, *ratios);
         }
     }
-    any
 }

@@ -214,20 +214,6 @@ fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f6
             feed: s.feed / (feed * 1.0005),
         })
         .collect();
-    for (k, p) in points.iter().enumerate() {
-        for (i, (q, l)) in p.joints.iter().enumerate() {
-            for o in 0..3 { if (q[o] / l[o]).abs() > 1.01 { println!("ORACLE k {k} of {} joint {i} order {o} {:.4} {q:?} {l:?}", points.len(), q[o]/l[o]); } }
-        }
-        if p.feed > 1.001 { println!("ORACLE feed {}", p.feed); }
-    }
-    if std::env::var("USAGE").is_ok() {
-        for (k, p) in points.iter().enumerate() {
-            let mut u = [0.0_f64; 3];
-            for (q, l) in &p.joints { for o in 0..3 { u[o] = u[o].max((q[o] / l[o]).abs()); } }
-            println!("USE {:.5} v {:.3} a {:.3} j {:.3} feed {:.3} speed {:.2}", k as f64 * h, u[0], u[1], u[2], p.feed, p.feed * feed);
-        }
-        println!("USE end");
-    }
     let best = optimum(&points, h);
     assert!(points.len() as f64 > 0.99 * grid, "{} of {grid} points", points.len());
     (h * (points.len() - 1) as f64) / best
@@ -307,7 +293,8 @@ fn plans_are_near_the_optimum() {
         note(format!("{name}, mean of four (highest {high:.4})"), sum);
     }
     for (name, r) in worst {
-        assert!(r < 1.5, "{name}: {r}");
+        // Three percent are promised; figures of this day lie below 1.02, the mean of four paths below 1.015.
+        assert!(r < 1.03, "{name}: {r}");
         assert!(r > 0.98, "{name}: {r}"); // the plan keeps its limits: nothing can be faster than the optimum
     }
 }

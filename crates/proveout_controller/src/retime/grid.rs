@@ -49,12 +49,23 @@ pub(super) struct Region {
     pieces: Vec<Piece>,
 }
 
+/// A place where a control sample passed a limit: time of the first law, and the factor by which rows are tightened there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
+    pub(crate) at: f64,
+    pub(crate) factor: f64,
+}
+
+/// Highest factor of the spots in an interval; `spots` are in the order of time.
+fn tight(spots: &[Spot], from: f64, to: f64) -> f64 {
+    let first = spots.partition_point(|s| s.at < from);
+    spots[first..].iter().take_while(|s| s.at <= to).fold(1.0, |m, s| m.max(s.factor))
+}
+
 /// Longest interval, s.
-pub(super) fn interval(frame: &Frame<'_>) -> f64 {
+fn interval(frame: &Frame<'_>) -> f64 {
     let l = frame.limits;
     let rise = (0..l.count).map(|i| l.acceleration[i] / l.jerk[i]).filter(|t| t.is_finite() && *t > 0.0);
-    let sc: f64 = std::env::var("SC").ok().and_then(|v| v.parse().ok()).unwrap_or(1.0);
-    if sc != 1.0 { return sc * 0.004; }
     let least = rise.fold(f64::INFINITY, f64::min);
     let [low, usual, high] = INTERVAL;
     if least.is_finite() { (FINEST * least).clamp(low, high) } else { usual }
@@ -65,8 +76,13 @@ pub(super) fn interval(frame: &Frame<'_>) -> f64 {
 pub(super) fn regions(
     path: &Path,
     frame: &Frame<'_>,
-    law: &Law, cells: usize, step: f64, moving: bool) -> Vec<Region> {
-    let pieces = pieces(path, frame, law, cells);
+    law: &Law,
+    cells: usize,
+    moving: bool,
+    spots: &[Spot],
+) -> Vec<Region> {
+    let step = interval(frame);
+    let pieces = pieces(path, frame, law, cells, spots);
     let mut regions: Vec<Region> = Vec::new();
     let mut open: Vec<Piece> = Vec::new();
     let margin = MARGIN * step;
@@ -131,7 +147,7 @@ fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize) -> Vec<Piece> {
+fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot]) -> Vec<Piece> {
     let mut out = Vec::with_capacity(cells + law.phases.len());
     let mut cursor = Cursor::default();
     let (mut phase, mut from) = (0, 0.0);
@@ -144,7 +160,7 @@ fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize) -> Vec<Piece>
             let phase_end = if phase + 1 == law.phases.len() { law.planned } else { p.time + p.duration };
             let to = phase_end.min(end);
             let cruise = p.start.a == 0.0 && p.start.j == 0.0;
-            let held = cruise && c.tight == 1.0 && p.start.v >= AT_SPEED * c.limits.steady;
+            let held = cruise && p.start.v >= AT_SPEED * c.limits.steady && tight(spots, from, to) == 1.0;
             if to > from {
                 let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
                 out.push(Piece { from, to, cell, held, pace: v[0].min(v[1]) / jerk });
@@ -195,7 +211,7 @@ impl Probe<'_> {
             let d2 = q1[i] * x.a + q2[i] * x.v * x.v;
             let d3 = q1[i] * x.j + 3.0 * q2[i] * x.v * x.a + q3[i] * x.v * x.v * x.v;
             speed = speed.max((d1 / velocity[i]).powi(2));
-            let (a, j) = (c.tight / l.acceleration[i], c.tight / l.jerk[i]);
+            let (a, j) = (1.0 / l.acceleration[i], 1.0 / l.jerk[i]);
             rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
         }
         (rows, speed)
@@ -203,11 +219,19 @@ impl Probe<'_> {
 }
 
 /// Grid and rows of a region.
-pub(super) fn problem(path: &Path, frame: &Frame<'_>, law: &Law, region: &Region, step: f64, fixed: [bool; 2]) -> Problem {
+pub(super) fn problem(
+    path: &Path,
+    frame: &Frame<'_>,
+    law: &Law,
+    region: &Region,
+    fixed: [bool; 2],
+    spots: &[Spot],
+) -> Problem {
+    let step = interval(frame);
     let knots = knots(region, step);
     let lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
     let problem = Problem { fixed, lengths, ..Problem::default() };
-    let mut grid = Grid { scale: problem.scale(), problem, rows: Vec::new() };
+    let mut grid = Grid { scale: problem.scale(), tight: 1.0, problem, rows: Vec::new() };
     let mut probe = Probe { path, frame, law, cursor: Cursor::default(), span: 0, last: None };
     let mut k = 0;
     let last = knots.len() - 2;
@@ -226,6 +250,7 @@ pub(super) fn problem(path: &Path, frame: &Frame<'_>, law: &Law, region: &Region
                 let most = length * length / piece.pace.min(1e9);
                 let parts = (most / BETWEEN).sqrt().ceil().clamp(1.0, PARTS) as usize;
                 let weight = length / parts as f64;
+                grid.tight = tight(spots, knots[k], knots[k + 1]);
                 grid.add(k, tau(INSIDE), 0.5 * weight, begin, piece.held);
                 for i in 1..parts {
                     let part = i as f64 / parts as f64;
@@ -244,6 +269,8 @@ pub(super) fn problem(path: &Path, frame: &Frame<'_>, law: &Law, region: &Region
 /// A problem under construction.
 struct Grid {
     scale: f64,
+    /// Factor of the rows of the interval under way.
+    tight: f64,
     problem: Problem,
     rows: Vec<[JointRow; MAX_JOINTS]>,
 }
@@ -255,6 +282,10 @@ impl Grid {
         if near[0] || near[1] || held {
             speed *= 1.0 - RELAXED;
             rows.iter_mut().flatten().for_each(|r| *r *= 1.0 - RELAXED);
+        }
+        if self.tight > 1.0 {
+            speed *= self.tight;
+            rows.iter_mut().flatten().for_each(|r| *r *= self.tight);
         }
         if near[0] && tau < 0.01 || near[1] && tau > 0.99 {
             // Given by both fixed coefficients: nothing can be done about it here.
@@ -287,8 +318,7 @@ fn knots(region: &Region, step: f64) -> Vec<f64> {
         if !long_enough && piece.to < region.to {
             continue;
         }
-        let sl: f64 = std::env::var("SL").ok().and_then(|v| v.parse().ok()).unwrap_or(0.2);
-        let local = (sl * pace.sqrt()).clamp(std::env::var("SS").ok().and_then(|v| v.parse().ok()).unwrap_or(0.35) * step, step);
+        let local = (SLOW * pace.sqrt()).clamp(SLOWEST * step, step);
         let n = ((piece.to - from) / local).ceil().max(1.0) as usize;
         for i in 1..n {
             knots.push(from + (piece.to - from) * i as f64 / n as f64);
