@@ -24,6 +24,7 @@ use crate::{
     output::{BlockKind, BlockRecord, Chunk, Event, MoveKind},
     path::{Frame, Path, PathBlock, Tolerance},
     profile::Law,
+    retime::Entry,
     rig::Rig,
     scurve::{Rates, peak_speed},
     servo::stage::ServoStage,
@@ -84,8 +85,11 @@ pub struct Controller<'m, I> {
     state: State,
     path: Path,
     mapping: Mapping,
-    /// Speed at the begin of the path's first cell.
+    /// Speed of the first law at the begin of the path's first cell, and the tempo there.
     v_start: f64,
+    entry: Entry,
+    /// Number of blocks at which the known part of the run is planned next.
+    window: usize,
     out: Emitter,
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
@@ -140,10 +144,12 @@ where
                 spindle_ready: 0.0,
                 frame: None,
             },
+            window: settings.look_ahead_blocks,
             settings,
             path: Path::default(),
             mapping,
             v_start: 0.0,
+            entry: Entry::default(),
             out: Emitter::new(cycle, &home),
             servo,
             servo_wall: 0.0,
@@ -414,7 +420,7 @@ where
                 self.path.push(&frame, block);
             }
         }
-        if self.path.blocks.len() >= self.settings.look_ahead_blocks {
+        if self.path.blocks.len() >= self.window {
             self.commit_window();
         }
     }
@@ -472,7 +478,7 @@ where
         self.path.finish(&frame);
         if !self.path.cells.is_empty() {
             let grid = self.out.grid();
-            if let Some(s) = stretch::plan(&mut self.path, &frame, grid, self.v_start, true, 0) {
+            if let Some(s) = stretch::plan(&mut self.path, &frame, grid, self.v_start, &self.entry, true) {
                 let scope = scope(&self.device, &self.settings, self.mapping);
                 self.out.stretch(&scope, &self.path, &s, [self.v_start > 0.0, false]);
             }
@@ -482,19 +488,26 @@ where
         self.out.length_before += self.path.end();
         self.path = Path::starting_with(number);
         self.v_start = 0.0;
+        self.entry = Entry::default();
+        self.window = self.settings.look_ahead_blocks;
         self.out.release(number, self.out.clock);
     }
 
     /// Plans the known part of a long run and emits what the unknown part cannot change.
     fn commit_window(&mut self) {
         let frame = self.device.frame(self.mapping);
-        let keep = self.path.cells.len() / 4;
         let grid = self.out.grid();
-        let Some(s) = stretch::plan(&mut self.path, &frame, grid, self.v_start, false, keep) else { return };
+        let Some(s) = stretch::plan(&mut self.path, &frame, grid, self.v_start, &self.entry, false) else {
+            // Tried again when there is more to see, so that the cost stays linear.
+            self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1;
+            return;
+        };
         let scope = scope(&self.device, &self.settings, self.mapping);
         self.out.stretch(&scope, &self.path, &s, [self.v_start > 0.0, true]);
         self.path.drop_before(s.s_end, s.cells);
         self.v_start = s.v_end;
+        self.entry = s.entry;
+        self.window = self.settings.look_ahead_blocks;
         self.ready = true;
     }
 
@@ -524,7 +537,7 @@ where
         let frame = self.device.frame(self.mapping);
         let law = Law::uniform(0.0, duration);
         let samples = stretch::measure(&self.path, &frame, self.out.grid(), &law);
-        let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, samples };
+        let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, entry: Entry::default(), samples };
         let scope = scope(&self.device, &self.settings, self.mapping);
         self.out.stretch(&scope, &self.path, &s, [false, false]);
         if let Some(record) = self.out.chunk.blocks.last_mut() {

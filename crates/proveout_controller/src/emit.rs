@@ -13,7 +13,7 @@ use crate::{
     path::{Path, PathBlock},
     pieces::{Cutter, Stance},
     plan::Cell,
-    profile::Law,
+    profile::{Cursor, Law},
     settings::{Dynamics, Settings},
     stretch::{Clock, Measured, Stretch},
 };
@@ -88,7 +88,7 @@ impl Emitter {
             self.meter.summary.max_contour_error_mm = self.meter.summary.max_contour_error_mm.max(path.max_rounding);
         }
         self.samples(scope, path, &stretch.samples);
-        let mut phase = 0;
+        let mut phase = Cursor::default();
         let mut cell = 0;
         let mut span = 0;
         for (k, block) in path.blocks.iter().enumerate() {
@@ -165,7 +165,7 @@ impl Emitter {
         law: &Law,
         [a, b]: [f64; 2],
         start: f64,
-        (phase, span): (&mut usize, &mut usize),
+        (phase, span): (&mut Cursor, &mut usize),
     ) -> f64 {
         let cursor = std::cell::Cell::new(*span);
         let stance = |s: f64| {
@@ -227,7 +227,7 @@ impl Emitter {
         stretch: &Stretch,
         [a, b]: [f64; 2],
         start: f64,
-        (phase, span): (&mut usize, &mut usize),
+        (phase, span): (&mut Cursor, &mut usize),
     ) -> f64 {
         let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
         let ends = [a, b].map(|s| scope.kinematics.position(&path.rounded(s, span).0[0]));

@@ -72,6 +72,7 @@ mod plan;
 mod profile;
 mod program_runs;
 mod reprogram;
+mod retime;
 mod rig;
 mod scurve;
 pub mod servo;
@@ -79,6 +80,7 @@ mod settings;
 mod shape;
 mod stretch;
 mod summary;
+mod tempo;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};

@@ -66,6 +66,9 @@ pub(crate) struct CellLimits {
     /// V without curvature: feed and joint velocities alone, and the joint that limits it below the feed.
     pub(crate) steady: f64,
     pub(crate) steady_joint: Option<usize>,
+    /// Programmed speed along the path, infinite for rapid motion, and whether the limits of rapid motion hold.
+    pub(crate) feed: f64,
+    pub(crate) rapid: bool,
 }
 
 /// Limits over a cell of `length` whose joints have derivatives within `b`; `feed` is the programmed speed along the
@@ -116,6 +119,8 @@ pub(crate) fn cell_limits(l: &JointLimits, rapid: bool, feed: f64, length: f64, 
         slowed: 1.0,
         steady,
         steady_joint,
+        feed: feed.min(UNLIMITED_SPEED),
+        rapid,
     }
 }
 

@@ -34,7 +34,7 @@
 //! a ramp takes the smallest rates of the cells that it passes.
 
 use crate::{
-    profile::Law,
+    profile::{Cursor, Law},
     scurve::{Rates, peak_speed, ramp_distance, reach, rush},
 };
 
@@ -118,9 +118,9 @@ fn leg_speed(leg: &Leg, distance: f64) -> f64 {
     // bisection in time over the phases.
     let mut law = Law::default();
     law.push_move([0.0, d], [leg.v[0], leg.v[1], leg.v[1]], leg.rates, leg.rates);
-    let mut hint = 0;
-    let t = law.time_at(distance, &mut hint);
-    law.at(t, &mut hint).v
+    let mut cursor = Cursor::default();
+    let t = law.time_at(distance, &mut cursor);
+    law.at(t, &mut cursor).v
 }
 
 /// A point of the law with zero acceleration at a cell border.

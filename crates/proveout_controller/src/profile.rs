@@ -1,6 +1,9 @@
-//! Time law of a stretch of path: phases of constant jerk.
+//! Time law of a stretch of path: phases of constant jerk, run with a tempo.
 
-use crate::scurve::{Rates, ramp_distance, ramp_shape};
+use crate::{
+    scurve::{Rates, ramp_distance, ramp_shape},
+    tempo::Tempo,
+};
 
 /// State along the path parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,7 +26,7 @@ pub(crate) struct Phase {
 }
 
 impl Phase {
-    fn at(&self, dt: f64) -> PathState {
+    pub(crate) fn at(&self, dt: f64) -> PathState {
         let p = self.start;
         PathState {
             s: p.s + dt * (p.v + dt * (0.5 * p.a + dt * p.j / 6.0)),
@@ -65,10 +68,27 @@ impl Phase {
     }
 }
 
-/// Phases of constant jerk without gap; `s` and `time` never fall.
+/// Where a forward walk through a law stands; makes it linear.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cursor {
+    tempo: usize,
+    phase: usize,
+}
+
+/// Phases of constant jerk without gap, run with a tempo (`tempo.rs`).
+///
+/// ```text
+///   time of the run t --tempos--> time of the phases p --phases--> path parameter s
+/// ```
+///
+/// None of them ever falls.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Law {
     pub(crate) phases: Vec<Phase>,
+    /// Length of the phases in their own time, s.
+    pub(crate) planned: f64,
+    /// Stretches of the phases' time without gap; none: the phases run as they are.
+    pub(crate) tempos: Vec<Tempo>,
     /// Length of the law, s.
     pub(crate) duration: f64,
 }
@@ -76,8 +96,9 @@ pub(crate) struct Law {
 impl Law {
     fn push(&mut self, s: f64, v: f64, a: f64, j: f64, duration: f64) {
         if duration > 0.0 {
-            self.phases.push(Phase { time: self.duration, duration, start: PathState { s, v, a, j } });
-            self.duration += duration;
+            self.phases.push(Phase { time: self.planned, duration, start: PathState { s, v, a, j } });
+            self.planned += duration;
+            self.duration = self.planned;
         }
     }
 
@@ -117,23 +138,41 @@ impl Law {
         law
     }
 
-    /// Highest speed between each pair of neighboring borders; acceleration changes its sign only between phases.
-    pub(crate) fn peaks(&self, borders: &[f64]) -> Vec<f64> {
-        let mut peaks = vec![0.0_f64; borders.len().saturating_sub(1)];
-        let (mut phase, mut before) = (0, 0);
-        let mut v_before = self.phases.first().map_or(0.0, |p| p.start.v);
-        for (k, peak) in peaks.iter_mut().enumerate() {
-            let t = self.time_at(borders[k + 1], &mut phase);
-            let v = self.at(t, &mut phase).v;
-            *peak = v_before.max(v);
-            for p in &self.phases[before.min(phase)..=phase.min(self.phases.len().saturating_sub(1))] {
-                if p.start.s >= borders[k] && p.start.s <= borders[k + 1] {
-                    *peak = peak.max(p.start.v);
-                }
-            }
-            (v_before, before) = (v, phase);
+    /// Runs the phases with these tempos, which follow each other over all of their time.
+    pub(crate) fn set_tempos(&mut self, tempos: Vec<Tempo>) {
+        self.duration = tempos.last().map_or(self.planned, |t| t.time + t.duration);
+        self.tempos = tempos;
+    }
+
+    /// Keeps what lies before the time `p` of the phases (the border of two of them). The tempos behind it are handed
+    /// back, their times counted from the cut.
+    pub(crate) fn cut(&mut self, p: f64) -> Vec<Tempo> {
+        let near = 1e-9 * self.planned.max(1.0);
+        if p >= self.planned - near {
+            return Vec::new();
         }
-        peaks
+        self.phases.retain(|phase| phase.time < p - near);
+        self.planned = self.phases.last().map_or(0.0, |phase| phase.time + phase.duration);
+        let at = self.planned;
+        let (mut before, mut behind): (Vec<Tempo>, Vec<Tempo>) = (Vec::new(), Vec::new());
+        for tempo in self.tempos.drain(..) {
+            if tempo.begin + tempo.length <= at {
+                before.push(tempo);
+            } else if tempo.begin >= at {
+                behind.push(tempo);
+            } else {
+                let [left, right] = tempo.cut(at);
+                before.push(left);
+                behind.push(right);
+            }
+        }
+        self.duration = before.last().map_or(at, |t| t.time + t.duration);
+        for tempo in &mut behind {
+            tempo.begin -= at;
+            tempo.time -= self.duration;
+        }
+        self.tempos = before;
+        behind
     }
 
     /// State at rest at the end.
@@ -142,44 +181,75 @@ impl Law {
         PathState { s, v: 0.0, a: 0.0, j: 0.0 }
     }
 
-    /// Index of the phase at a time, searched forward from `hint`.
-    pub(crate) fn phase_at(&self, time: f64, hint: usize) -> usize {
-        let mut i = hint.min(self.phases.len().saturating_sub(1));
-        while i > 0 && self.phases[i].time > time {
-            i -= 1;
+    /// State at a time.
+    pub(crate) fn at(&self, time: f64, cursor: &mut Cursor) -> PathState {
+        let Some(tempo) = stand(&self.tempos, &mut cursor.tempo, |t| t.time <= time) else {
+            return self.planned_at(time, cursor);
+        };
+        let [p, p1, p2, p3] = tempo.at((time - tempo.time).clamp(0.0, tempo.duration));
+        let x = self.planned_at(p, cursor);
+        PathState {
+            s: x.s,
+            v: x.v * p1,
+            a: x.v * p2 + x.a * p1 * p1,
+            j: x.v * p3 + 3.0 * x.a * p1 * p2 + x.j * p1 * p1 * p1,
         }
-        while i + 1 < self.phases.len() && self.phases[i + 1].time <= time {
-            i += 1;
-        }
-        i
     }
 
-    /// State at a time; the cursor `hint` makes a forward walk linear.
-    pub(crate) fn at(&self, time: f64, hint: &mut usize) -> PathState {
-        *hint = self.phase_at(time, *hint);
-        match self.phases.get(*hint) {
-            Some(phase) => phase.at((time - phase.time).clamp(0.0, phase.duration)),
+    /// Time of the phases at a time of the run.
+    pub(crate) fn planned_time(&self, time: f64, cursor: &mut Cursor) -> f64 {
+        match stand(&self.tempos, &mut cursor.tempo, |t| t.time <= time) {
+            Some(tempo) => tempo.at((time - tempo.time).clamp(0.0, tempo.duration))[0],
+            None => time,
+        }
+    }
+
+    /// State of the phases at their own time.
+    pub(crate) fn planned_at(&self, p: f64, cursor: &mut Cursor) -> PathState {
+        match stand(&self.phases, &mut cursor.phase, |phase| phase.time <= p) {
+            Some(phase) => phase.at((p - phase.time).clamp(0.0, phase.duration)),
             None => PathState::default(),
         }
     }
 
-    /// Time at which `s` is reached; the cursor `hint` makes a forward walk linear.
-    pub(crate) fn time_at(&self, s: f64, hint: &mut usize) -> f64 {
+    /// Time at which `s` is reached.
+    pub(crate) fn time_at(&self, s: f64, cursor: &mut Cursor) -> f64 {
+        let p = self.planned_time_at(s, cursor);
+        if p >= self.planned {
+            return self.duration;
+        }
+        match stand(&self.tempos, &mut cursor.tempo, |t| t.begin <= p) {
+            Some(tempo) => tempo.time + tempo.passed(p - tempo.begin),
+            None => p,
+        }
+    }
+
+    /// Time of the phases at which `s` is reached.
+    pub(crate) fn planned_time_at(&self, s: f64, cursor: &mut Cursor) -> f64 {
         if self.phases.is_empty() {
             return 0.0;
         }
         // Near a standstill time is a cube root of the way: rounding of s must not become a visible error of time.
         if s >= self.end().s - 1e-13 * s.abs().max(1.0) {
-            return self.duration;
+            return self.planned;
         }
-        let mut i = (*hint).min(self.phases.len() - 1);
-        while i > 0 && self.phases[i].start.s > s {
-            i -= 1;
+        match stand(&self.phases, &mut cursor.phase, |phase| phase.start.s <= s) {
+            Some(phase) => phase.time + phase.time_at(s),
+            None => 0.0,
         }
-        while i + 1 < self.phases.len() && self.phases[i + 1].start.s <= s {
-            i += 1;
-        }
-        *hint = i;
-        self.phases[i].time + self.phases[i].time_at(s)
     }
+}
+
+/// The last entry that has begun, or the first, searched from where the cursor stands.
+fn stand<'a, T>(list: &'a [T], cursor: &mut usize, begun: impl Fn(&T) -> bool) -> Option<&'a T> {
+    let last = list.len().checked_sub(1)?;
+    let mut i = (*cursor).min(last);
+    while i > 0 && !begun(&list[i]) {
+        i -= 1;
+    }
+    while i < last && begun(&list[i + 1]) {
+        i += 1;
+    }
+    *cursor = i;
+    Some(&list[i])
 }

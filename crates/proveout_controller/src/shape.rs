@@ -7,7 +7,7 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::{
     jet::{Jet, JointJet, VectorJet},
-    profile::Law,
+    profile::{Cursor, Law},
 };
 
 pub(crate) use self::bezier::Bezier;
@@ -100,7 +100,7 @@ impl Timed {
     fn jet(&self, time: f64) -> JointJet {
         let mut out = JointJet::constant(self.from);
         for (joint, sign, law) in &self.joints {
-            let p = if time >= law.duration { law.end() } else { law.at(time, &mut 0) };
+            let p = if time >= law.duration { law.end() } else { law.at(time, &mut Cursor::default()) };
             let s = if p.v == 0.0 && time >= law.duration { law.end().s } else { p.s };
             let jet = Jet([self.from[*joint] + sign * s, sign * p.v, sign * p.a / 2.0, sign * p.j / 6.0]);
             out.set(*joint, &jet);

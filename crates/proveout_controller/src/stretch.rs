@@ -4,21 +4,27 @@ use proveout_machine::JointValues;
 
 use crate::{
     jet::JointJet,
-    limits::{reshaped, slow_down},
+    limits::slow_down,
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
-    profile::{Law, PathState},
+    profile::{Cursor, Law, PathState},
+    retime::{Course, Entry, Rounds, Spot},
 };
 
 /// Part by which a sample may pass a limit before cells are slowed down; the promise is 0.1 percent.
 const ALLOWED: f64 = 1.0005;
 /// Rounds of slowing down; each lowers the excess to nearly nothing, so that two are usual and this many never happen.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 16;
 
-/// How far above the speed of the law V stays in each round of refinement.
-const REFINE: [f64; 8] = [1.5, 1.3, 1.2, 1.1, 1.1, 1.1, 1.05, 1.05];
-/// A round of refinement that gains less than this part of the time is the last one.
-const WORTHWHILE: f64 = 1e-3;
+/// Rounds in which the rows of the tempo are tightened, before the cells of the first law are slowed down.
+const TIGHTENINGS: usize = 8;
+/// How much more than the excess rows are tightened.
+const TIGHTER: f64 = 1.2;
+/// Part of the known cells that do not count yet: what comes next may act on them.
+const UNKNOWN: usize = 4;
+/// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
+/// a change of their acceleration.
+const AHEAD: f64 = 0.5;
 
 /// State at a control sample.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +46,8 @@ pub(crate) struct Stretch {
     /// Path parameter and speed at its end.
     pub(crate) s_end: f64,
     pub(crate) v_end: f64,
+    /// The tempo with which the path goes on.
+    pub(crate) entry: Entry,
     pub(crate) samples: Vec<Measured>,
 }
 
@@ -58,15 +66,15 @@ impl Clock {
     }
 }
 
-/// Plans all cells of the path from speed `v_start`. With `finish` the whole is taken; otherwise up to a node, not
-/// behind `keep` cells before the end, where what is still unknown cannot act: none when there is no such node.
+/// Plans all cells of the path from speed `v_start`, begun with the tempo of `entry`. With `finish` the whole is taken;
+/// otherwise up to a node where what is still unknown hardly acts: none when there is no such node yet.
 pub(crate) fn plan(
     path: &mut Path,
     frame: &Frame<'_>,
     clock: Clock,
     v_start: f64,
+    entry: &Entry,
     finish: bool,
-    keep: usize,
 ) -> Option<Stretch> {
     let borders: Vec<f64> = std::iter::once(path.s_begin).chain(path.cells.iter().map(|c| c.s1)).collect();
     let n = path.cells.len();
@@ -74,44 +82,58 @@ pub(crate) fn plan(
     loop {
         let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
         let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
-        // The part that is taken is refined by itself: what lies behind it does not act on it.
-        let node = if finish { Node::end(n) } else { plan.split_before(n.saturating_sub(keep))? };
-        let law =
-            refined(path, frame, &borders[..=node.border], [v_start, node.speed], plan.law(&borders, node.border));
-        let samples = measure(path, frame, clock, &law);
-        round += 1;
-        if round > ROUNDS || !calm(path, frame, &borders, &samples) {
-            return Some(Stretch { law, cells: node.border, s_end: borders[node.border], v_end: node.speed, samples });
+        // What lies behind the last node does not act on the first law before it.
+        let last = if finish { Node::end(n) } else { plan.split_before(n - n / UNKNOWN)? };
+        let first_law = plan.law(&borders, last.border);
+        let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
+        let until = if finish { first_law.planned } else { first_law.planned_time_at(borders[node.border], &mut Cursor::default()) };
+        let mut rounds = Rounds::default();
+        let rest = [v_start == 0.0, finish];
+        loop {
+            let mut law =
+                rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
+            let behind = law.cut(until);
+            let samples = measure(path, frame, clock, &law);
+            let over = over_limits(frame, &samples);
+            round += 1;
+            if over.is_empty() || round > ROUNDS {
+                return Some(Stretch {
+                    law,
+                    cells: node.border,
+                    s_end: borders[node.border],
+                    v_end: node.speed,
+                    entry: Entry::new(behind),
+                    samples,
+                });
+            }
+            if round > TIGHTENINGS {
+                slow_cells(path, &borders, &over);
+                break;
+            }
+            let mut cursor = Cursor::default();
+            let spots: Vec<Spot> = over
+                .iter()
+                .map(|(m, [v, a, j])| Spot {
+                    at: law.planned_time(m.time - clock.start, &mut cursor),
+                    factor: 1.0 + TIGHTER * (a.max(*j).max(v * v) - 1.0),
+                })
+                .collect();
+            rounds.tighten(&spots);
         }
     }
 }
 
-/// Plans again with V of each cell reshaped to a little above the speed that the law has there: A and J, which hold for all
-/// speeds up to V, grow with it where the path curves, and the law gets quicker. Ends when a round gains nothing.
-fn refined(path: &Path, frame: &Frame<'_>, borders: &[f64], ends: [f64; 2], law: Law) -> Law {
-    let n = borders.len() - 1;
-    let mut best = law;
-    if n == 0 || path.cells[..n].iter().all(|c| c.limits.bounds.second.max_abs() == 0.0) {
-        return best;
-    }
-    for room in REFINE {
-        let peaks = best.peaks(borders);
-        let cells: Vec<Cell> = (0..n).map(|k| reshaped(frame.limits, &path.cells[k].limits, peaks[k] * room)).collect();
-        let next = Plan::new(&cells, borders, ends).law(borders, n);
-        let worthwhile = next.duration < best.duration * (1.0 - WORTHWHILE);
-        if next.duration < best.duration {
-            best = next;
-        }
-        if !worthwhile {
-            break;
-        }
-    }
-    best
+/// The last node that lies far enough before `last` for the tempo there not to act on what is committed.
+fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node> {
+    let until = (law.planned - AHEAD).max(0.5 * law.planned);
+    let mut cursor = Cursor::default();
+    let border = borders[..=last.border].partition_point(|s| law.planned_time_at(*s, &mut cursor) <= until);
+    plan.split_before(border.saturating_sub(1))
 }
 
 /// Joint states at the control samples of a law.
 pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -> Vec<Measured> {
-    let (mut phase, mut span) = (0, 0);
+    let (mut phase, mut span) = (Cursor::default(), 0);
     clock
         .samples(law.duration)
         .map(|time| {
@@ -133,29 +155,34 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -
         .collect()
 }
 
-/// Slows down the cells of samples that pass a limit, and their neighbors; true when there were any.
-fn calm(path: &mut Path, frame: &Frame<'_>, borders: &[f64], samples: &[Measured]) -> bool {
+/// Samples that pass a limit, with their highest parts of the limits of velocity, acceleration and jerk.
+fn over_limits<'a>(frame: &Frame<'_>, samples: &'a [Measured]) -> Vec<(&'a Measured, [f64; 3])> {
     let l = frame.limits;
-    let mut any = false;
+    samples
+        .iter()
+        .map(|m| {
+            let mut ratios = [0.0_f64; 3];
+            for i in 0..l.count {
+                ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
+                ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
+                ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
+            }
+            (m, ratios)
+        })
+        .filter(|(_, ratios)| ratios.iter().any(|r| *r > ALLOWED))
+        .collect()
+}
+
+/// Slows down the cells of samples that pass a limit, and their neighbors.
+fn slow_cells(path: &mut Path, borders: &[f64], over: &[(&Measured, [f64; 3])]) {
     let mut cell = 0;
-    for m in samples {
-        let mut ratios = [0.0_f64; 3];
-        for i in 0..l.count {
-            ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
-            ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
-            ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
-        }
-        if ratios.iter().all(|r| *r <= ALLOWED) {
-            continue;
-        }
-        any = true;
+    let last = path.cells.len() - 1;
+    for (m, ratios) in over {
         while cell + 2 < borders.len() && borders[cell + 1] < m.state.s {
             cell += 1;
         }
-        let last = path.cells.len() - 1;
         for k in cell.saturating_sub(1)..=(cell + 1).min(last) {
-            slow_down(&mut path.cells[k].limits, ratios);
+            slow_down(&mut path.cells[k].limits, *ratios);
         }
     }
-    any
 }

@@ -188,6 +188,8 @@ fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f6
     let h = (end - begin) / grid;
     let settings = Settings { sample_time: Some(h), ..Settings::default() };
     let fine = run_with(program, machine, &tools, &settings);
+    // Sampled more finely, a plan may have been slowed down elsewhere: its own begin and end count.
+    let (begin, end) = (fine.all.blocks[after].start_time, fine.summary.total_s);
     let samples: Vec<&Sample> = fine.all.samples.iter().filter(|s| s.time >= begin && s.time < end).collect();
     let last = samples.len() - 1;
     let points: Vec<Point> = samples
@@ -291,7 +293,8 @@ fn plans_are_near_the_optimum() {
         note(format!("{name}, mean of four (highest {high:.4})"), sum);
     }
     for (name, r) in worst {
-        assert!(r < 1.5, "{name}: {r}");
+        // Three percent are promised; figures of this day lie below 1.02, the mean of four paths below 1.015.
+        assert!(r < 1.03, "{name}: {r}");
         assert!(r > 0.98, "{name}: {r}"); // the plan keeps its limits: nothing can be faster than the optimum
     }
 }

@@ -1,0 +1,330 @@
+//! Cuts the time of a first law into regions and grids, and evaluates the joints there.
+
+use proveout_machine::MAX_JOINTS;
+
+use super::solver::{JointRow, Node, Problem};
+use crate::{
+    jet::JointJet,
+    path::{Frame, Path, PathCell},
+    profile::{Cursor, Law},
+};
+
+/// Longest interval as part of the time that a joint needs from zero to its full acceleration.
+const FINEST: f64 = 1.0 / 12.0;
+/// The same in seconds where no joint limits both, and the range in any case.
+const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
+/// Interval at low speed as part of the longest, and what a border of pieces must be apart from the next.
+const SLOWEST: f64 = 0.35;
+const SHORTEST: f64 = 0.2;
+/// Intervals by which a region reaches into stretches that run at the highest speed already.
+const MARGIN: f64 = 5.0;
+/// Speed along the path that counts as the highest, as part of it.
+const AT_SPEED: f64 = 0.996;
+/// Part of a piece by which points stand off its borders, so that each belongs to one side of a jump.
+const INSIDE: f64 = 1e-6;
+/// Interval as part of the time sqrt(v/J) in which the jerk limit changes a speed v by its own size.
+const SLOW: f64 = 0.2;
+/// Excess between two points of an interval that needs points between them, and the most parts.
+const BETWEEN: f64 = 0.004;
+const PARTS: f64 = 4.0;
+/// What rows next to a given begin or end may pass their limits, so that these have an inside.
+const RELAXED: f64 = 4e-4;
+
+/// Time between neighboring borders of phases and cells.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    from: f64,
+    to: f64,
+    cell: usize,
+    held: bool,
+    /// Square of the time in which the jerk limit changes the speed by its own size: v/J at the slower end, s^2.
+    pace: f64,
+}
+
+/// A stretch of time whose tempo is free.
+#[derive(Debug)]
+pub(super) struct Region {
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pieces: Vec<Piece>,
+}
+
+/// A place where a control sample passed a limit: time of the first law, and the factor by which rows are tightened there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
+    pub(crate) at: f64,
+    pub(crate) factor: f64,
+}
+
+/// Highest factor of the spots in an interval; `spots` are in the order of time.
+fn tight(spots: &[Spot], from: f64, to: f64) -> f64 {
+    let first = spots.partition_point(|s| s.at < from);
+    spots[first..].iter().take_while(|s| s.at <= to).fold(1.0, |m, s| m.max(s.factor))
+}
+
+/// Longest interval, s.
+fn interval(frame: &Frame<'_>) -> f64 {
+    let l = frame.limits;
+    let rise = (0..l.count).map(|i| l.acceleration[i] / l.jerk[i]).filter(|t| t.is_finite() && *t > 0.0);
+    let least = rise.fold(f64::INFINITY, f64::min);
+    let [low, usual, high] = INTERVAL;
+    if least.is_finite() { (FINEST * least).clamp(low, high) } else { usual }
+}
+
+/// The stretches of the law's first `cells` cells where another tempo may be faster. `moving` tells that the law begins with
+/// a given tempo that must be followed.
+pub(super) fn regions(
+    path: &Path,
+    frame: &Frame<'_>,
+    law: &Law,
+    cells: usize,
+    moving: bool,
+    spots: &[Spot],
+) -> Vec<Region> {
+    let step = interval(frame);
+    let pieces = pieces(path, frame, law, cells, spots);
+    let mut regions: Vec<Region> = Vec::new();
+    let mut open: Vec<Piece> = Vec::new();
+    let margin = MARGIN * step;
+    let mut i = 0;
+    let mut at_begin = moving;
+    while i < pieces.len() {
+        if !pieces[i].held {
+            open.push(pieces[i]);
+            i += 1;
+            continue;
+        }
+        let mut end = i;
+        while end < pieces.len() && pieces[end].held {
+            end += 1;
+        }
+        let run = &pieces[i..end];
+        let (from, to) = (run[0].from, run[run.len() - 1].to);
+        let after = if open.is_empty() && !at_begin { 0.0 } else { margin };
+        let before = if end == pieces.len() { 0.0 } else { margin };
+        if to - from < after + before + step {
+            open.extend_from_slice(run);
+        } else {
+            if after > 0.0 {
+                open.extend(clipped(run, from, from + after));
+                close(&mut regions, &mut open);
+            }
+            if before > 0.0 {
+                open.extend(clipped(run, to - before, to));
+            }
+        }
+        at_begin = false;
+        i = end;
+    }
+    close(&mut regions, &mut open);
+    // A straight path has a law that nothing can improve.
+    regions.retain(|r| {
+        r.from == 0.0 && moving
+            || r.pieces.iter().any(|p| path.cells[p.cell].limits.bounds.second.max_abs() > 0.0 && !p.held)
+    });
+    regions
+}
+
+fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
+    let pieces = std::mem::take(open);
+    if let (Some(first), Some(last)) = (pieces.first(), pieces.last()) {
+        regions.push(Region { from: first.from, to: last.to, pieces });
+    }
+}
+
+fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
+    run.iter()
+        .map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p })
+        .filter(|p| p.to > p.from)
+}
+
+/// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
+fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
+    let first = &cell.limits.bounds.first;
+    (0..frame.limits.count)
+        .filter(|i| first[*i] > 0.0)
+        .map(|i| frame.limits.jerk[i] / first[i])
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot]) -> Vec<Piece> {
+    let mut out = Vec::with_capacity(cells + law.phases.len());
+    let mut cursor = Cursor::default();
+    let (mut phase, mut from) = (0, 0.0);
+    for cell in 0..cells {
+        let c = &path.cells[cell];
+        let jerk = jerk_along(frame, c);
+        let end = if cell + 1 == cells { law.planned } else { law.planned_time_at(c.s1, &mut cursor) };
+        while from < end && phase < law.phases.len() {
+            let p = &law.phases[phase];
+            let phase_end = if phase + 1 == law.phases.len() { law.planned } else { p.time + p.duration };
+            let to = phase_end.min(end);
+            let cruise = p.start.a == 0.0 && p.start.j == 0.0;
+            let held = cruise && p.start.v >= AT_SPEED * c.limits.steady && tight(spots, from, to) == 1.0;
+            if to > from {
+                let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
+                out.push(Piece { from, to, cell, held, pace: v[0].min(v[1]) / jerk });
+            }
+            from = from.max(to);
+            if phase_end <= end {
+                phase += 1;
+            } else {
+                break;
+            }
+        }
+    }
+    out
+}
+
+/// Evaluates joints on the rounded path, once at a place.
+#[derive(Clone)]
+struct Probe<'a> {
+    path: &'a Path,
+    frame: &'a Frame<'a>,
+    law: &'a Law,
+    cursor: Cursor,
+    span: usize,
+    last: Option<(usize, f64, JointJet)>,
+}
+
+impl Probe<'_> {
+    /// Derivatives by the law's own time, over the limits, and one over the highest square of the tempo.
+    fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], f64) {
+        let mut rows = [[0.0; 5]; MAX_JOINTS];
+        let x = self.law.planned_at(p, &mut self.cursor);
+        let jet = match self.last {
+            // The same place, seen from the other side of a border that the path does not know.
+            Some((c, s, jet)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => jet,
+            _ => {
+                let task = self.path.rounded(x.s, &mut self.span);
+                self.frame.kinematics.joints(&task)
+            }
+        };
+        self.last = Some((cell, x.s, jet));
+        let (q1, q2, q3) = (jet.first(), jet.second(), jet.third());
+        let c = &self.path.cells[cell];
+        let l = self.frame.limits;
+        let velocity = if c.limits.rapid { &l.rapid } else { &l.velocity };
+        let mut speed = (x.v / c.limits.feed).powi(2);
+        for i in 0..l.count {
+            let d1 = q1[i] * x.v;
+            let d2 = q1[i] * x.a + q2[i] * x.v * x.v;
+            let d3 = q1[i] * x.j + 3.0 * q2[i] * x.v * x.a + q3[i] * x.v * x.v * x.v;
+            speed = speed.max((d1 / velocity[i]).powi(2));
+            let (a, j) = (1.0 / l.acceleration[i], 1.0 / l.jerk[i]);
+            rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
+        }
+        (rows, speed)
+    }
+}
+
+/// Grid and rows of a region.
+pub(super) fn problem(
+    path: &Path,
+    frame: &Frame<'_>,
+    law: &Law,
+    region: &Region,
+    fixed: [bool; 2],
+    spots: &[Spot],
+) -> Problem {
+    let step = interval(frame);
+    let knots = knots(region, step);
+    let lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
+    let problem = Problem { fixed, lengths, ..Problem::default() };
+    let mut grid = Grid { scale: problem.scale(), tight: 1.0, problem, rows: Vec::new() };
+    let mut probe = Probe { path, frame, law, cursor: Cursor::default(), span: 0, last: None };
+    let mut k = 0;
+    let last = knots.len() - 2;
+    for piece in &region.pieces {
+        let mut from = piece.from;
+        while from < piece.to {
+            while k < last && knots[k + 1] <= from {
+                k += 1;
+            }
+            let to = if k == last { piece.to } else { piece.to.min(knots[k + 1]) };
+            let length = to - from;
+            if length > 1e-9 * step {
+                let tau = |part: f64| ((from + part * length - knots[k]) / (knots[k + 1] - knots[k])).clamp(0.0, 1.0);
+                let begin = probe.rows(piece.cell, from + INSIDE * length);
+                // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
+                let most = length * length / piece.pace.min(1e9);
+                let parts = (most / BETWEEN).sqrt().ceil().clamp(1.0, PARTS) as usize;
+                let weight = length / parts as f64;
+                grid.tight = tight(spots, knots[k], knots[k + 1]);
+                grid.add(k, tau(INSIDE), 0.5 * weight, begin, piece.held);
+                for i in 1..parts {
+                    let part = i as f64 / parts as f64;
+                    let rows = probe.rows(piece.cell, from + part * length);
+                    grid.add(k, tau(part), weight, rows, piece.held);
+                }
+                let end = probe.rows(piece.cell, to - INSIDE * length);
+                grid.add(k, tau(1.0 - INSIDE), 0.5 * weight, end, piece.held);
+            }
+            from = to;
+        }
+    }
+    grid.finish()
+}
+
+/// A problem under construction.
+struct Grid {
+    scale: f64,
+    /// Factor of the rows of the interval under way.
+    tight: f64,
+    problem: Problem,
+    rows: Vec<[JointRow; MAX_JOINTS]>,
+}
+
+impl Grid {
+    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, mut speed): ([JointRow; MAX_JOINTS], f64), held: bool) {
+        let p = &mut self.problem;
+        let near = [p.fixed[0] && k == 0, p.fixed[1] && k + 1 == p.lengths.len()];
+        if near[0] || near[1] || held {
+            speed *= 1.0 - RELAXED;
+            rows.iter_mut().flatten().for_each(|r| *r *= 1.0 - RELAXED);
+        }
+        if self.tight > 1.0 {
+            speed *= self.tight;
+            rows.iter_mut().flatten().for_each(|r| *r *= self.tight);
+        }
+        if near[0] && tau < 0.01 || near[1] && tau > 0.99 {
+            // Given by both fixed coefficients: nothing can be done about it here.
+            speed = 0.0;
+            rows.iter_mut().for_each(|r| (r[0], r[1]) = (0.0, 0.0));
+        }
+        p.nodes.push(Node { k, basis: p.basis(k, tau, self.scale), weight, speed });
+        self.rows.push(rows);
+    }
+
+    /// Leaves out joints that stand still.
+    fn finish(self) -> Problem {
+        let Self { mut problem, rows, .. } = self;
+        let used: Vec<usize> =
+            (0..MAX_JOINTS).filter(|i| rows.iter().any(|r| r[*i].iter().any(|x| *x != 0.0))).collect();
+        problem.count = used.len();
+        problem.joints = rows.iter().flat_map(|r| used.iter().map(|i| r[*i])).collect();
+        problem
+    }
+}
+
+/// Borders of the intervals: those of pieces that are not too close, and equal parts between them.
+fn knots(region: &Region, step: f64) -> Vec<f64> {
+    let mut knots = vec![region.from];
+    let least = SHORTEST * step;
+    let (mut from, mut pace) = (region.from, f64::INFINITY);
+    for piece in &region.pieces {
+        pace = pace.min(piece.pace);
+        let long_enough = piece.to - from >= least && region.to - piece.to >= least;
+        if !long_enough && piece.to < region.to {
+            continue;
+        }
+        let local = (SLOW * pace.sqrt()).clamp(SLOWEST * step, step);
+        let n = ((piece.to - from) / local).ceil().max(1.0) as usize;
+        for i in 1..n {
+            knots.push(from + (piece.to - from) * i as f64 / n as f64);
+        }
+        knots.push(piece.to);
+        (from, pace) = (piece.to, f64::INFINITY);
+    }
+    knots
+}
