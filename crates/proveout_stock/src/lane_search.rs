@@ -18,6 +18,9 @@ const FLAT: f64 = 1e-5;
 /// Least slope of F along the ray at an end: steeper grazing goes to the searches.
 const GRAZING: f64 = 0.004;
 
+/// Times at which F falls and grows bound the time looked for while the height moves by less than this, mm.
+const SAME_HEIGHT: f64 = 0.01;
+
 /// What a search found, one condition each; none of them: no proof.
 #[derive(Clone, Copy)]
 pub(crate) struct Found<S: Simd> {
@@ -94,15 +97,6 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         }
         let mut deficit = before.max(after);
         let near = q.f.abs().le(s.same(FLAT));
-        if TURNS {
-            let open = active & (near | q.f.gt(zero)) & deficit.gt(allowed);
-            if open.any() {
-                let fixed = fixed_half_space(motion, body, &q, tau);
-                let better = open & fixed.lt(deficit);
-                deficit = better.select(fixed, deficit);
-                slope = better.select(zero, slope);
-            }
-        }
         let inside = q.f.le(s.same(REACHED));
         let covered = active & inside & s.ge(limit) & s.le(limit);
         let steep = q.fs.abs();
@@ -111,6 +105,16 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let (toward, away) = (up.select(above, below), up.select(below, above));
         let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
         let mut miss = active & !inside & least.ge(-allowed);
+        if TURNS {
+            let open = active & !miss & ((near & deficit.gt(allowed)) | !inside);
+            if open.any() {
+                let fixed = fixed_half_space(motion, body, &q, tau);
+                miss = miss | (open & !inside & (q.f - fixed - steep * away).ge(-allowed));
+                let better = open & fixed.lt(deficit);
+                deficit = better.select(fixed, deficit);
+                slope = better.select(zero, slope);
+            }
+        }
         let here = Side { s, f: q.f, fs: q.fs, deficit: deficit + slope * (ray.hi - ray.lo) };
         rising.set(active & !inside & up, here);
         sinking.set(active & !inside & !up, here);
@@ -150,8 +154,11 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let deep = inside & turned;
         let stay = !inside & turned;
         let newton = s - q.f / turned.select(one, q.fs);
-        let still = valley.select(lowest, s);
-        let next = deep.select(limit, stay.select(still, newton)).max(ray.lo).min(ray.hi);
+        let still = valley.select(lowest, limit);
+        // Newton's method from one side of the minimum may land on the other side: then to where both tangents cross.
+        let past = valley & (newton.le(sinking.s) | newton.ge(rising.s));
+        let next = deep.select(limit, (stay | past).select(still, newton)).max(ray.lo).min(ray.hi);
+        let far = (next - s).abs().gt(s.same(SAME_HEIGHT));
         let slant = q.ft + q.fts * (next - s);
         let falling = q.ft.lt(zero);
         (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
@@ -160,10 +167,13 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         grows = (crossed & falling).select(zero, grows);
         falls = (crossed & !falling).select(zero, falls);
         let step = tau - slant / q.ftt.max(s.same(1e-9));
-        let both = falls.lt(zero) & grows.gt(zero);
+        let both = falls.lt(zero) & grows.gt(zero) & !far;
         let between = step.gt(falls_at) & step.lt(grows_at);
         let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);
         let time = (both & !between).select(secant, step).max(zero).min(one);
+        // What this height says about the time is worth nothing far from it.
+        (falls, grows) = (far.select(zero, falls), far.select(zero, grows));
+        (falls_at, grows_at) = (far.select(zero, falls_at), far.select(one, grows_at));
         s = active.select(next, s);
         tau = active.select(time, tau);
     }
