@@ -46,11 +46,15 @@ pub(crate) struct Sample<S: Simd> {
     pub fs: L<S>,
     pub ft: L<S>,
     pub normal: L3<S>,
-    /// Curvature of F with time, and with time and height, by the shape of the body alone.
-    pub ftt: L<S>,
-    pub fts: L<S>,
-    /// From the tip to the point.
+    /// From the tip to the point, and the part of it across the axis.
     pub y: L3<S>,
+    p: L3<S>,
+    per_r: L<S>,
+    axis: L3<S>,
+    fr: L<S>,
+    fz: L<S>,
+    km: L<S>,
+    kr: L<S>,
 }
 
 /// How much deeper the body may be at other times than its sample says, by the half space of the sample held fixed in space.
@@ -78,9 +82,6 @@ pub(crate) fn fixed_half_space<S: Simd>(motion: &Motion<S>, body: &Meridian, q: 
 }
 
 /// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
-///
-/// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
-/// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
 #[inline(always)]
 pub(crate) fn sample<S: Simd, const TURNS: bool>(
     motion: &Motion<S>,
@@ -90,7 +91,7 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     tau: L<S>,
 ) -> Sample<S> {
     let (zero, one) = (s.same(0.0), s.same(1.0));
-    let w = if TURNS {
+    let axis = if TURNS {
         let x = tau * (one - tau) * motion.angle2;
         scale(along(motion.axis, motion.turn, tau), one + x * (s.same(0.5) + s.same(0.375) * x))
     } else {
@@ -98,30 +99,43 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     };
     let tip = along(motion.tip, motion.travel, tau);
     let y = [s - tip[0], ray.u - tip[1], ray.v - tip[2]];
-    let z = dot(y, w);
-    let p = along(y, w, -z);
+    let z = dot(y, axis);
+    let p = along(y, axis, -z);
     let r = dot(p, p).sqrt();
-    let on_axis = r.le(s.same(1e-12));
-    let per_r = on_axis.select(zero, one / on_axis.select(one, r));
+    let per_r = r.gt(s.same(1e-12)).select(one / r, zero);
     let Value { f, fr, fz, km } = function(body, r, z);
     let kr = fr * per_r;
-    let normal = along(scale(p, kr), w, fz);
-    let mut velocity = [-motion.travel[0], -motion.travel[1], -motion.travel[2]];
-    let mut ft = dot(normal, velocity);
+    let normal = along(scale(p, kr), axis, fz);
+    let mut ft = -dot(normal, motion.travel);
     if TURNS {
         ft = ft + dot(p, motion.turn) * (fz - kr * z);
-        let turning = cross(motion.omega, y);
-        velocity = [velocity[0] - turning[0], velocity[1] - turning[1], velocity[2] - turning[2]];
     }
-    let (pv, wv) = (dot(p, velocity) * per_r, dot(w, velocity));
-    let tv = fr * wv - fz * pv;
-    let ts = fr * w[0] - fz * p[0] * per_r;
-    let round = cross(w, p);
-    let av = dot(round, velocity) * per_r;
-    let a_s = round[0] * per_r;
-    let ftt = km * tv * tv + kr * av * av;
-    let fts = km * tv * ts + kr * av * a_s;
-    Sample { f, fs: normal[0], ft, normal, ftt, fts, y }
+    Sample { f, fs: normal[0], ft, normal, y, p, per_r, axis, fr, fz, km, kr }
+}
+
+impl<S: Simd> Sample<S> {
+    /// Curvature of F with time, and with time and height, by the shape of the body alone.
+    ///
+    /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
+    /// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
+    #[inline(always)]
+    pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> (L<S>, L<S>) {
+        let (p, w) = (self.p, self.axis);
+        let mut velocity = motion.travel;
+        if TURNS {
+            let turning = cross(motion.omega, self.y);
+            velocity = [velocity[0] + turning[0], velocity[1] + turning[1], velocity[2] + turning[2]];
+        }
+        // The sign of the velocity: the body moves, the point stands.
+        let (pv, wv) = (-dot(p, velocity) * self.per_r, -dot(w, velocity));
+        let tv = self.fr * wv - self.fz * pv;
+        let ts = self.fr * w[0] - self.fz * p[0] * self.per_r;
+        let round = cross(w, p);
+        let av = -dot(round, velocity) * self.per_r;
+        let a_s = round[0] * self.per_r;
+        let (along_meridian, around) = (self.km * tv, self.kr * av);
+        (along_meridian * tv + around * av, along_meridian * ts + around * a_s)
+    }
 }
 
 /// Value, gradient (d/dr, d/dz) and curvature along the meridian of the body's function; see `meridian`.
@@ -142,7 +156,7 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
                 let square = x * x + y * y;
                 let sector = (f0 * y - f1 * x).ge(zero) & (x * l1 - y * l0).ge(zero) & square.gt(r.same(1e-24));
                 let length = square.sqrt();
-                let per_length = r.same(1.0) / sector.select(length, r.same(1.0));
+                let per_length = r.same(1.0) / length;
                 let (a, b) = (f0 * x + f1 * y, l0 * x + l1 * y);
                 let low = a.gt(b);
                 best = best.or(Value {

@@ -76,71 +76,77 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     // Samples outside of the body between which F has its minimum along the ray.
     let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero };
     let mut sinking = rising;
-    // Times at which F falls and grows, with F_tau there; 0: none yet.
+    // Times at which F falls and grows at this height, with F_tau there; 0: none yet.
     let (mut falls, mut falls_at) = (zero, zero);
     let (mut grows, mut grows_at) = (zero, one);
     for _ in 0..STEPS {
         let q = sample::<S, TURNS>(motion, body, ray, s, tau);
         let (left, right) = (tau, one - tau);
-        let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
-        let mut slope = zero;
-        if TURNS {
-            let carried = cross(motion.omega, q.normal);
-            let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
-                - motion.angle2 * dot(q.normal, q.y)
-                - s.same(2.0) * dot(carried, motion.travel);
-            let bend = s.same(0.5) * (-second).max(zero);
-            before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
-            after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
-            let far = left.max(right);
-            slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
-        }
-        let mut deficit = before.max(after);
-        let near = q.f.abs().le(s.same(FLAT));
-        let inside = q.f.le(s.same(REACHED));
-        let covered = active & inside & s.ge(limit) & s.le(limit);
-        let steep = q.fs.abs();
-        let up = q.fs.gt(zero);
-        let (above, below) = (ray.hi - s, s - ray.lo);
-        let (toward, away) = (up.select(above, below), up.select(below, above));
-        let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
-        let mut miss = active & !inside & least.ge(-allowed);
-        if TURNS {
-            let open = active & !miss & ((near & deficit.gt(allowed)) | !inside);
-            if open.any() {
-                let fixed = fixed_half_space(motion, body, &q, tau);
-                miss = miss | (open & !inside & (q.f - fixed - steep * away).ge(-allowed));
-                let better = open & fixed.lt(deficit);
-                deficit = better.select(fixed, deficit);
-                slope = better.select(zero, slope);
-            }
-        }
-        let here = Side { s, f: q.f, fs: q.fs, deficit: deficit + slope * (ray.hi - ray.lo) };
-        rising.set(active & !inside & up, here);
-        sinking.set(active & !inside & !up, here);
-        let valley = rising.fs.gt(zero) & sinking.fs.lt(zero) & rising.s.gt(sinking.s) & !inside;
-        let mut lowest = s;
-        if (active & valley & !miss).any() {
-            // Both tangents bound F from below; where they cross the bound is least.
-            let per_slope = one / valley.select(rising.fs - sinking.fs, one);
-            lowest = (sinking.fs * sinking.s - rising.fs * rising.s + rising.f - sinking.f) * -per_slope;
-            let bound = rising.f + rising.fs * (lowest - rising.s);
-            miss = miss | (active & valley & (bound - rising.deficit.max(sinking.deficit)).ge(-allowed));
-        }
+        let (up, steep) = (q.fs.gt(zero), q.fs.abs());
         let rise = q.fs * outward;
-        let end = active
-            & near
-            & !covered
-            & !miss
-            & (deficit + s.same(FLAT)).le(allowed)
-            & rise.ge(s.same(GRAZING).max(slope));
-        let done = covered | miss | end;
-        if done.any() {
-            let at = end.select(s - q.f / end.select(q.fs, one), s);
-            found.covered = found.covered | covered;
+        let inside = q.f.le(s.same(REACHED));
+        let near = q.f.abs().le(s.same(FLAT));
+        let covered = active & inside & s.ge(limit) & s.le(limit);
+        let mut done = covered;
+        found.covered = found.covered | covered;
+        let outside = active & !inside;
+        let mut valley = none;
+        let mut lowest = s;
+        if (outside | (active & near & !covered)).any() {
+            let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
+            let mut slope = zero;
+            if TURNS {
+                let carried = cross(motion.omega, q.normal);
+                let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
+                    - motion.angle2 * dot(q.normal, q.y)
+                    - s.same(2.0) * dot(carried, motion.travel);
+                let bend = s.same(0.5) * (-second).max(zero);
+                before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
+                after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
+                let far = left.max(right);
+                slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
+            }
+            let mut deficit = before.max(after);
+            let (above, below) = (ray.hi - s, s - ray.lo);
+            let (toward, away) = (up.select(above, below), up.select(below, above));
+            let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
+            let mut miss = outside & least.ge(-allowed);
+            if TURNS {
+                let open = active & !miss & ((near & deficit.gt(allowed)) | outside);
+                if open.any() {
+                    let fixed = fixed_half_space(motion, body, &q, tau);
+                    miss = miss | (open & outside & (q.f - fixed - steep * away).ge(-allowed));
+                    let better = open & fixed.lt(deficit);
+                    deficit = better.select(fixed, deficit);
+                    slope = better.select(zero, slope);
+                }
+            }
+            if (outside & !miss).any() {
+                let here = Side { s, f: q.f, fs: q.fs, deficit: deficit + slope * (ray.hi - ray.lo) };
+                rising.set(outside & up, here);
+                sinking.set(outside & !up, here);
+                valley = outside & rising.fs.gt(zero) & sinking.fs.lt(zero) & rising.s.gt(sinking.s);
+                if (valley & !miss).any() {
+                    // Both tangents bound F from below; where they cross the bound is least.
+                    let per_slope = one / valley.select(rising.fs - sinking.fs, one);
+                    lowest = (sinking.fs * sinking.s - rising.fs * rising.s + rising.f - sinking.f) * -per_slope;
+                    let bound = rising.f + rising.fs * (lowest - rising.s);
+                    miss = miss | (valley & (bound - rising.deficit.max(sinking.deficit)).ge(-allowed));
+                }
+            }
+            let end = active
+                & near
+                & !covered
+                & !miss
+                & (deficit + s.same(FLAT)).le(allowed)
+                & rise.ge(s.same(GRAZING).max(slope));
+            done = done | miss | end;
             found.miss = found.miss | miss;
             found.end = found.end | end;
-            found.s = done.select(at, found.s);
+            found.s = end.select(s - q.f / end.select(q.fs, one), found.s);
+        }
+        if done.any() {
+            found.s = (done & !found.end).select(s, found.s);
             found.tau = done.select(tau, found.tau);
             found.f = done.select(q.f, found.f);
             found.fs = done.select(q.fs, found.fs);
@@ -158,25 +164,29 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         // Newton's method from one side of the minimum may land on the other side: then to where both tangents cross.
         let past = valley & (newton.le(sinking.s) | newton.ge(rising.s));
         let next = deep.select(limit, (stay | past).select(still, newton)).max(ray.lo).min(ray.hi);
-        let far = (next - s).abs().gt(s.same(SAME_HEIGHT));
-        let slant = q.ft + q.fts * (next - s);
-        let falling = q.ft.lt(zero);
-        (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
-        (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));
-        let crossed = falls_at.gt(grows_at);
-        grows = (crossed & falling).select(zero, grows);
-        falls = (crossed & !falling).select(zero, falls);
-        let step = tau - slant / q.ftt.max(s.same(1e-9));
-        let both = falls.lt(zero) & grows.gt(zero) & !far;
-        let between = step.gt(falls_at) & step.lt(grows_at);
-        let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);
-        let time = (both & !between).select(secant, step).max(zero).min(one);
-        // What this height says about the time is worth nothing far from it.
-        (falls, grows) = (far.select(zero, falls), far.select(zero, grows));
-        (falls_at, grows_at) = (far.select(zero, falls_at), far.select(one, grows_at));
+        // At the beginning and at the end of the motion most searches only want the height.
+        let settled = (tau.le(zero) & q.ft.ge(zero)) | (tau.ge(one) & q.ft.le(zero));
+        if (active & !settled).any() {
+            let (ftt, fts) = q.curvature::<TURNS>(motion);
+            let far = (next - s).abs().gt(s.same(SAME_HEIGHT));
+            let slant = q.ft + fts * (next - s);
+            let falling = q.ft.lt(zero);
+            (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
+            (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));
+            let crossed = falls_at.gt(grows_at);
+            grows = (crossed & falling).select(zero, grows);
+            falls = (crossed & !falling).select(zero, falls);
+            let step = tau - slant / ftt.max(s.same(1e-9));
+            let both = falls.lt(zero) & grows.gt(zero) & !far;
+            let between = step.gt(falls_at) & step.lt(grows_at);
+            let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);
+            let time = (both & !between).select(secant, step).max(zero).min(one);
+            // What this height says about the time is worth nothing far from it.
+            (falls, grows) = (far.select(zero, falls), far.select(zero, grows));
+            (falls_at, grows_at) = (far.select(zero, falls_at), far.select(one, grows_at));
+            tau = (active & !settled).select(time, tau);
+        }
         s = active.select(next, s);
-        tau = active.select(time, tau);
     }
     found
 }
-
