@@ -41,6 +41,8 @@ pub(crate) struct BodyOnLanes<'a> {
     pub range: [f64; 2],
     pub body: &'a Meridian,
     pub maker: Maker,
+    /// Samples that a search may take.
+    pub steps: usize,
     pub lanes: &'a mut Lanes,
 }
 
@@ -59,7 +61,7 @@ impl WithSimd for BodyOnLanes<'_> {
 
 #[inline(always)]
 fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
-    let BodyOnLanes { piece, range: [low, high], body, maker, lanes } = call;
+    let BodyOnLanes { piece, range: [low, high], body, maker, steps, lanes } = call;
     let motion = Motion::new(simd, piece, body);
     let mut all_proven = true;
     // Where in time a point is nearest: its place along the part of the way that is across the axis.
@@ -98,7 +100,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let s = (middle[0] + height * axis[0]).max(ray.lo).min(ray.hi);
         let time = (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
         let time = time.max(zero).min(zero.same(1.0));
-        let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (s, time), wanted);
+        let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (s, time), wanted, steps);
         let met = above.covered | above.end;
         let mut hit = met;
         let mut below = above;
@@ -107,7 +109,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
             let jump = above.covered & above.fs.lt(zero.same(-0.05));
             let step = jump.select(above.f / above.fs, zero);
             let start = jump.select((ray.hi - step).max(ray.lo).min(ray.hi), ray.lo);
-            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met);
+            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met, steps);
             hit = met & (below.covered | below.end);
         }
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));

@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     lane_ball::bits,
-    lane_sample::{Motion, Ray, sample},
+    lane_sample::{Motion, Ray, clearance, sample},
     lane_set::ROW,
     lanes::{L, along, cross, dot, load, store, width},
     meridian::Meridian,
@@ -62,6 +62,12 @@ fn rows<S: Simd, const TURNS: bool>(simd: S, call: BodyOnRows<'_>) -> u8 {
             let turned = carried[0].abs() * far + carried[1].abs() * zero.same(half_u);
             value = value - half * turned - eighth_angle2 * (far + zero.same(half_u)) - zero.same(bend);
         }
+        // Or held fixed in space, along the ray.
+        let across = q.normal_across();
+        let fixed = clearance::<S, TURNS>(&motion, body, across, q.y, half)
+            - across[0].abs() * (s - lo).max(hi - s)
+            - across[1].abs() * zero.same(half_u);
+        value = value.max(fixed);
         let open = lo.lt(hi) & !value.gt(zero);
         store(&mut met, g, open.select(zero.same(1.0), zero));
     }

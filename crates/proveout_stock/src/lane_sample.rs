@@ -57,28 +57,57 @@ pub(crate) struct Sample<S: Simd> {
     kr: L<S>,
 }
 
-/// How much deeper the body may be at other times than its sample says, by the half space of the sample held fixed in space.
+/// How far a point lies at least outside of the body at any time, by half spaces with the unit normal `n`, which stands still in
+/// space; `y`: from the tip at the time `tau` to the point.
 ///
 /// A point of the body at the distance X from the tip that turns by the angle w leaves the chord of its way by at most
 /// w^2 X / 8. The body lies in the hull of its tubes (see `meridian`), so its support on its way is at most the largest, over
 /// the tubes, of those at both ends of the motion and that.
 #[inline(always)]
-pub(crate) fn fixed_half_space<S: Simd>(motion: &Motion<S>, body: &Meridian, q: &Sample<S>, tau: L<S>) -> L<S> {
-    let (zero, one) = (q.f.same(0.0), q.f.same(1.0));
-    let last = along(motion.axis, motion.turn, one);
-    let (c0, c1) = (dot(q.normal, motion.axis), dot(q.normal, last));
-    let (sine0, sine1) = ((one - c0 * c0).max(zero).sqrt(), (one - c1 * c1).max(zero).sqrt());
-    let here = dot(q.normal, q.y);
-    let way = dot(q.normal, motion.travel);
+pub(crate) fn clearance<S: Simd, const TURNS: bool>(
+    motion: &Motion<S>,
+    body: &Meridian,
+    n: L3<S>,
+    y: L3<S>,
+    tau: L<S>,
+) -> L<S> {
+    let (zero, one) = (tau.same(0.0), tau.same(1.0));
+    let c0 = dot(n, motion.axis);
+    let sine0 = (one - c0 * c0).max(zero).sqrt();
+    let (c1, sine1) = if TURNS {
+        let c1 = dot(n, along(motion.axis, motion.turn, one));
+        (c1, (one - c1 * c1).max(zero).sqrt())
+    } else {
+        (c0, sine0)
+    };
+    let here = dot(n, y);
+    let way = dot(n, motion.travel);
     let (start, end) = (here + tau * way, here - (one - tau) * way);
     let bend = motion.angle2 * zero.same(0.125);
     let mut least = zero.same(f64::INFINITY);
     for [r, z, radius, reach] in &body.tubes {
         let (r, z) = (zero.same(*r), zero.same(*z));
-        let nearest = (start - sine0 * r - c0 * z).min(end - sine1 * r - c1 * z);
-        least = least.min(nearest - zero.same(*radius) - bend * zero.same(*reach));
+        let nearest = if TURNS {
+            (start - sine0 * r - c0 * z).min(end - sine1 * r - c1 * z) - bend * zero.same(*reach)
+        } else {
+            start.min(end) - (sine0 * r + c0 * z)
+        };
+        least = least.min(nearest - zero.same(*radius));
     }
-    q.f - least
+    least
+}
+
+impl<S: Simd> Sample<S> {
+    /// The normal turned to be perpendicular to the ray: the half space then says the same about all of the ray. Where the
+    /// normal runs along the ray, it stays.
+    #[inline(always)]
+    pub(crate) fn normal_across(&self) -> L3<S> {
+        let n = self.normal;
+        let across = (n[1] * n[1] + n[2] * n[2]).sqrt();
+        let enough = across.gt(across.same(0.1));
+        let per_across = across.same(1.0) / enough.select(across, across.same(1.0));
+        [enough.select(across.same(0.0), n[0]), n[1] * per_across, n[2] * per_across]
+    }
 }
 
 /// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
@@ -114,12 +143,12 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
 }
 
 impl<S: Simd> Sample<S> {
-    /// Curvature of F with time, and with time and height, by the shape of the body alone.
+    /// Curvature of F with time, with time and height, and with height, by the shape of the body alone.
     ///
     /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
     /// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
     #[inline(always)]
-    pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> (L<S>, L<S>) {
+    pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> [L<S>; 3] {
         let (p, w) = (self.p, self.axis);
         let mut velocity = motion.travel;
         if TURNS {
@@ -134,7 +163,8 @@ impl<S: Simd> Sample<S> {
         let av = -dot(round, velocity) * self.per_r;
         let a_s = round[0] * self.per_r;
         let (along_meridian, around) = (self.km * tv, self.kr * av);
-        (along_meridian * tv + around * av, along_meridian * ts + around * a_s)
+        let bend = self.km * ts * ts + self.kr * a_s * a_s;
+        [along_meridian * tv + around * av, along_meridian * ts + around * a_s, bend]
     }
 }
 

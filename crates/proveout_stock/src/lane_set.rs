@@ -91,6 +91,7 @@ impl Default for Lanes {
 }
 
 impl Lanes {
+    #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.n
     }

@@ -112,7 +112,7 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
             let piece: Piece = permuted(&whole, a);
             let lanes = both(&start, |lanes, wide| {
                 let range = [-100.0, 100.0];
-                let call = BodyOnLanes { piece: &piece, range, body: &body, maker: Maker::whole(0), lanes };
+                let call = BodyOnLanes { piece: &piece, range, body: &body, maker: Maker::whole(0), steps: 9, lanes };
                 if wide { Arch::new().dispatch(call) } else { call.with_simd(pulp::Scalar::new()) };
             });
             for r in 0..lanes.len() {

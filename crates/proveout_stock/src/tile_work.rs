@@ -5,6 +5,7 @@ use crate::{
     lane_ball::{BallOnLanes, BallOnRows},
     lane_body::BodyOnLanes,
     lane_rows::BodyOnRows,
+    lane_search::{MORE_STEPS, STEPS},
     lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN},
     ray::Ray,
     ray_ball::sweep_ball,
@@ -120,7 +121,7 @@ impl Batch<'_> {
     }
 
     /// A step for all lanes that are asked for; true when some may be left without proof.
-    fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, lanes: &mut Lanes) -> bool {
+    fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
         match &step.ball {
             Some(path) => {
                 self.arch.dispatch(BallOnLanes { path, maker, lanes });
@@ -128,7 +129,7 @@ impl Batch<'_> {
             }
             None => {
                 let (body, range) = (&self.bodies[ready.body], [step.low[0], step.high[0]]);
-                self.arch.dispatch(BodyOnLanes { piece: &step.piece, range, body, maker, lanes })
+                self.arch.dispatch(BodyOnLanes { piece: &step.piece, range, body, maker, steps, lanes })
             }
         }
     }
@@ -148,7 +149,7 @@ impl Batch<'_> {
         for &(k, l, rows) in &scratch.near {
             let lanes = &mut field.layers_mut()[l].lanes;
             let all = std::mem::replace(&mut lanes.rows, rows);
-            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), lanes);
+            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, lanes);
             lanes.rows = all;
         }
         if open {
@@ -193,29 +194,23 @@ impl Batch<'_> {
         }
         let mut near: Vec<usize> = scratch.near.iter().map(|n| n.0).collect();
         near.dedup();
-        // A straight motion gains nothing from parts.
         let steps = &self.steps[a];
-        let straight = near.iter().any(|&k| steps[k].ball.is_none() && !steps[k].piece.turns());
         for chunk in places.chunks(LANES) {
             let again = &mut scratch.again;
             again.clear();
             for &(l, r) in chunk {
                 again.push(&scratch.field.layers()[l].lanes.strip(r));
-                if straight {
-                    again.state[again.len() - 1] = UNPROVEN;
-                }
             }
-            if !straight {
-                for &k in &near {
-                    let step = &steps[k];
-                    if step.ball.is_some() {
-                        self.on_lanes(step, ready, Maker::whole(k), again);
-                        continue;
-                    }
-                    for part in 0..PARTS {
-                        let step = Step { piece: step.piece.part(part, PARTS), ..step.clone() };
-                        self.on_lanes(&step, ready, Maker::part(k, part, PARTS), again);
-                    }
+            for &k in &near {
+                let step = &steps[k];
+                // A straight motion gains nothing from parts.
+                if step.ball.is_some() || !step.piece.turns() {
+                    self.on_lanes(step, ready, Maker::whole(k), MORE_STEPS, again);
+                    continue;
+                }
+                for part in 0..PARTS {
+                    let step = Step { piece: step.piece.part(part, PARTS), ..step.clone() };
+                    self.on_lanes(&step, ready, Maker::part(k, part, PARTS), MORE_STEPS, again);
                 }
             }
             for (i, &(l, r)) in chunk.iter().enumerate() {
