@@ -86,12 +86,15 @@ pub(crate) fn plan(
         let last = if finish { Node::end(n) } else { plan.split_before(n - n / UNKNOWN)? };
         let first_law = plan.law(&borders, last.border);
         let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
-        let until = if finish { first_law.planned } else { first_law.planned_time_at(borders[node.border], &mut Cursor::default()) };
+        let until = if finish {
+            first_law.planned
+        } else {
+            first_law.planned_time_at(borders[node.border], &mut Cursor::default())
+        };
         let mut rounds = Rounds::default();
         let rest = [v_start == 0.0, finish];
         loop {
-            let mut law =
-                rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
+            let mut law = rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
             let behind = law.cut(until);
             let samples = measure(path, frame, clock, &law);
             let over = over_limits(frame, &samples);

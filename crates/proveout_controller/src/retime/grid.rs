@@ -133,9 +133,7 @@ fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
 }
 
 fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
-    run.iter()
-        .map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p })
-        .filter(|p| p.to > p.from)
+    run.iter().map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
 }
 
 /// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
@@ -276,7 +274,14 @@ struct Grid {
 }
 
 impl Grid {
-    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, mut speed): ([JointRow; MAX_JOINTS], f64), held: bool) {
+    fn add(
+        &mut self,
+        k: usize,
+        tau: f64,
+        weight: f64,
+        (mut rows, mut speed): ([JointRow; MAX_JOINTS], f64),
+        held: bool,
+    ) {
         let p = &mut self.problem;
         let near = [p.fixed[0] && k == 0, p.fixed[1] && k + 1 == p.lengths.len()];
         if near[0] || near[1] || held {

@@ -179,7 +179,13 @@ impl Problem {
             if gap < GAP * start && excess < EXCESS {
                 return true;
             }
-            let factor = if primal.min(dual) > 0.9 { 0.1 } else if primal.min(dual) > 0.5 { 0.3 } else { 0.7 };
+            let factor = if primal.min(dual) > 0.9 {
+                0.1
+            } else if primal.min(dual) > 0.5 {
+                0.3
+            } else {
+                0.7
+            };
             mu = (gap / total as f64 * factor).max(0.02 * GAP * start / total as f64);
         }
         false
