@@ -226,10 +226,15 @@ fn the_gain_in_acceleration_does_not_hang_on_the_sample() {
     }
     // Both paths are chords with kinks: below the length of a block their accelerations grow as one over the step.
     assert!(peaks[0] / peaks[2] > 4.0 && peaks[0] / peaks[2] < 6.0, "{peaks:?}");
-    assert!(gains.iter().all(|g| (45.0..90.0).contains(g)), "{gains:?}");
-    let [low, high] = [gains.iter().copied().fold(f64::MAX, f64::min), gains.iter().copied().fold(0.0, f64::max)];
-    let sentence = format!("Between steps of 0.1 and 2 mm it is {low:.0} to {high:.0} percent");
-    assert!(fs::read_to_string(e.file("README.md")).unwrap().contains(&sentence), "README.md should say: {sentence}");
+    // Beyond it the kinks of the interpolation at its keys fall between samples and count for half of what they are.
+    assert!(gains[..3].iter().all(|g| (45.0..90.0).contains(g)) && gains[3..].iter().all(|g| *g > 30.0), "{gains:?}");
+    let sentence = format!(
+        "With steps of 0.1, 0.25, 0.5, 1 and 2 mm it is {:.0}, {:.0}, {:.0}, {:.0} and {:.0} percent",
+        gains[0], gains[1], gains[2], gains[3], gains[4]
+    );
+    let readme = fs::read_to_string(e.file("README.md")).unwrap();
+    let readme = readme.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(readme.contains(&sentence), "README.md of the scene should say: {sentence}");
 }
 
 #[test]
