@@ -59,12 +59,12 @@ impl Experiment {
         runs.remove(0)
     }
 
-    /// Joints of the cutting stretch of a program, from its posted text.
-    fn track(&self, text: &str, stretch: &std::ops::Range<usize>) -> JointTrack {
+    /// Joints of the cutting stretch of a program, from its posted text, every `step` mm.
+    fn track(&self, text: &str, stretch: &std::ops::Range<usize>, step: f64) -> JointTrack {
         let run = self.run(&self.commands("program.mpf", text));
         let poses: Vec<_> = run.blocks[stretch.clone()].iter().map(|b| b.pose).collect();
         let settings =
-            TrackSettings { gauge_length: self.tools.tools[0].gauge_length, center: BALL, step: STEP, speed: FEED };
+            TrackSettings { gauge_length: self.tools.tools[0].gauge_length, center: BALL, step, speed: FEED };
         JointTrack::new(&self.machine, &poses, settings).unwrap()
     }
 }
@@ -152,9 +152,9 @@ fn the_joints_gain_what_the_specification_expects() {
     let proposed = e.made("s-theta");
     let stretch = proposed.runs[0].stretch.clone();
     let posted = |made: &Reprogrammed| programs::text(&made.commands, Dialect::Siemens840d, &e.settings).unwrap();
-    let original = e.track(&fs::read_to_string(e.file("original.mpf")).unwrap(), &stretch);
-    let quaternion = e.track(&posted(&e.made("quaternion")), &stretch);
-    let proposed = e.track(&posted(&proposed), &stretch);
+    let original = e.track(&fs::read_to_string(e.file("original.mpf")).unwrap(), &stretch, STEP);
+    let quaternion = e.track(&posted(&e.made("quaternion")), &stretch, STEP);
+    let proposed = e.track(&posted(&proposed), &stretch, STEP);
     let tracks = [&original, &quaternion, &proposed];
     let demands = |name: &str| tracks.map(|t| t.demand(joint(name)));
 
@@ -208,6 +208,33 @@ fn the_joints_gain_what_the_specification_expects() {
     assert!((limit.max_acceleration_deg_s2.unwrap() / a[2].acceleration.to_degrees() - 1.0).abs() < 2e-3, "{table}");
     let readme = fs::read_to_string(e.file("README.md")).unwrap();
     assert!(readme.contains(&table), "README.md of the scene should say\n{table}");
+}
+
+#[test]
+fn the_gain_in_acceleration_does_not_hang_on_the_sample() {
+    let e = Experiment::read();
+    let made = ["quaternion", "s-theta"].map(|name| e.made(name));
+    let texts = made.each_ref().map(|m| programs::text(&m.commands, Dialect::Siemens840d, &e.settings).unwrap());
+    let a = e.machine.joint("A").unwrap();
+    let mut gains = Vec::new();
+    let mut peaks = Vec::new();
+    for step in [0.1, 0.25, 0.5, 1.0, 2.0] {
+        let [q, p] = texts.each_ref().map(|t| e.track(t, &made[0].runs[0].stretch, step).demand(a));
+        gains.push(reduction(q.acceleration, p.acceleration));
+        peaks.push(p.acceleration.to_degrees());
+        assert!((reduction(q.velocity, p.velocity) - 39.9).abs() < 0.3, "velocities do not hang on it at all: {step}");
+    }
+    // Both paths are chords with kinks: below the length of a block their accelerations grow as one over the step.
+    assert!(peaks[0] / peaks[2] > 4.0 && peaks[0] / peaks[2] < 6.0, "{peaks:?}");
+    // Beyond it the kinks of the interpolation at its keys fall between samples and count for half of what they are.
+    assert!(gains[..3].iter().all(|g| (45.0..90.0).contains(g)) && gains[3..].iter().all(|g| *g > 30.0), "{gains:?}");
+    let sentence = format!(
+        "With steps of 0.1, 0.25, 0.5, 1 and 2 mm it is {:.0}, {:.0}, {:.0}, {:.0} and {:.0} percent",
+        gains[0], gains[1], gains[2], gains[3], gains[4]
+    );
+    let readme = fs::read_to_string(e.file("README.md")).unwrap();
+    let readme = readme.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(readme.contains(&sentence), "README.md of the scene should say: {sentence}");
 }
 
 #[test]

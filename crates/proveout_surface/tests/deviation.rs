@@ -184,7 +184,7 @@ fn weights_give_the_area_of_a_slanted_disk() {
     let design = Plane { point: Point::origin(), normal: n };
     let cell = 0.1;
     let samples = plane_samples(n, cell, 0.0);
-    let d = measure(&samples, &design, &DeviationSettings { cell, ..settings() });
+    let d = measure(&samples, &design, &DeviationSettings { cells: [cell; 3], ..settings() });
     // Counting grid points in a disk of radius 100 cells: well within 0.5 percent.
     assert!((d.area / (PI * 100.0) - 1.0).abs() < 5e-3, "{}", d.area);
     assert!(d.rms < 1e-12 && d.gouge_max < 1e-12 && d.excess_max < 1e-12);

@@ -76,7 +76,7 @@ impl Method for Quaternion {
         for pair in keys.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             let (from, to) = (path.axis_angle[a], path.axis_angle[b]);
-            for (angle, s) in angles.iter_mut().zip(&path.arc).take(b + 1).skip(a) {
+            for (angle, s) in angles[a..=b].iter_mut().zip(&path.arc[a..=b]) {
                 let l = (s - path.arc[a]) / (path.arc[b] - path.arc[a]);
                 *angle = from + (to - from) * l;
             }

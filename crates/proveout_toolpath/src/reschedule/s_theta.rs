@@ -109,7 +109,8 @@ impl STheta {
         }
         layers.sort_by_key(|(layer, _)| layer.first);
         for (layer, curve) in &layers {
-            for (angle, s) in angles.iter_mut().zip(&path.arc).take(layer.last + 1).skip(layer.first) {
+            let blocks = layer.first..=layer.last;
+            for (angle, s) in angles[blocks.clone()].iter_mut().zip(&path.arc[blocks]) {
                 *angle = curve.at(*s);
             }
         }

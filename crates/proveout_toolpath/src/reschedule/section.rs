@@ -187,8 +187,13 @@ impl SectionPath {
     /// Blocks at which the path has turned by whole turns since its first block: layers of a section without altered points.
     fn turns(&self) -> Vec<usize> {
         let start = self.outgoing[0];
-        let count = ((self.outgoing[self.len() - 1] - start) / TAU + 1e-9).floor().clamp(0.0, 1e6) as usize;
-        (0..=count).filter_map(|k| self.outgoing.iter().position(|a| *a >= start + TAU * k as f64 - 1e-9)).collect()
+        let mut turns = Vec::new();
+        for (i, angle) in self.outgoing.iter().enumerate() {
+            if *angle >= start + TAU * turns.len() as f64 - 1e-9 {
+                turns.push(i);
+            }
+        }
+        turns
     }
 
     fn find_layers(&mut self) -> Result<(), RescheduleError> {
