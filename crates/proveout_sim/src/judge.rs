@@ -161,6 +161,8 @@ fn judge_gates(
             left_out.extend(unlimited);
             let unknown = loads.unknown.iter();
             left_out.extend(unknown.map(|(j, why)| format!("weight and coupling on the drive of {j}: {why}")));
+        } else {
+            checked += "; drives are not simulated, so that their force is not looked at";
         }
         Coverage { checked: Some(checked), left_out }
     };

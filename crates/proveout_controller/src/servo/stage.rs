@@ -13,6 +13,7 @@
 
 use std::collections::VecDeque;
 
+use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_nc::Location;
 use proveout_tool::Tool;
@@ -68,6 +69,8 @@ pub(crate) struct ServoStage<'m> {
     last: Option<Sample>,
     loads: JointValues,
     actual: [JointValues; 2],
+    /// Pose of the tool at the last knot.
+    pose: ToolPose,
     spans: VecDeque<Span>,
     blocks: VecDeque<BlockRecord>,
     events: VecDeque<Event>,
@@ -108,6 +111,7 @@ impl<'m> ServoStage<'m> {
             last: None,
             loads,
             actual: [home, JointValues::ZERO],
+            pose: machine.forward(&home, 0.0),
             spans: VecDeque::new(),
             blocks: VecDeque::new(),
             events: VecDeque::new(),
@@ -228,7 +232,7 @@ impl<'m> ServoStage<'m> {
         }
         sample.actual = self.actual[0];
         let planned_tip = self.machine.forward(&sample.commanded, self.sample_length).tip;
-        sample.pose = self.machine.forward(&sample.actual, self.sample_length);
+        sample.pose = self.pose;
         self.contour.push(planned_tip, &sample.pose.tip);
         sample.drive = Some(self.drives(sample));
         self.last = Some(*sample);
@@ -355,7 +359,9 @@ impl<'m> ServoStage<'m> {
     }
 
     fn push_knot(&mut self, time: f64, block: u32, bound: f64) {
-        self.trail.push(Knot { time, q: self.actual[0], v: self.actual[1], block, bound });
+        self.pose = self.machine.forward(&self.actual[0], self.sample_length);
+        let (tool_length, pose) = (self.sample_length, self.pose);
+        self.trail.push(Knot { time, q: self.actual[0], v: self.actual[1], block, bound, tool_length, pose });
     }
 
     fn saturation(&mut self, joint: usize, demand: f64, at: &Sample) {

@@ -31,6 +31,9 @@ pub(crate) struct Knot {
     pub(crate) block: u32,
     /// Bound of the cubic's deviation since the knot before, at the tool, mm.
     pub(crate) bound: f64,
+    /// Pose of a tool of this length, mm.
+    pub(crate) tool_length: f64,
+    pub(crate) pose: ToolPose,
 }
 
 /// Knots that are still needed, in order of time.
@@ -139,7 +142,12 @@ impl Trail {
     }
 
     fn stance(&self, time: f64, of: &SpanOf<'_>) -> Stance {
-        let q = self.position(time, self.at);
+        let at = self.interval(time, self.at);
+        let knots = self.knots.iter().skip(at).take(2);
+        if let Some(k) = knots.into_iter().find(|k| k.time == time && k.tool_length == of.tool_length) {
+            return Stance { time, q: k.q, pose: k.pose };
+        }
+        let q = self.position(time, at);
         Stance { time, q, pose: of.machine.forward(&q, of.tool_length) }
     }
 

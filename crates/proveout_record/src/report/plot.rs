@@ -96,7 +96,9 @@ fn draw_strip(out: &mut String, strip: &Strip<'_>, top: f64, width: f64, x: &imp
     let margin = 0.05 * (high - low);
     let (low, high) = (low - margin, high + margin);
     let y = |v: f64| bottom - (bottom - top) * ((v - low) / (high - low)).clamp(0.0, 1.0);
-    for v in ticks(low, high, 3) {
+    // At least two values, so that the scale can be read.
+    let marks = [3, 5, 8].map(|wanted| ticks(low, high, wanted)).into_iter().find(|t| t.len() > 1);
+    for v in marks.unwrap_or_default() {
         put(
             out,
             format_args!(
