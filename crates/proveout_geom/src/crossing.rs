@@ -86,8 +86,12 @@ impl TriMesh {
             let [on, ..] = self.corners(through);
             let edge = [corners[i], corners[j]].map(|v| self.positions[v as usize]);
             let [up, down] = edge.map(|x| (x - on).dot(&normal) / area);
-            (up.abs() > CLEAR && down.abs() > CLEAR)
-                .then(|| Crossing { of, through, edge, at: edge[0] + (edge[1] - edge[0]) * (up / (up - down)) })
+            (up.abs() > CLEAR && down.abs() > CLEAR).then(|| Crossing {
+                of,
+                through,
+                edge,
+                at: edge[0] + (edge[1] - edge[0]) * (up / (up - down)),
+            })
         })
     }
 }

@@ -13,8 +13,8 @@
 
 mod aabb;
 mod angle;
-mod crossing;
 pub mod blade;
+mod crossing;
 mod mesh;
 mod mesh_io;
 mod pose;
