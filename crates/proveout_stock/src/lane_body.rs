@@ -31,13 +31,18 @@ use crate::{
     meridian::Meridian,
     motion::{Piece, TURN_ERROR},
     span::SLIVER,
+    vec3,
 };
 
 /// A body on one piece of motion, for all lanes that are asked for. True when some may be left without proof.
 pub(crate) struct BodyOnLanes<'a> {
     pub piece: &'a Piece,
+    /// Range of the moving body along the rays, mm.
+    pub range: [f64; 2],
     pub body: &'a Meridian,
     pub maker: Maker,
+    /// Samples that a search may take.
+    pub steps: usize,
     pub lanes: &'a mut Lanes,
 }
 
@@ -52,10 +57,21 @@ impl WithSimd for BodyOnLanes<'_> {
 
 #[inline(always)]
 fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
-    let BodyOnLanes { piece, body, maker, lanes } = call;
+    let BodyOnLanes { piece, range: [low, high], body, maker, steps, lanes } = call;
     let motion = Motion::new(simd, piece, body);
     let mut all_proven = true;
+    // Where in time a point is nearest: its place along the part of the way that is across the axis.
+    let sideways = vec3::along(piece.travel, piece.axis, -vec3::dot(piece.travel, piece.axis));
+    let square = vec3::dot(sideways, sideways);
+    let across = L::splat3(simd, vec3::scale(sideways, if square > 1e-12 { 1.0 / square } else { 0.0 }));
     let zero = L::splat(simd, 0.0);
+    let (middle, axis) = (L::splat3(simd, piece.tip_at(0.5)), piece.axis_at(0.5));
+    // Weight of "as high as the material comes" against "near the ray": only an axis along the ray leaves the choice.
+    let weight = 0.02;
+    let per_height = 1.0 / (axis[1] * axis[1] + axis[2] * axis[2] + weight);
+    let along_ray = if axis[0].abs() > 0.1 { weight / axis[0] } else { 0.0 };
+    let (lowest, highest) = (body.rest_z, body.z[1]);
+    let axis = L::splat3(simd, axis);
     for g in 0..LANES / width::<S>() {
         if !lanes.asks::<S>(g) {
             continue;
@@ -63,15 +79,27 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let ray = Ray {
             u: load(simd, &lanes.u, g),
             v: load(simd, &lanes.v, g),
-            lo: load(simd, &lanes.lo, g),
-            hi: load(simd, &lanes.hi, g),
+            // Bounds of a turning half space grow with the length of the ray.
+            lo: load(simd, &lanes.lo, g).max(zero.same(low)),
+            hi: load(simd, &lanes.hi, g).min(zero.same(high)),
         };
         let state = load(simd, &lanes.state, g);
         let wanted = state.lt(state.same(UNPROVEN)) & ray.lo.lt(ray.hi);
         if !wanted.any() {
             continue;
         }
-        let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (ray.hi, zero.same(0.5)), wanted);
+        // Begin inside of the body if the ray meets it: at the point of the axis that is nearest to the ray, as high as the
+        // material comes when the axis runs along the ray.
+        let (du, dv) = (ray.u - middle[1], ray.v - middle[2]);
+        let top = (ray.hi - middle[0]) * zero.same(along_ray);
+        let height = ((du * axis[1] + dv * axis[2] + top) * zero.same(per_height))
+            .max(zero.same(lowest))
+            .min(zero.same(highest));
+        let s = (middle[0] + height * axis[0]).max(ray.lo).min(ray.hi);
+        let time =
+            (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
+        let time = time.max(zero).min(zero.same(1.0));
+        let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (s, time), wanted, steps);
         let met = above.covered | above.end;
         let mut hit = met;
         let mut below = above;
@@ -80,7 +108,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
             let jump = above.covered & above.fs.lt(zero.same(-0.05));
             let step = jump.select(above.f / above.fs, zero);
             let start = jump.select((ray.hi - step).max(ray.lo).min(ray.hi), ray.lo);
-            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met);
+            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met, steps);
             hit = met & (below.covered | below.end);
         }
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));

@@ -4,19 +4,18 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     lane_ball::bits,
-    lane_sample::{Motion, Ray, sample},
+    lane_sample::{Motion, Ray, clearance, sample},
     lane_set::ROW,
-    lanes::{L, along, dot, load, store, width},
+    lanes::{L, along, cross, dot, load, store, width},
     meridian::Meridian,
     step::Step,
-    vec3,
 };
 
 /// Rows of a tile that a body may meet on one step: a bit each.
 ///
 /// The half space is tangent to the body at mid-time, next to the point of the row's material that is nearest to the body as far
 /// as its axis tells. F is convex with a unit gradient: it holds the body at mid-time; at other times the body leaves it by at
-/// most half of its way along the normal, the bend of the way, and what the turn moves at the far end of the row.
+/// most half of its way along the normal, the bend of the way, and what the turn of the normal makes at the far end of the row.
 pub(crate) struct BodyOnRows<'a> {
     pub step: &'a Step,
     pub body: &'a Meridian,
@@ -45,7 +44,7 @@ fn rows<S: Simd, const TURNS: bool>(simd: S, call: BodyOnRows<'_>) -> u8 {
     let (tip, axis) = (L::splat3(simd, piece.tip_at(0.5)), L::splat3(simd, piece.axis_at(0.5)));
     let half_u = 0.5 * (u[1] - u[0]);
     let bend = if TURNS { piece.bend(body.reach) / 8.0 } else { 0.0 };
-    let swing = zero.same(vec3::norm(piece.turn));
+    let eighth_angle2 = zero.same(piece.angle2 / 8.0);
     let mut met = [0.0; ROW];
     for g in 0..ROW / width::<S>() {
         let (lo, hi) = (load(simd, lo, g).max(zero.same(step.low[0])), load(simd, hi, g).min(zero.same(step.high[0])));
@@ -57,9 +56,18 @@ fn rows<S: Simd, const TURNS: bool>(simd: S, call: BodyOnRows<'_>) -> u8 {
         let toward = q.fs.gt(zero).select(lo - s, hi - s);
         let mut value = q.f + q.fs * toward - half * q.ft.abs() - q.normal[1].abs() * zero.same(half_u);
         if TURNS {
-            let far = (s - lo).max(hi - s) + zero.same(half_u);
-            value = value - zero.same(bend) - half * swing * far;
+            // The normal turns with the body: its change along the ray and along u.
+            let far = (s - lo).max(hi - s);
+            let carried = cross(motion.omega, q.normal);
+            let turned = carried[0].abs() * far + carried[1].abs() * zero.same(half_u);
+            value = value - half * turned - eighth_angle2 * (far + zero.same(half_u)) - zero.same(bend);
         }
+        // Or held fixed in space, along the ray.
+        let across = q.normal_across();
+        let fixed = clearance::<S, TURNS>(&motion, body, across, q.y, half)
+            - across[0].abs() * (s - lo).max(hi - s)
+            - across[1].abs() * zero.same(half_u);
+        value = value.max(fixed);
         let open = lo.lt(hi) & !value.gt(zero);
         store(&mut met, g, open.select(zero.same(1.0), zero));
     }

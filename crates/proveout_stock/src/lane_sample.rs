@@ -46,41 +46,71 @@ pub(crate) struct Sample<S: Simd> {
     pub fs: L<S>,
     pub ft: L<S>,
     pub normal: L3<S>,
-    /// Curvature of F with time, and with time and height, by the shape of the body alone.
-    pub ftt: L<S>,
-    pub fts: L<S>,
-    /// From the tip to the point.
+    /// From the tip to the point, and the part of it across the axis.
     pub y: L3<S>,
+    p: L3<S>,
+    per_r: L<S>,
+    axis: L3<S>,
+    fr: L<S>,
+    fz: L<S>,
+    km: L<S>,
+    kr: L<S>,
 }
 
-/// How much deeper the body may be at other times than its sample says, by the half space of the sample held fixed in space.
+/// How far a point lies at least outside of the body at any time, by half spaces with the unit normal `n`, which stands still in
+/// space; `y`: from the tip at the time `tau` to the point.
 ///
 /// A point of the body at the distance X from the tip that turns by the angle w leaves the chord of its way by at most
 /// w^2 X / 8. The body lies in the hull of its tubes (see `meridian`), so its support on its way is at most the largest, over
 /// the tubes, of those at both ends of the motion and that.
 #[inline(always)]
-pub(crate) fn fixed_half_space<S: Simd>(motion: &Motion<S>, body: &Meridian, q: &Sample<S>, tau: L<S>) -> L<S> {
-    let (zero, one) = (q.f.same(0.0), q.f.same(1.0));
-    let last = along(motion.axis, motion.turn, one);
-    let (c0, c1) = (dot(q.normal, motion.axis), dot(q.normal, last));
-    let (sine0, sine1) = ((one - c0 * c0).max(zero).sqrt(), (one - c1 * c1).max(zero).sqrt());
-    let here = dot(q.normal, q.y);
-    let way = dot(q.normal, motion.travel);
+pub(crate) fn clearance<S: Simd, const TURNS: bool>(
+    motion: &Motion<S>,
+    body: &Meridian,
+    n: L3<S>,
+    y: L3<S>,
+    tau: L<S>,
+) -> L<S> {
+    let (zero, one) = (tau.same(0.0), tau.same(1.0));
+    let c0 = dot(n, motion.axis);
+    let sine0 = (one - c0 * c0).max(zero).sqrt();
+    let (c1, sine1) = if TURNS {
+        let c1 = dot(n, along(motion.axis, motion.turn, one));
+        (c1, (one - c1 * c1).max(zero).sqrt())
+    } else {
+        (c0, sine0)
+    };
+    let here = dot(n, y);
+    let way = dot(n, motion.travel);
     let (start, end) = (here + tau * way, here - (one - tau) * way);
     let bend = motion.angle2 * zero.same(0.125);
     let mut least = zero.same(f64::INFINITY);
     for [r, z, radius, reach] in &body.tubes {
         let (r, z) = (zero.same(*r), zero.same(*z));
-        let nearest = (start - sine0 * r - c0 * z).min(end - sine1 * r - c1 * z);
-        least = least.min(nearest - zero.same(*radius) - bend * zero.same(*reach));
+        let nearest = if TURNS {
+            (start - sine0 * r - c0 * z).min(end - sine1 * r - c1 * z) - bend * zero.same(*reach)
+        } else {
+            start.min(end) - (sine0 * r + c0 * z)
+        };
+        least = least.min(nearest - zero.same(*radius));
     }
-    q.f - least
+    least
+}
+
+impl<S: Simd> Sample<S> {
+    /// The normal turned to be perpendicular to the ray: the half space then says the same about all of the ray. Where the
+    /// normal runs along the ray, it stays.
+    #[inline(always)]
+    pub(crate) fn normal_across(&self) -> L3<S> {
+        let n = self.normal;
+        let across = (n[1] * n[1] + n[2] * n[2]).sqrt();
+        let enough = across.gt(across.same(0.1));
+        let per_across = across.same(1.0) / enough.select(across, across.same(1.0));
+        [enough.select(across.same(0.0), n[0]), n[1] * per_across, n[2] * per_across]
+    }
 }
 
 /// The body's function at a height of the ray and a time; see `Piece::sample` for the first derivatives.
-///
-/// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
-/// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
 #[inline(always)]
 pub(crate) fn sample<S: Simd, const TURNS: bool>(
     motion: &Motion<S>,
@@ -90,7 +120,7 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     tau: L<S>,
 ) -> Sample<S> {
     let (zero, one) = (s.same(0.0), s.same(1.0));
-    let w = if TURNS {
+    let axis = if TURNS {
         let x = tau * (one - tau) * motion.angle2;
         scale(along(motion.axis, motion.turn, tau), one + x * (s.same(0.5) + s.same(0.375) * x))
     } else {
@@ -98,30 +128,44 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     };
     let tip = along(motion.tip, motion.travel, tau);
     let y = [s - tip[0], ray.u - tip[1], ray.v - tip[2]];
-    let z = dot(y, w);
-    let p = along(y, w, -z);
+    let z = dot(y, axis);
+    let p = along(y, axis, -z);
     let r = dot(p, p).sqrt();
-    let on_axis = r.le(s.same(1e-12));
-    let per_r = on_axis.select(zero, one / on_axis.select(one, r));
+    let per_r = r.gt(s.same(1e-12)).select(one / r, zero);
     let Value { f, fr, fz, km } = function(body, r, z);
     let kr = fr * per_r;
-    let normal = along(scale(p, kr), w, fz);
-    let mut velocity = [-motion.travel[0], -motion.travel[1], -motion.travel[2]];
-    let mut ft = dot(normal, velocity);
+    let normal = along(scale(p, kr), axis, fz);
+    let mut ft = -dot(normal, motion.travel);
     if TURNS {
         ft = ft + dot(p, motion.turn) * (fz - kr * z);
-        let turning = cross(motion.omega, y);
-        velocity = [velocity[0] - turning[0], velocity[1] - turning[1], velocity[2] - turning[2]];
     }
-    let (pv, wv) = (dot(p, velocity) * per_r, dot(w, velocity));
-    let tv = fr * wv - fz * pv;
-    let ts = fr * w[0] - fz * p[0] * per_r;
-    let round = cross(w, p);
-    let av = dot(round, velocity) * per_r;
-    let a_s = round[0] * per_r;
-    let ftt = km * tv * tv + kr * av * av;
-    let fts = km * tv * ts + kr * av * a_s;
-    Sample { f, fs: normal[0], ft, normal, ftt, fts, y }
+    Sample { f, fs: normal[0], ft, normal, y, p, per_r, axis, fr, fz, km, kr }
+}
+
+impl<S: Simd> Sample<S> {
+    /// Curvature of F with time, with time and height, and with height, by the shape of the body alone.
+    ///
+    /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
+    /// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
+    #[inline(always)]
+    pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> [L<S>; 3] {
+        let (p, w) = (self.p, self.axis);
+        let mut velocity = motion.travel;
+        if TURNS {
+            let turning = cross(motion.omega, self.y);
+            velocity = [velocity[0] + turning[0], velocity[1] + turning[1], velocity[2] + turning[2]];
+        }
+        // The sign of the velocity: the body moves, the point stands.
+        let (pv, wv) = (-dot(p, velocity) * self.per_r, -dot(w, velocity));
+        let tv = self.fr * wv - self.fz * pv;
+        let ts = self.fr * w[0] - self.fz * p[0] * self.per_r;
+        let round = cross(w, p);
+        let av = -dot(round, velocity) * self.per_r;
+        let a_s = round[0] * self.per_r;
+        let (along_meridian, around) = (self.km * tv, self.kr * av);
+        let bend = self.km * ts * ts + self.kr * a_s * a_s;
+        [along_meridian * tv + around * av, along_meridian * ts + around * a_s, bend]
+    }
 }
 
 /// Value, gradient (d/dr, d/dz) and curvature along the meridian of the body's function; see `meridian`.
@@ -142,7 +186,7 @@ fn function<S: Simd>(body: &Meridian, r: L<S>, z: L<S>) -> Value<S> {
                 let square = x * x + y * y;
                 let sector = (f0 * y - f1 * x).ge(zero) & (x * l1 - y * l0).ge(zero) & square.gt(r.same(1e-24));
                 let length = square.sqrt();
-                let per_length = r.same(1.0) / sector.select(length, r.same(1.0));
+                let per_length = r.same(1.0) / length;
                 let (a, b) = (f0 * x + f1 * y, l0 * x + l1 * y);
                 let low = a.gt(b);
                 best = best.or(Value {

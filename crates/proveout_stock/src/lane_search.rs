@@ -3,20 +3,25 @@
 use pulp::Simd;
 
 use crate::{
-    lane_sample::{Motion, Ray, fixed_half_space, sample},
+    lane_sample::{Motion, Ray, clearance, sample},
     lanes::{L, Mask, cross, dot},
     meridian::Meridian,
     motion::{SEARCH_ERROR, TURN_ERROR},
     ray::REACHED,
 };
 
-/// Samples of one search.
-const STEPS: usize = 9;
+/// Samples of one search at first: most need three, and one ray holds up all that are searched with it.
+pub(crate) const STEPS: usize = 6;
+/// Samples of the second chance.
+pub(crate) const MORE_STEPS: usize = 24;
 /// An end counts as found when F is this near to zero (mm); a last step of Newton's method follows, so what remains is of
 /// second order.
 const FLAT: f64 = 1e-5;
 /// Least slope of F along the ray at an end: steeper grazing goes to the searches.
 const GRAZING: f64 = 0.004;
+
+/// Times at which F falls and grows bound the time looked for while the height moves by less than this, mm.
+const SAME_HEIGHT: f64 = 0.01;
 
 /// What a search found, one condition each; none of them: no proof.
 #[derive(Clone, Copy)]
@@ -40,6 +45,7 @@ struct Side<S: Simd> {
     f: L<S>,
     fs: L<S>,
     deficit: L<S>,
+    slope: L<S>,
 }
 
 impl<S: Simd> Side<S> {
@@ -49,6 +55,7 @@ impl<S: Simd> Side<S> {
         self.f = at.select(new.f, self.f);
         self.fs = at.select(new.fs, self.fs);
         self.deficit = at.select(new.deficit, self.deficit);
+        self.slope = at.select(new.slope, self.slope);
     }
 }
 
@@ -61,6 +68,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     sign: f64,
     start: (L<S>, L<S>),
     wanted: Mask<S>,
+    steps: usize,
 ) -> Found<S> {
     let (mut s, mut tau) = start;
     let (zero, one) = (s.same(0.0), s.same(1.0));
@@ -71,72 +79,93 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     let mut found = Found { covered: none, end: none, miss: none, s, tau, f: zero, fs: zero };
     let mut active = wanted;
     // Samples outside of the body between which F has its minimum along the ray.
-    let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero };
+    let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero, slope: zero };
     let mut sinking = rising;
-    // Times at which F falls and grows, with F_tau there; 0: none yet.
+    // Times at which F falls and grows at this height, with F_tau there; 0: none yet.
     let (mut falls, mut falls_at) = (zero, zero);
     let (mut grows, mut grows_at) = (zero, one);
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         let q = sample::<S, TURNS>(motion, body, ray, s, tau);
         let (left, right) = (tau, one - tau);
-        let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
-        let mut slope = zero;
-        if TURNS {
-            let carried = cross(motion.omega, q.normal);
-            let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
-                - motion.angle2 * dot(q.normal, q.y)
-                - s.same(2.0) * dot(carried, motion.travel);
-            let bend = s.same(0.5) * (-second).max(zero);
-            before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
-            after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
-            let far = left.max(right);
-            slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
-        }
-        let mut deficit = before.max(after);
-        let near = q.f.abs().le(s.same(FLAT));
-        if TURNS {
-            let open = active & (near | q.f.gt(zero)) & deficit.gt(allowed);
-            if open.any() {
-                let fixed = fixed_half_space(motion, body, &q, tau);
-                let better = open & fixed.lt(deficit);
-                deficit = better.select(fixed, deficit);
-                slope = better.select(zero, slope);
-            }
-        }
-        let inside = q.f.le(s.same(REACHED));
-        let covered = active & inside & s.ge(limit) & s.le(limit);
-        let steep = q.fs.abs();
-        let up = q.fs.gt(zero);
-        let (above, below) = (ray.hi - s, s - ray.lo);
-        let (toward, away) = (up.select(above, below), up.select(below, above));
-        let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
-        let mut miss = active & !inside & least.ge(-allowed);
-        let here = Side { s, f: q.f, fs: q.fs, deficit: deficit + slope * (ray.hi - ray.lo) };
-        rising.set(active & !inside & up, here);
-        sinking.set(active & !inside & !up, here);
-        let valley = rising.fs.gt(zero) & sinking.fs.lt(zero) & rising.s.gt(sinking.s) & !inside;
-        let mut lowest = s;
-        if (active & valley & !miss).any() {
-            // Both tangents bound F from below; where they cross the bound is least.
-            let per_slope = one / valley.select(rising.fs - sinking.fs, one);
-            lowest = (sinking.fs * sinking.s - rising.fs * rising.s + rising.f - sinking.f) * -per_slope;
-            let bound = rising.f + rising.fs * (lowest - rising.s);
-            miss = miss | (active & valley & (bound - rising.deficit.max(sinking.deficit)).ge(-allowed));
-        }
+        let (up, steep) = (q.fs.gt(zero), q.fs.abs());
         let rise = q.fs * outward;
-        let end = active
-            & near
-            & !covered
-            & !miss
-            & (deficit + s.same(FLAT)).le(allowed)
-            & rise.ge(s.same(GRAZING).max(slope));
-        let done = covered | miss | end;
-        if done.any() {
-            let at = end.select(s - q.f / end.select(q.fs, one), s);
-            found.covered = found.covered | covered;
+        let inside = q.f.le(s.same(REACHED));
+        let near = q.f.abs().le(s.same(FLAT));
+        let covered = active & inside & s.ge(limit) & s.le(limit);
+        let mut done = covered;
+        found.covered = found.covered | covered;
+        let outside = active & !inside;
+        let mut valley = none;
+        let mut lowest = s;
+        if (outside | (active & near & !covered)).any() {
+            let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
+            let mut slope = zero;
+            if TURNS {
+                let carried = cross(motion.omega, q.normal);
+                let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
+                    - motion.angle2 * dot(q.normal, q.y)
+                    - s.same(2.0) * dot(carried, motion.travel);
+                let bend = s.same(0.5) * (-second).max(zero);
+                before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
+                after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
+                let far = left.max(right);
+                slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
+            }
+            let mut deficit = before.max(after);
+            let (above, below) = (ray.hi - s, s - ray.lo);
+            let (toward, away) = (up.select(above, below), up.select(below, above));
+            let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
+            let mut miss = outside & least.ge(-allowed);
+            let apart = outside & !miss;
+            let open = if TURNS { apart | (active & near & deficit.gt(allowed)) } else { apart };
+            if open.any() {
+                // Ends want the half space of the sample, misses one along the ray: it says the same about all of the ray.
+                let across = (apart & !near).select3(q.normal_across(), q.normal);
+                let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
+                let parallel = across[0].abs();
+                miss = miss | (apart & (clear - parallel * away).ge(-allowed));
+                if TURNS {
+                    let better = open & near & (q.f - clear).lt(deficit);
+                    deficit = better.select(q.f - clear, deficit);
+                    slope = better.select(zero, slope);
+                }
+            }
+            if (outside & !miss).any() {
+                let here = Side { s, f: q.f, fs: q.fs, deficit, slope };
+                // At a time far from the best one a sample proves nothing, and leads astray.
+                let telling = outside & q.f.gt(deficit);
+                rising.set(telling & up, here);
+                sinking.set(telling & !up, here);
+                valley = outside & rising.fs.gt(zero) & sinking.fs.lt(zero) & rising.s.gt(sinking.s);
+                if (valley & !miss).any() {
+                    // Both tangents bound F from below; where they cross the bound is least.
+                    let per_slope = one / valley.select(rising.fs - sinking.fs, one);
+                    lowest = (sinking.fs * sinking.s - rising.fs * rising.s + rising.f - sinking.f) * -per_slope;
+                    let bound = rising.f + rising.fs * (lowest - rising.s);
+                    let right = rising.deficit + rising.slope * (rising.s - lowest);
+                    let left = sinking.deficit + sinking.slope * (lowest - sinking.s);
+                    // Further out both must grow although they turn.
+                    let grow = rising.fs.ge(rising.slope) & (-sinking.fs).ge(sinking.slope);
+                    miss = miss | (valley & grow & (bound - right.max(left)).ge(-allowed));
+                    // Tangents at different times may cross anywhere.
+                    let room = (rising.s - sinking.s) * s.same(0.05);
+                    let between = lowest.gt(sinking.s + room) & lowest.lt(rising.s - room);
+                    lowest = between.select(lowest, (sinking.s + rising.s) * s.same(0.5));
+                }
+            }
+            let end = active
+                & near
+                & !covered
+                & !miss
+                & (deficit + s.same(FLAT)).le(allowed)
+                & rise.ge(s.same(GRAZING).max(slope));
+            done = done | miss | end;
             found.miss = found.miss | miss;
             found.end = found.end | end;
-            found.s = done.select(at, found.s);
+            found.s = end.select(s - q.f / end.select(q.fs, one), found.s);
+        }
+        if done.any() {
+            found.s = (done & !found.end).select(s, found.s);
             found.tau = done.select(tau, found.tau);
             found.f = done.select(q.f, found.f);
             found.fs = done.select(q.fs, found.fs);
@@ -150,22 +179,50 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let deep = inside & turned;
         let stay = !inside & turned;
         let newton = s - q.f / turned.select(one, q.fs);
-        let still = valley.select(lowest, s);
-        let next = deep.select(limit, stay.select(still, newton)).max(ray.lo).min(ray.hi);
-        let slant = q.ft + q.fts * (next - s);
-        let falling = q.ft.lt(zero);
-        (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
-        (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));
-        let crossed = falls_at.gt(grows_at);
-        grows = (crossed & falling).select(zero, grows);
-        falls = (crossed & !falling).select(zero, falls);
-        let step = tau - slant / q.ftt.max(s.same(1e-9));
-        let both = falls.lt(zero) & grows.gt(zero);
-        let between = step.gt(falls_at) & step.lt(grows_at);
-        let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);
-        let time = (both & !between).select(secant, step).max(zero).min(one);
-        s = active.select(next, s);
-        tau = active.select(time, tau);
+        // Newton's method from one side of the minimum may land on the other side.
+        let past = valley & (newton.le(sinking.s) | newton.ge(rising.s));
+        let astray = active & (stay | past);
+        // At the beginning and at the end of the motion most searches only want the height.
+        let settled = (tau.le(zero) & q.ft.ge(zero)) | (tau.ge(one) & q.ft.le(zero));
+        let mut next = deep.select(limit, newton);
+        let shallow = active & inside & rise.lt(s.same(0.5));
+        if (astray | shallow | (active & !settled)).any() {
+            let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
+            // Out of the body where its skin is round: the parabola with the same height, slope and curvature.
+            let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
+            let round = shallow & fss.gt(s.same(1e-3));
+            let out = (root - rise) / round.select(fss, one);
+            next = round.select(s + outward * out, next);
+            if astray.any() {
+                // To the minimum of F along the ray, the time going along with the height.
+                let per_ftt = one / ftt.max(s.same(1e-9));
+                let share = settled.select(zero, fts * per_ftt);
+                let (slope, bend) = (q.fs - share * q.ft, fss - share * fts);
+                let bottom = s - slope / bend.max(s.same(1e-4));
+                let between = bottom.gt(sinking.s) & bottom.lt(rising.s);
+                let known = bend.gt(s.same(1e-3)) & (!valley | between);
+                next = astray.select(known.select(bottom, valley.select(lowest, limit)), next);
+            }
+            next = next.max(ray.lo).min(ray.hi);
+            let far = (next - s).abs().gt(s.same(SAME_HEIGHT));
+            let slant = q.ft + fts * (next - s);
+            let falling = q.ft.lt(zero);
+            (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
+            (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));
+            let crossed = falls_at.gt(grows_at);
+            grows = (crossed & falling).select(zero, grows);
+            falls = (crossed & !falling).select(zero, falls);
+            let step = tau - slant / ftt.max(s.same(1e-9));
+            let both = falls.lt(zero) & grows.gt(zero) & !far;
+            let between = step.gt(falls_at) & step.lt(grows_at);
+            let secant = falls_at + (grows_at - falls_at) * falls / both.select(falls - grows, one);
+            let time = (both & !between).select(secant, step).max(zero).min(one);
+            // What this height says about the time is worth nothing far from it.
+            (falls, grows) = (far.select(zero, falls), far.select(zero, grows));
+            (falls_at, grows_at) = (far.select(zero, falls_at), far.select(one, grows_at));
+            tau = (active & !settled).select(time, tau);
+        }
+        s = active.select(next.max(ray.lo).min(ray.hi), s);
     }
     found
 }

@@ -16,8 +16,6 @@ pub(crate) const TAKEN: f64 = 1.0;
 pub(crate) const UNPROVEN: f64 = 2.0;
 /// Nobody asks.
 pub(crate) const IDLE: f64 = 3.0;
-/// Material was met, and reported.
-pub(crate) const MET: f64 = 4.0;
 
 /// Maker of an end that was there before the batch began.
 pub(crate) const OLD: f64 = -1.0;
@@ -48,6 +46,7 @@ pub(crate) struct Lanes {
     pub ray: [u8; LANES],
     /// Rows that are asked for, one bit each.
     pub rows: u8,
+    /// Lanes that [`Self::push`] has filled.
     n: usize,
 }
 
@@ -92,19 +91,15 @@ impl Default for Lanes {
 }
 
 impl Lanes {
+    #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.n
     }
 
-    pub(crate) fn is_full(&self) -> bool {
-        self.n == LANES
-    }
-
     /// Empties all lanes.
     pub(crate) fn clear(&mut self) {
-        for k in 0..self.n {
-            (self.lo[k], self.hi[k]) = (f64::INFINITY, f64::NEG_INFINITY);
-        }
+        self.lo = [f64::INFINITY; LANES];
+        self.hi = [f64::NEG_INFINITY; LANES];
         self.n = 0;
         self.hush();
     }
@@ -115,8 +110,7 @@ impl Lanes {
         self.rows = 0;
     }
 
-    /// Asks for a lane.
-    pub(crate) fn ask(&mut self, k: usize) {
+    fn ask(&mut self, k: usize) {
         self.state[k] = NOTHING;
         self.rows |= 1 << (k / ROW);
     }
@@ -136,14 +130,13 @@ impl Lanes {
         self.rows >> (g * width::<S>() / ROW) & 1 == 1
     }
 
-    /// Adds a lane; false when all are in use.
-    pub(crate) fn push(&mut self, strip: &Strip) -> bool {
-        if self.is_full() {
-            return false;
+    /// Adds a lane and asks for it; nothing happens when all are in use.
+    pub(crate) fn push(&mut self, strip: &Strip) {
+        if self.n < LANES {
+            self.n += 1;
+            self.set(self.n - 1, strip);
+            self.ask(self.n - 1);
         }
-        self.n += 1;
-        self.set(self.n - 1, strip);
-        true
     }
 
     pub(crate) fn set(&mut self, k: usize, s: &Strip) {
@@ -151,7 +144,6 @@ impl Lanes {
         (self.lo[k], self.hi[k]) = (s.lo, s.hi);
         (self.lo_by[k], self.hi_by[k]) = (s.lo_by, s.hi_by);
         (self.lo_tau[k], self.hi_tau[k]) = (s.lo_tau, s.hi_tau);
-        self.n = self.n.max(k + 1);
     }
 
     pub(crate) fn strip(&self, k: usize) -> Strip {

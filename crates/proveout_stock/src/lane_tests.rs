@@ -6,16 +6,18 @@ use proveout_tool::{Profile, Segment};
 use pulp::{Arch, WithSimd};
 
 use crate::{
-    SweepMotion,
-    lane_ball::BallOnLanes,
+    Action, SweepItem, SweepMotion,
+    lane_ball::{BallOnLanes, BallOnRows, BallPath},
     lane_body::BodyOnLanes,
-    lanes::{LANES, Lanes, TAKEN, UNPROVEN},
+    lane_rows::BodyOnRows,
+    lane_set::{LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN},
     meridian::Meridian,
     motion::{Piece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
     ray::{Ray, Taken},
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
     ray_turn::sweep_turning,
+    step::{Batch, Split},
 };
 
 fn number(k: u32, salt: f64) -> f64 {
@@ -63,7 +65,7 @@ fn motion(k: u32, turn: f64) -> SweepMotion {
 /// Rays of set `a` near the tip with material below z = 0.
 fn rays(k: u32, a: usize) -> Lanes {
     let mut lanes = Lanes::default();
-    for r in 0..LANES - 3 {
+    for r in 0..LANES {
         let n = |salt: f64| number(k * 64 + r as u32, salt);
         let (u, v) = if a == 2 {
             (5.0 * n(12.0), 5.0 * n(13.0))
@@ -73,20 +75,13 @@ fn rays(k: u32, a: usize) -> Lanes {
             (-2.0 * n(12.0).abs(), 5.0 * n(13.0))
         };
         let (lo, hi) = if a == 2 { (-20.0, 0.0) } else { (6.0 * n(14.0), 20.0) };
-        lanes.push(r, u, v, lo, hi);
+        lanes.push(&Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
     }
-    lanes.pad();
     lanes
 }
 
-fn bits(l: &Lanes) -> Vec<[u64; 9]> {
-    let row = |k: usize| {
-        let mut x = [l.state[k], l.from[k], l.to[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        for i in 0..3 {
-            (x[3 + i], x[6 + i]) = (l.from_normal[i][k], l.to_normal[i][k]);
-        }
-        x.map(f64::to_bits)
-    };
+fn bits(l: &Lanes) -> Vec<[u64; 5]> {
+    let row = |k: usize| [l.state[k], l.from[k], l.to[k], l.from_tau[k], l.to_tau[k]].map(f64::to_bits);
     (0..l.len()).map(row).collect()
 }
 
@@ -116,8 +111,13 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
         for whole in pieces(&motion(k, turn), body.radius) {
             let piece: Piece = permuted(&whole, a);
             let lanes = both(&start, |lanes, wide| {
-                let call = BodyOnLanes { piece: &piece, body: &body, lanes };
-                if wide { Arch::new().dispatch(call) } else { call.with_simd(pulp::Scalar::new()) }
+                let range = [-100.0, 100.0];
+                let call = BodyOnLanes { piece: &piece, range, body: &body, maker: Maker::whole(0), steps: 9, lanes };
+                if wide {
+                    Arch::new().dispatch(call)
+                } else {
+                    call.with_simd(pulp::Scalar::new())
+                };
             });
             for r in 0..lanes.len() {
                 let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
@@ -137,9 +137,9 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
                 let to = taken.iter().map(|t| t.hi.s).fold(f64::NEG_INFINITY, f64::max).min(ray.hi);
                 if lanes.state[r] == TAKEN {
                     let (lane_from, lane_to) = (lanes.from[r].max(ray.lo), lanes.to[r].min(ray.hi));
-                    let slope = |n: &[[f64; LANES]; 3]| n[0][r].abs().max(0.02);
-                    let off = ((lane_from - from).abs() * slope(&lanes.from_normal))
-                        .max((lane_to - to).abs() * slope(&lanes.to_normal));
+                    let slope = |s: f64, tau: f64| piece.sample(&body, ray.at(s), tau).fs.abs().max(0.02);
+                    let off = ((lane_from - from).abs() * slope(lane_from, lanes.from_tau[r]))
+                        .max((lane_to - to).abs() * slope(lane_to, lanes.to_tau[r]));
                     // A chord through a body of 2 mm radius or more that one misses is shallow: depth = length^2 / 16.
                     let shallow = taken.is_empty() && (lane_to - lane_from).powi(2) / 16.0 < bound;
                     assert!(off < bound || shallow, "{profile:?} {piece:?} {ray:?}: {lane_from} {lane_to}, {taken:?}");
@@ -185,25 +185,77 @@ fn the_ball_on_lanes_is_the_closed_form() {
         }
         let start = rays(k, a);
         for whole in ball_pieces(&motion, z) {
-            let piece = permuted(&whole, a);
+            let path = BallPath::new(&permuted(&whole, a), z, radius);
             let lanes = both(&start, |lanes, wide| {
-                let call = BallOnLanes { piece: &piece, center_z: z, radius, lanes };
+                let call = BallOnLanes { path: &path, maker: Maker::whole(0), lanes };
                 if wide { Arch::new().dispatch(call) } else { call.with_simd(pulp::Scalar::new()) }
             });
             for r in 0..lanes.len() {
                 let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };
-                let one = sweep_ball(&piece, z, radius, &ray);
+                let one = sweep_ball(&path, &ray);
                 assert_eq!(one.is_some(), lanes.state[r] == TAKEN);
                 if let Some(t) = one {
                     met += 1;
                     // Only the order of rounding differs.
                     assert!((t.lo.s - lanes.from[r]).abs() < 1e-9 && (t.hi.s - lanes.to[r]).abs() < 1e-9);
-                    for i in 0..3 {
-                        assert!((t.lo.normal[i] - lanes.from_normal[i][r]).abs() < 1e-9);
-                    }
+                    assert!((t.lo.tau - lanes.from_tau[r]).abs() < 1e-6 && (t.hi.tau - lanes.to_tau[r]).abs() < 1e-6);
                 }
             }
         }
     }
     assert!(met > 2000);
+}
+
+/// A row that is cleared must hold no ray that the searches find the body on.
+#[test]
+fn rows_that_are_cleared_are_not_met() {
+    let (mut cleared, mut met) = (0, 0);
+    for (profile, is_ball) in [(ball(), true), (bull(5.0, 3.0), false), (flat(5.0), false)] {
+        let body = if is_ball { Meridian::split(&profile) } else { Meridian::whole(&profile) };
+        for k in 0..600 {
+            let a = (k % 3) as usize;
+            let turn = [0.0, 0.011, 0.05][(k / 3 % 3) as usize];
+            let n = |salt: f64| number(k, salt);
+            let u0 = 5.0 * n(21.0);
+            let v0 = 5.0 * n(22.0);
+            let v: [f64; ROW] = std::array::from_fn(|j| v0 + 0.1 * j as f64);
+            let lo: [f64; ROW] = std::array::from_fn(|j| -6.0 + number(k * 8 + j as u32, 23.0));
+            let hi: [f64; ROW] = std::array::from_fn(|j| lo[j] + 6.0 * (1.0 + number(k * 8 + j as u32, 24.0)));
+            let split = Split::of(&item(&profile, motion(k, turn)), &body);
+            let items = [item(&profile, motion(k, turn))];
+            let bodies = [body.clone()];
+            let batch = Batch::new(&items, &[0], &[split], &bodies);
+            for step in &batch.steps[a] {
+                let (u, v, lo, hi) = ([u0, u0 + 0.7], &v, &lo, &hi);
+                let rows = |wide: bool| match (&step.ball, wide) {
+                    (Some(path), true) => Arch::new().dispatch(BallOnRows { path, u, v, lo, hi }),
+                    (Some(path), false) => BallOnRows { path, u, v, lo, hi }.with_simd(pulp::Scalar::new()),
+                    (None, true) => Arch::new().dispatch(BodyOnRows { step, body: &body, u, v, lo, hi }),
+                    (None, false) => BodyOnRows { step, body: &body, u, v, lo, hi }.with_simd(pulp::Scalar::new()),
+                };
+                let found = rows(true);
+                assert_eq!(found, rows(false), "the instructions of the processor must not change a bit");
+                met += found.count_ones();
+                for j in (0..ROW).filter(|j| found >> j & 1 == 0) {
+                    cleared += 1;
+                    for i in 0..8 {
+                        let ray = Ray { u: u0 + 0.1 * f64::from(i), v: v[j], lo: lo[j], hi: hi[j] };
+                        let mut taken: Vec<Taken> = Vec::new();
+                        match &step.ball {
+                            Some(path) => taken.extend(sweep_ball(path, &ray)),
+                            None => sweep_turning(&step.piece, &body, &ray, &mut taken),
+                        }
+                        // The search may take what the body misses by the bound of a turn.
+                        let long = taken.iter().map(|t| t.hi.s.min(ray.hi) - t.lo.s.max(ray.lo)).fold(0.0, f64::max);
+                        assert!(long < 1e-2, "{step:?} {ray:?} {taken:?}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(cleared > 2000 && met > 1000, "{cleared} {met}");
+}
+
+fn item(body: &Profile, motion: SweepMotion) -> SweepItem<'_> {
+    SweepItem { id: 0, body, action: Action::Remove, motion }
 }

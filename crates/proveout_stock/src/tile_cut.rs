@@ -1,28 +1,32 @@
 //! Takes what the lanes say away from the material of a tile, and adds it up.
 //!
-//! The lowest intervals of all rays go side by side; those further up, and rays of which more than one interval is taken, one by
-//! one. Sums run over sixteen columns of lanes in the order of the rays and then over the columns, so that every processor adds
+//! The intervals of a layer go side by side, layers from above, so that what moves up or down has been worked on; lanes of which
+//! more than one interval is taken go one by one. Sums run over sixteen columns of lanes in the order of the rays and then over the columns, so that every processor adds
 //! in the same order.
 
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lane_set::{Cut, LANES, MET, ROW, Strip, TAKEN},
+    lane_set::{Cut, LANES, ROW, Strip, TAKEN},
     lanes::{L, load, put, store, width},
     span::SLIVER,
-    tile_field::{Field, Left, Partial},
+    tile_field::{Field, Layer, Left, Partial},
 };
 
 /// Columns of the sums.
 const COLUMNS: usize = 16;
 
-/// Takes what the lanes of the lowest intervals say.
-pub(crate) struct CutFirst<'a> {
-    pub field: &'a mut Field,
+/// Takes what the lanes of a layer say.
+pub(crate) struct CutLayer<'a> {
+    pub layer: &'a mut Layer,
     pub removes: bool,
     pub sum: &'a mut Partial,
+    /// Rays that have been counted: not zero.
+    pub counted: &'a mut [f64; LANES],
     /// Upper parts of intervals that were cut in two.
     pub torn: &'a mut Vec<Strip>,
+    /// Rays whose interval is gone, one bit each.
+    pub gone: &'a mut u64,
 }
 
 struct Sums {
@@ -35,12 +39,12 @@ struct Sums {
     count: [f64; COLUMNS],
 }
 
-impl WithSimd for CutFirst<'_> {
+impl WithSimd for CutLayer<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { field, removes, sum, torn } = self;
+        let Self { layer, removes, sum, counted, torn, gone } = self;
         let zero = L::splat(simd, 0.0);
         let (one, taken, sliver) = (zero.same(1.0), zero.same(TAKEN), zero.same(SLIVER));
         let (none_lo, none_hi) = (zero.same(f64::INFINITY), zero.same(f64::NEG_INFINITY));
@@ -55,7 +59,7 @@ impl WithSimd for CutFirst<'_> {
         };
         let mut met_rows = 0_u8;
         for g in 0..LANES / width::<S>() {
-            let lanes = &mut field.first;
+            let lanes = &mut layer.lanes;
             if !lanes.asks::<S>(g) {
                 continue;
             }
@@ -72,10 +76,10 @@ impl WithSimd for CutFirst<'_> {
             met_rows |= 1 << row;
             let (left_below, left_above) = (from - lo, hi - to);
             let (below, above) = (met & left_below.gt(sliver), met & left_above.gt(sliver));
-            let gone = hi - lo - below.select(left_below, zero) - above.select(left_above, zero);
+            let taken_away = hi - lo - below.select(left_below, zero) - above.select(left_above, zero);
             let c = g % (COLUMNS / width::<S>());
             let length = load(simd, &sums.length, c);
-            store(&mut sums.length, c, length + met.select(gone, zero));
+            store(&mut sums.length, c, length + met.select(taken_away, zero));
             let longer = met & overlap.gt(load(simd, &sums.longest, c));
             put(c, &mut sums.longest, longer, overlap);
             put(c, &mut sums.middle, longer, zero.same(0.5) * (from + to));
@@ -85,8 +89,9 @@ impl WithSimd for CutFirst<'_> {
             let high = load(simd, &sums.high, c);
             put(c, &mut sums.high, met & to.gt(high), to);
             let count = load(simd, &sums.count, c);
-            store(&mut sums.count, c, count + met.select(one, zero));
-            put(g, &mut lanes.state, met, zero.same(MET));
+            let before = load(simd, counted, g);
+            store(&mut sums.count, c, count + met.select(one - before, zero));
+            store(counted, g, met.select(one, before));
             if !removes {
                 continue;
             }
@@ -110,112 +115,92 @@ impl WithSimd for CutFirst<'_> {
             put(g, &mut lanes.lo_tau, upper, to_tau);
             store(&mut lanes.hi, g, whole.select(none_hi, below.select(from, hi)));
             store(&mut lanes.lo, g, whole.select(none_lo, upper.select(to, lo)));
-            field.torn |= field.has_many() && whole.any();
+            if whole.any() {
+                let mut which = [0.0; ROW];
+                store(&mut which, 0, whole.select(one, zero));
+                for (i, &w) in which.iter().enumerate() {
+                    *gone |= u64::from(w > 0.0) << (g * width::<S>() + i);
+                }
+            }
         }
         if met_rows == 0 {
             return;
         }
         if removes {
-            field.changed = true;
             for row in (0..ROW).filter(|row| met_rows >> row & 1 == 1) {
                 let (mut lo, mut hi) = (none_lo, none_hi);
                 for g in row * ROW / width::<S>()..(row + 1) * ROW / width::<S>() {
-                    lo = load(simd, &field.first.lo, g).min(lo);
-                    hi = load(simd, &field.first.hi, g).max(hi);
+                    lo = load(simd, &layer.lanes.lo, g).min(lo);
+                    hi = load(simd, &layer.lanes.hi, g).max(hi);
                 }
-                (field.row_lo[row], field.row_hi[row]) = (lo.lowest(), hi.highest());
+                (layer.row_lo[row], layer.row_hi[row]) = (lo.lowest(), hi.highest());
             }
         }
-        add(&sums, met_rows, field, sum);
+        add(&sums, met_rows, layer, sum);
     }
 }
 
 /// Adds the columns to what the item met.
 #[inline(always)]
-fn add(sums: &Sums, met_rows: u8, field: &Field, sum: &mut Partial) {
-    let mut columns = [0.0; ROW];
-    for (c, &count) in sums.count.iter().enumerate() {
-        columns[c % ROW] += count;
-    }
+fn add(sums: &Sums, met_rows: u8, layer: &Layer, sum: &mut Partial) {
     let (mut count, mut length) = (0.0, 0.0);
     for c in 0..ROW {
-        count += columns[c];
+        count += sums.count[c] + sums.count[c + ROW];
         length += sums.length[c] + sums.length[c + ROW];
         sum.range[0] = if sums.low[c] < sum.range[0] { sums.low[c] } else { sum.range[0] };
         sum.range[0] = if sums.low[c + ROW] < sum.range[0] { sums.low[c + ROW] } else { sum.range[0] };
         sum.range[1] = if sums.high[c] > sum.range[1] { sums.high[c] } else { sum.range[1] };
         sum.range[1] = if sums.high[c + ROW] > sum.range[1] { sums.high[c + ROW] } else { sum.range[1] };
-        if columns[c] > 0.0 {
-            let u = field.first.u[c];
+        if sums.longest[c] > 0.0 || sums.longest[c + ROW] > 0.0 {
+            let u = layer.lanes.u[c];
             sum.u = [sum.u[0].min(u), sum.u[1].max(u)];
         }
     }
     sum.rays += count as u32;
     sum.length += length;
-    let rows = [met_rows.trailing_zeros() as usize, 7 - met_rows.leading_zeros() as usize];
-    sum.v = [sum.v[0].min(field.row_v[rows[0]]), sum.v[1].max(field.row_v[rows[1]])];
+    let [first, last] = [met_rows.trailing_zeros() as usize, 7 - met_rows.leading_zeros() as usize];
+    sum.v = [sum.v[0].min(layer.lanes.v[first * ROW]), sum.v[1].max(layer.lanes.v[last * ROW])];
     for (c, &longest) in sums.longest.iter().enumerate() {
         if longest > 0.0 && longest >= sum.longest {
             let ray = sums.row[c] as usize * ROW + c % ROW;
             if longest > sum.longest || ray < sum.ray {
                 (sum.longest, sum.ray) = (longest, ray);
-                sum.at = [sums.middle[c], field.first.u[ray], field.first.v[ray]];
+                sum.at = [sums.middle[c], layer.lanes.u[ray], layer.lanes.v[ray]];
             }
         }
     }
 }
 
-/// Takes what the lanes of the other intervals say.
-pub(crate) fn cut_more(field: &mut Field, removes: bool, sum: &mut Partial, torn: &mut Vec<Strip>, counted: &mut u64) {
-    for b in 0..field.more.len() {
-        for k in 0..field.more[b].len() {
-            if field.more[b].state[k] == TAKEN {
-                let cut = field.more[b].cut(k);
-                cut_lane(field, Some(b), k, &cut, removes, sum, torn, counted);
-            }
-        }
-    }
-}
-
-/// Takes one interval from one lane (of `more[block]`, or of the lowest intervals).
-#[allow(clippy::too_many_arguments, reason = "one step of the two loops above")]
+/// Takes one interval from one lane.
 pub(crate) fn cut_lane(
     field: &mut Field,
-    block: Option<usize>,
-    k: usize,
+    (k, r): (usize, usize),
     cut: &Cut,
     removes: bool,
     sum: &mut Partial,
-    torn: &mut Vec<Strip>,
-    counted: &mut u64,
+    counted: &mut [f64; LANES],
 ) {
-    let lanes = match block {
-        Some(b) => &mut field.more[b],
-        None => &mut field.first,
-    };
-    let strip = lanes.strip(k);
+    let layer = &mut field.layers_mut()[k];
+    let strip = layer.lanes.strip(r);
     let Some(left) = Left::of(&strip, cut) else { return };
-    if *counted >> strip.ray & 1 == 0 {
-        *counted |= 1 << strip.ray;
-        sum.rays += 1;
-    }
+    sum.rays += u32::from(counted[r] == 0.0);
+    counted[r] = 1.0;
     sum.add(&strip, left.met, left.gone);
     if !removes {
         return;
     }
-    field.changed = true;
     match (left.below, left.above) {
         (Some(below), above) => {
-            lanes.set(k, &below);
-            torn.extend(above);
+            layer.lanes.set(r, &below);
+            layer.measure_row(r / ROW);
+            if let Some(above) = above {
+                field.insert_above(k, &above);
+            }
         }
-        (None, Some(above)) => lanes.set(k, &above),
-        (None, None) => {
-            lanes.remove(k);
-            field.torn |= field.has_many();
+        (None, Some(above)) => {
+            layer.lanes.set(r, &above);
+            layer.measure_row(r / ROW);
         }
-    }
-    if block.is_none() {
-        field.measure_row(k / ROW);
+        (None, None) => field.close(k, r),
     }
 }

@@ -1,59 +1,56 @@
 //! A tile spread out over lanes while a batch works on it.
 //!
 //! ```text
-//!     ray 0  ===---====---=          first: lane r holds the lowest interval of ray r
-//!     ray 1  =====                   more:  lanes for all others, in the order of the rays, rising
+//!     ray 0  ===---====---=          layer k, lane r: interval k of ray r, counted from below
+//!     ray 1  =====
 //!     ray 2    ====---==
-//!            ^ first  ^ more
+//!            ^ 0   ^ 1    ^ 2
 //! ```
 //!
 //! Which interval is where follows from the material alone, so results do not depend on how a program is cut into batches.
 
 use crate::{
     grid::{Grid, TILE},
-    lane_set::{LANES, Lanes, OLD, ROW, Strip},
+    lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip},
     span::{Mark, SLIVER, Span},
     tile::Tile,
 };
 
+/// One interval of each ray.
+#[derive(Debug, Default)]
+pub(crate) struct Layer {
+    pub lanes: Lanes,
+    /// Range of each row, mm; lo > hi: empty.
+    pub row_lo: [f64; ROW],
+    pub row_hi: [f64; ROW],
+}
+
 /// See the module.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Field {
-    pub first: Lanes,
-    pub more: Vec<Lanes>,
-    /// Rays with more than one interval, one bit each.
-    many: u64,
+    /// Those in use, and others that wait to be.
+    layers: Vec<Layer>,
+    depth: usize,
+    columns: [f64; ROW],
     /// Ray centers along v of the rows, and the range along u.
     pub row_v: [f64; ROW],
     pub u: [f64; 2],
-    /// Range of the first intervals of each row, mm.
-    pub row_lo: [f64; ROW],
-    pub row_hi: [f64; ROW],
     /// Range of all, mm.
     pub lo: f64,
     pub hi: f64,
-    /// Whether anything was taken away, and lanes of `more` are to be put in order.
+    /// Whether anything was taken away.
     pub changed: bool,
-    pub torn: bool,
-    order: Vec<Strip>,
 }
 
-impl Default for Field {
-    fn default() -> Self {
-        Self {
-            first: Lanes::default(),
-            more: Vec::new(),
-            many: 0,
-            row_v: [0.0; ROW],
-            u: [0.0; 2],
-            row_lo: [f64::INFINITY; ROW],
-            row_hi: [f64::NEG_INFINITY; ROW],
-            lo: f64::INFINITY,
-            hi: f64::NEG_INFINITY,
-            changed: false,
-            torn: false,
-            order: Vec::new(),
+impl Layer {
+    /// Takes the range of a row anew.
+    pub(crate) fn measure_row(&mut self, row: usize) {
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for k in row * ROW..(row + 1) * ROW {
+            lo = if self.lanes.lo[k] < lo { self.lanes.lo[k] } else { lo };
+            hi = if self.lanes.hi[k] > hi { self.lanes.hi[k] } else { hi };
         }
+        (self.row_lo[row], self.row_hi[row]) = (lo, hi);
     }
 }
 
@@ -62,141 +59,116 @@ impl Field {
     pub(crate) fn fill(&mut self, grid: &Grid, index: usize, tile: &Tile) {
         let (a, [i0, j0]) = grid.tile_place(index);
         let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
-        self.first.clear();
-        for lanes in &mut self.more {
-            lanes.clear();
-        }
-        (self.many, self.changed, self.torn) = (0, false, false);
-        let columns: [f64; TILE] = std::array::from_fn(|i| grid.center(u_axis, i0 + i));
+        (self.depth, self.changed) = (0, false);
+        self.columns = std::array::from_fn(|i| grid.center(u_axis, i0 + i));
         self.row_v = std::array::from_fn(|j| grid.center(v_axis, j0 + j));
-        let rows = self.row_v;
         let last = grid.n[u_axis].min(i0 + TILE) - 1;
-        self.u = [columns[0], grid.center(u_axis, last)];
+        self.u = [self.columns[0], grid.center(u_axis, last)];
+        self.deepen();
         for r in 0..LANES {
-            let strip = |span: &Span| Strip {
-                ray: r as u8,
-                u: columns[r % TILE],
-                v: rows[r / TILE],
-                lo: span.lo,
-                hi: span.hi,
-                lo_by: OLD,
-                hi_by: OLD,
-                lo_tau: 0.0,
-                hi_tau: 0.0,
-            };
-            let spans = tile.ray(r);
-            let none = Span { lo: f64::INFINITY, hi: f64::NEG_INFINITY, lo_mark: Mark::NONE, hi_mark: Mark::NONE };
-            self.first.set(r, &strip(spans.first().unwrap_or(&none)));
-            if spans.len() > 1 {
-                self.many |= 1 << r;
-                for span in &spans[1..] {
-                    let strip = strip(span);
-                    self.add(&strip);
+            for (k, span) in tile.ray(r).iter().enumerate() {
+                if k == self.depth {
+                    self.deepen();
                 }
+                let lanes = &mut self.layers[k].lanes;
+                (lanes.lo[r], lanes.hi[r]) = (span.lo, span.hi);
+                (lanes.lo_by[r], lanes.hi_by[r]) = (OLD, OLD);
             }
         }
-        for row in 0..ROW {
-            self.measure_row(row);
+        for layer in &mut self.layers[..self.depth] {
+            for row in 0..ROW {
+                layer.measure_row(row);
+            }
         }
         self.measure();
     }
 
-    /// Adds an interval that is not the first of its ray.
-    pub(crate) fn add(&mut self, strip: &Strip) {
-        self.many |= 1 << strip.ray;
-        for lanes in &mut self.more {
-            if lanes.push(strip) {
-                return;
-            }
+    /// One layer more, empty.
+    fn deepen(&mut self) {
+        if self.depth == self.layers.len() {
+            self.layers.push(Layer::default());
         }
-        let mut lanes = Lanes::default();
-        lanes.push(strip);
-        self.more.push(lanes);
+        let Layer { lanes, row_lo, row_hi } = &mut self.layers[self.depth];
+        lanes.clear();
+        (*row_lo, *row_hi) = ([f64::INFINITY; ROW], [f64::NEG_INFINITY; ROW]);
+        for r in 0..LANES {
+            (lanes.u[r], lanes.v[r], lanes.ray[r]) = (self.columns[r % ROW], self.row_v[r / ROW], r as u8);
+        }
+        self.depth += 1;
     }
 
-    /// Takes the range of a row anew.
-    pub(crate) fn measure_row(&mut self, row: usize) {
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-        for k in row * ROW..(row + 1) * ROW {
-            lo = if self.first.lo[k] < lo { self.first.lo[k] } else { lo };
-            hi = if self.first.hi[k] > hi { self.first.hi[k] } else { hi };
-        }
-        (self.row_lo[row], self.row_hi[row]) = (lo, hi);
+    pub(crate) fn layers(&self) -> &[Layer] {
+        &self.layers[..self.depth]
+    }
+
+    pub(crate) fn layers_mut(&mut self) -> &mut [Layer] {
+        &mut self.layers[..self.depth]
     }
 
     /// Takes the range of all from those of the rows.
     pub(crate) fn measure(&mut self) {
-        (self.lo, self.hi) = (f64::INFINITY, f64::NEG_INFINITY);
-        for row in 0..ROW {
-            self.lo = self.lo.min(self.row_lo[row]);
-            self.hi = self.hi.max(self.row_hi[row]);
-        }
-        for lanes in &self.more {
-            for k in (0..lanes.len()).filter(|&k| lanes.holds(k)) {
-                self.lo = self.lo.min(lanes.lo[k]);
-                self.hi = self.hi.max(lanes.hi[k]);
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for layer in &self.layers[..self.depth] {
+            for row in 0..ROW {
+                lo = if layer.row_lo[row] < lo { layer.row_lo[row] } else { lo };
+                hi = if layer.row_hi[row] > hi { layer.row_hi[row] } else { hi };
             }
+        }
+        (self.lo, self.hi) = (lo, hi);
+    }
+
+    /// Puts an interval above interval `k` of its ray; those further up move up.
+    pub(crate) fn insert_above(&mut self, k: usize, strip: &Strip) {
+        let r = usize::from(strip.ray);
+        let mut carried = *strip;
+        for next in k + 1.. {
+            if next == self.depth {
+                self.deepen();
+            }
+            let layer = &mut self.layers[next];
+            let old = layer.lanes.strip(r);
+            let held = layer.lanes.holds(r);
+            layer.lanes.set(r, &carried);
+            layer.measure_row(r / ROW);
+            if !held {
+                return;
+            }
+            carried = old;
         }
     }
 
-    pub(crate) fn has_many(&self) -> bool {
-        self.many != 0
-    }
-
-    /// Puts the intervals of rays with several in order again after some were divided or taken away whole.
-    pub(crate) fn settle(&mut self) {
-        self.torn = false;
-        if self.many == 0 {
-            return;
-        }
-        let mut order = std::mem::take(&mut self.order);
-        order.clear();
-        for lanes in &mut self.more {
-            order.extend((0..lanes.len()).filter(|&k| lanes.holds(k)).map(|k| lanes.strip(k)));
-            lanes.clear();
-        }
-        for r in 0..LANES {
-            if self.many >> r & 1 == 1 && self.first.holds(r) {
-                order.push(self.first.strip(r));
+    /// Moves the intervals of a ray down into the gap where interval `k` was.
+    pub(crate) fn close(&mut self, k: usize, r: usize) {
+        for k in k..self.depth {
+            let above = self.layers[..self.depth].get(k + 1).map(|l| l.lanes.strip(r));
+            let layer = &mut self.layers[k];
+            match above.filter(|strip| strip.lo < strip.hi) {
+                Some(strip) => {
+                    layer.lanes.set(r, &strip);
+                    layer.measure_row(r / ROW);
+                }
+                None => {
+                    layer.lanes.remove(r);
+                    layer.measure_row(r / ROW);
+                    break;
+                }
             }
         }
-        order.sort_unstable_by(|a, b| a.ray.cmp(&b.ray).then(a.lo.total_cmp(&b.lo)));
-        self.many = 0;
-        let mut before = None;
-        for strip in &order {
-            if before == Some(strip.ray) {
-                self.add(strip);
-            } else {
-                self.first.set(usize::from(strip.ray), strip);
-            }
-            before = Some(strip.ray);
-        }
-        self.order = order;
-        for row in 0..ROW {
-            self.measure_row(row);
+        while self.depth > 1 && self.layers[self.depth - 1].row_lo.iter().all(|lo| *lo == f64::INFINITY) {
+            self.depth -= 1;
         }
     }
 
     /// The tile again; `mark(strip, upper)` tells what made an end.
     pub(crate) fn tile(&self, mut mark: impl FnMut(&Strip, bool) -> Mark) -> Tile {
-        let mut next = 0;
-        let mut rest: Vec<Strip> = Vec::new();
-        if self.many != 0 {
-            for lanes in &self.more {
-                rest.extend((0..lanes.len()).filter(|&k| lanes.holds(k)).map(|k| lanes.strip(k)));
-            }
-        }
         Tile::from_rays(|r, spans| {
-            let mut push = |strip: &Strip| {
-                let (lo_mark, hi_mark) = (mark(strip, false), mark(strip, true));
+            for layer in self.layers() {
+                if !layer.lanes.holds(r) {
+                    break;
+                }
+                let strip = layer.lanes.strip(r);
+                let (lo_mark, hi_mark) = (mark(&strip, false), mark(&strip, true));
                 spans.push(Span { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
-            };
-            if self.first.holds(r) {
-                push(&self.first.strip(r));
-            }
-            while let Some(strip) = rest.get(next).filter(|s| usize::from(s.ray) == r) {
-                push(strip);
-                next += 1;
             }
         })
     }
@@ -247,7 +219,7 @@ pub(crate) struct Left {
 }
 
 impl Left {
-    pub(crate) fn of(strip: &Strip, cut: &crate::lane_set::Cut) -> Option<Self> {
+    pub(crate) fn of(strip: &Strip, cut: &Cut) -> Option<Self> {
         let (from, to) = (cut.from.max(strip.lo), cut.to.min(strip.hi));
         if to - from <= SLIVER {
             return None;

@@ -5,7 +5,8 @@ use crate::{
     lane_ball::{BallOnLanes, BallOnRows},
     lane_body::BodyOnLanes,
     lane_rows::BodyOnRows,
-    lane_set::{Cut, LANES, Lanes, MET, Maker, ROW, Strip, UNPROVEN},
+    lane_search::{MORE_STEPS, STEPS},
+    lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN},
     ray::Ray,
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
@@ -13,8 +14,8 @@ use crate::{
     span::{Mark, SLIVER},
     step::{Batch, Ready, Step},
     tile::Tile,
-    tile_cut::{CutFirst, cut_lane, cut_more},
-    tile_field::{Field, Partial},
+    tile_cut::{CutLayer, cut_lane},
+    tile_field::{Field, Layer, Partial},
     watch::Watch,
 };
 
@@ -30,21 +31,22 @@ pub(crate) struct Work {
     pub changed: [f64; 2],
 }
 
-/// Where a lane of the second chance comes from: a block of `Field::more` or the lowest intervals, and the lane.
-type Origin = (Option<usize>, usize);
+/// Layer and lane.
+type Place = (usize, usize);
+/// A step that may touch a layer, and the rows that it may.
+type Near = (usize, usize, u8);
 
 /// Buffers of one thread.
 #[derive(Default)]
 pub(crate) struct Scratch {
     field: Field,
-    /// Steps that may touch the tile, and the rows that they may.
-    near: Vec<(usize, u8)>,
+    near: Vec<Near>,
     again: Lanes,
-    origin: Vec<Origin>,
+    places: Vec<Place>,
     torn: Vec<Strip>,
     cuts: Vec<Cut>,
     /// Lanes of which more than one interval is taken.
-    several: Vec<(Origin, Cut)>,
+    several: Vec<(Place, Cut)>,
 }
 
 /// Parts of a turning motion for lanes that were not proven in one.
@@ -78,9 +80,11 @@ impl Batch<'_> {
                     scratch.field.fill(grid, work.index, &work.tile);
                     filled = true;
                 }
-                let rows = self.rows(step, ready, &scratch.field);
-                if rows != 0 || scratch.field.has_many() {
-                    scratch.near.push((k, rows));
+                for (l, layer) in scratch.field.layers().iter().enumerate() {
+                    let rows = self.rows(step, ready, &scratch.field, layer);
+                    if rows != 0 {
+                        scratch.near.push((k, l, rows));
+                    }
                 }
             }
             if scratch.near.is_empty() {
@@ -125,8 +129,8 @@ impl Batch<'_> {
     }
 
     /// Rows of a tile that a step may meet.
-    fn rows(&self, step: &Step, ready: &Ready, field: &Field) -> u8 {
-        let (u, v, lo, hi) = (field.u, &field.row_v, &field.row_lo, &field.row_hi);
+    fn rows(&self, step: &Step, ready: &Ready, field: &Field, layer: &Layer) -> u8 {
+        let (u, v, lo, hi) = (field.u, &field.row_v, &layer.row_lo, &layer.row_hi);
         match &step.ball {
             Some(path) => self.arch.dispatch(BallOnRows { path, u, v, lo, hi }),
             None => self.arch.dispatch(BodyOnRows { step, body: &self.bodies[ready.body], u, v, lo, hi }),
@@ -134,159 +138,125 @@ impl Batch<'_> {
     }
 
     /// A step for all lanes that are asked for; true when some may be left without proof.
-    fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, lanes: &mut Lanes) -> bool {
+    fn on_lanes(&self, step: &Step, ready: &Ready, maker: Maker, steps: usize, lanes: &mut Lanes) -> bool {
         match &step.ball {
             Some(path) => {
                 self.arch.dispatch(BallOnLanes { path, maker, lanes });
                 false
             }
             None => {
-                let body = &self.bodies[ready.body];
-                self.arch.dispatch(BodyOnLanes { piece: &step.piece, body, maker, lanes })
+                let (body, range) = (&self.bodies[ready.body], [step.low[0], step.high[0]]);
+                self.arch.dispatch(BodyOnLanes { piece: &step.piece, range, body, maker, steps, lanes })
             }
         }
     }
 
     fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial) {
         let field = &mut scratch.field;
-        let rows = scratch.near.iter().fold(0, |all, n| all | n.1);
-        for row in (0..ROW).filter(|row| rows >> row & 1 == 1) {
-            field.first.ask_row(row);
-        }
-        let mut more = false;
-        if field.has_many() {
-            let steps = &self.steps[a];
-            for lanes in &mut field.more {
-                for k in 0..lanes.len() {
-                    let meets = |step: &Step| {
-                        step.high[0].min(lanes.hi[k]) - step.low[0].max(lanes.lo[k]) > SLIVER
-                            && (step.low[1] <= lanes.u[k] && lanes.u[k] <= step.high[1])
-                            && (step.low[2] <= lanes.v[k] && lanes.v[k] <= step.high[2])
-                    };
-                    if scratch.near.iter().any(|&(s, _)| meets(&steps[s])) {
-                        lanes.ask(k);
-                        more = true;
-                    }
-                }
+        let mut open = false;
+        for &(_, l, rows) in &scratch.near {
+            let lanes = &mut field.layers_mut()[l].lanes;
+            // Two steps may take intervals apart from each other.
+            open |= lanes.rows != 0;
+            let new = rows & !lanes.rows;
+            for row in (0..ROW).filter(|row| new >> row & 1 == 1) {
+                lanes.ask_row(row);
             }
         }
-        if rows == 0 && !more {
-            return;
+        for &(k, l, rows) in &scratch.near {
+            let lanes = &mut field.layers_mut()[l].lanes;
+            let all = std::mem::replace(&mut lanes.rows, rows);
+            open |= self.on_lanes(&self.steps[a][k], ready, Maker::whole(k), STEPS, lanes);
+            lanes.rows = all;
         }
-        // Two steps may take intervals apart from each other.
-        let mut open = scratch.near.len() > 1;
-        for &(k, step_rows) in &scratch.near {
-            let (step, maker) = (&self.steps[a][k], Maker::whole(k));
-            field.first.rows = step_rows;
-            open |= self.on_lanes(step, ready, maker, &mut field.first);
-            for lanes in field.more.iter_mut().filter(|l| l.rows != 0) {
-                open |= self.on_lanes(step, ready, maker, lanes);
-            }
-        }
-        field.first.rows = rows;
         if open {
             self.second_chance(ready, a, scratch);
         }
-        let field = &mut scratch.field;
-        let torn = &mut scratch.torn;
-        self.arch.dispatch(CutFirst { field, removes: ready.removes, sum, torn });
-        if more || !scratch.several.is_empty() {
-            let mut counted = 0_u64;
-            for k in (0..LANES).filter(|&k| field.first.state[k] == MET) {
-                counted |= 1 << k;
+        let Scratch { field, torn, several, .. } = scratch;
+        let mut counted = [0.0; LANES];
+        for l in (0..field.layers().len()).rev() {
+            let layer = &mut field.layers_mut()[l];
+            if layer.lanes.rows == 0 {
+                continue;
             }
-            cut_more(field, ready.removes, sum, torn, &mut counted);
+            let mut gone = 0;
+            let removes = ready.removes;
+            self.arch.dispatch(CutLayer { layer, removes, sum, counted: &mut counted, torn, gone: &mut gone });
+            layer.lanes.hush();
+            for strip in torn.drain(..) {
+                field.insert_above(l, &strip);
+            }
+            while gone != 0 && l + 1 < field.layers().len() {
+                field.close(l, gone.trailing_zeros() as usize);
+                gone &= gone - 1;
+            }
             // From above: what is left below stays in the lane.
-            for ((block, k), cut) in scratch.several.drain(..).rev() {
-                cut_lane(field, block, k, &cut, ready.removes, sum, torn, &mut counted);
+            for (place, cut) in several.iter().rev().filter(|s| s.0.0 == l) {
+                cut_lane(field, *place, cut, removes, sum, &mut counted);
             }
         }
-        field.first.hush();
-        if more {
-            field.more.iter_mut().for_each(Lanes::hush);
-        }
+        several.clear();
         if sum.rays > 0 && ready.removes {
-            if !torn.is_empty() {
-                for strip in torn.drain(..) {
-                    field.add(&strip);
-                }
-                field.torn = true;
-            }
-            if field.torn {
-                field.settle();
-            }
+            field.changed = true;
             field.measure();
         }
     }
 
     /// Lanes without proof again in parts of the motion, in which all bounds are smaller; what is still without proof is searched.
     fn second_chance(&self, ready: &Ready, a: usize, scratch: &mut Scratch) {
-        scratch.origin.clear();
-        let unproven = |lanes: &Lanes, k: &usize| lanes.state[*k] == UNPROVEN;
-        let field = &scratch.field;
-        scratch.origin.extend((0..LANES).filter(|k| unproven(&field.first, k)).map(|k| (None, k)));
-        for (b, lanes) in field.more.iter().enumerate().filter(|l| l.1.rows != 0) {
-            scratch.origin.extend((0..lanes.len()).filter(|k| unproven(lanes, k)).map(|k| (Some(b), k)));
+        let mut places = std::mem::take(&mut scratch.places);
+        places.clear();
+        for (l, layer) in scratch.field.layers().iter().enumerate().filter(|l| l.1.lanes.rows != 0) {
+            places.extend((0..LANES).filter(|&r| layer.lanes.state[r] == UNPROVEN).map(|r| (l, r)));
         }
-        // A straight motion gains nothing from parts.
+        let mut near: Vec<usize> = scratch.near.iter().map(|n| n.0).collect();
+        near.dedup();
         let steps = &self.steps[a];
-        let straight = scratch.near.iter().any(|&(k, _)| steps[k].ball.is_none() && !steps[k].piece.turns());
-        let origins = std::mem::take(&mut scratch.origin);
-        for chunk in origins.chunks(LANES) {
+        for chunk in places.chunks(LANES) {
             let again = &mut scratch.again;
             again.clear();
-            for &(block, k) in chunk {
-                let lanes = block.map_or(&scratch.field.first, |b| &scratch.field.more[b]);
-                again.push(&lanes.strip(k));
-                again.ask(again.len() - 1);
-                if straight {
-                    again.state[again.len() - 1] = UNPROVEN;
+            for &(l, r) in chunk {
+                again.push(&scratch.field.layers()[l].lanes.strip(r));
+            }
+            for &k in &near {
+                let step = &steps[k];
+                // A straight motion gains nothing from parts.
+                if step.ball.is_some() || !step.piece.turns() {
+                    self.on_lanes(step, ready, Maker::whole(k), MORE_STEPS, again);
+                    continue;
+                }
+                for part in 0..PARTS {
+                    let step = Step { piece: step.piece.part(part, PARTS), ..step.clone() };
+                    self.on_lanes(&step, ready, Maker::part(k, part, PARTS), MORE_STEPS, again);
                 }
             }
-            if !straight {
-                for &(k, _) in &scratch.near {
-                    let step = &steps[k];
-                    if step.ball.is_some() {
-                        self.on_lanes(step, ready, Maker::whole(k), again);
-                        continue;
-                    }
-                    for part in 0..PARTS {
-                        let step = Step { piece: step.piece.part(part, PARTS), ..step.clone() };
-                        self.on_lanes(&step, ready, Maker::part(k, part, PARTS), again);
-                    }
-                }
-            }
-            for (i, &(block, k)) in chunk.iter().enumerate() {
+            for (i, &(l, r)) in chunk.iter().enumerate() {
                 let found = if scratch.again.state[i] == UNPROVEN {
-                    self.search(ready, a, &scratch.near, &scratch.again.strip(i), &mut scratch.cuts);
+                    self.search(ready, a, &near, &scratch.again.strip(i), &mut scratch.cuts);
                     match &scratch.cuts[..] {
                         [cut] => Some(*cut),
                         [] => None,
                         several => {
-                            scratch.several.extend(several.iter().map(|cut| ((block, k), *cut)));
+                            scratch.several.extend(several.iter().map(|cut| ((l, r), *cut)));
                             None
                         }
                     }
                 } else {
-                    (scratch.again.state[i] == crate::lane_set::TAKEN).then(|| scratch.again.cut(i))
+                    (scratch.again.state[i] == TAKEN).then(|| scratch.again.cut(i))
                 };
-                let lanes = match block {
-                    Some(b) => &mut scratch.field.more[b],
-                    None => &mut scratch.field.first,
-                };
-                lanes.answer(k, found.as_ref());
+                scratch.field.layers_mut()[l].lanes.answer(r, found.as_ref());
             }
         }
-        scratch.origin = origins;
+        scratch.places = places;
     }
 
     /// What the steps take of one strip, by the searches that always end; rising and disjoint.
-    fn search(&self, ready: &Ready, a: usize, near: &[(usize, u8)], strip: &Strip, cuts: &mut Vec<Cut>) {
+    fn search(&self, ready: &Ready, a: usize, near: &[usize], strip: &Strip, cuts: &mut Vec<Cut>) {
         let ray = Ray { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
         let body = &self.bodies[ready.body];
         cuts.clear();
         let mut taken = Vec::new();
-        for &(k, _) in near {
+        for &k in near {
             let step = &self.steps[a][k];
             taken.clear();
             match &step.ball {

@@ -6,7 +6,7 @@
 use crate::{
     contact::{Contact, Moves},
     history::Undo,
-    lane_set::Strip,
+    lane_set::{LANES, Strip},
     span::{End, Mark, SLIVER},
     tile_field::Field,
     vec3::V,
@@ -95,14 +95,9 @@ fn key(strips: &[Strip], k: usize) -> (f64, f64) {
 /// All intervals of a field in the order of the rays, rising.
 fn strips(field: &Field, out: &mut Vec<Strip>) {
     out.clear();
-    let mut more = field.more.iter().flat_map(|l| (0..l.len()).filter(|&k| l.holds(k)).map(|k| l.strip(k))).peekable();
-    for r in 0..field.first.ray.len() {
-        if field.first.holds(r) {
-            out.push(field.first.strip(r));
-        }
-        while let Some(strip) = more.next_if(|s| usize::from(s.ray) == r) {
-            out.push(strip);
-        }
+    for r in 0..LANES {
+        let held = field.layers().iter().map(|layer| &layer.lanes).take_while(|lanes| lanes.holds(r));
+        out.extend(held.map(|lanes| lanes.strip(r)));
     }
 }
 
