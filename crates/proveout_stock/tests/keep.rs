@@ -113,7 +113,7 @@ fn absurd_numbers_with_a_right_digest_are_refused_before_memory_is_taken() {
         }
     }
     // More cells than the memory allowed: the cell that fits is told.
-    let fine = announced(&good, 16, 1e-4_f64.to_bits());
+    let fine = announced(&good, 16, 1e-6_f64.to_bits());
     assert!(matches!(loaded(&fine), Err(StockFileError::Stock(StockError::Memory { .. }))));
 }
 
