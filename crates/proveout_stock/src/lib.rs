@@ -1,15 +1,21 @@
 //! In-process stock: three orthogonal sets of rays with exact interval ends (tri-dexels), cut by the exact swept volumes of
 //! convex bodies of revolution.
 //!
-//! Data in: a box, cylinder or closed mesh as stock; [`SweepItem`]s, each a [`proveout_tool::Profile`] on a motion whose tip
-//! runs straight while the axis turns on the great circle. Data out: a [`SweepReport`] an item (volume, longest overlap, where),
-//! exact [`SurfacePoint`]s, a [`SurfaceMesh`], and [`Interval`]s on any ray. All in mm in one frame, that of the stock; the
-//! caller brings tool poses into it.
+//! Data in: a box, cylinder, closed mesh or the file of an earlier stock; [`SweepItem`]s, each a [`proveout_tool::Profile`] on a
+//! motion whose tip runs straight while the axis turns on the great circle. Data out: a [`SweepReport`] an item (volume,
+//! longest overlap, where, engagement), exact [`SurfacePoint`]s, a [`SurfaceMesh`], [`Interval`]s on any ray, sections, distances
+//! and walls. All in mm in one frame, that of the stock; the caller brings tool poses into it.
 //!
 //! * [`TriDexel`] – the stock. [`TriDexel::sweep`] removes or probes, in program order and in parallel.
 //! * [`Action::Remove`] cuts; [`Action::Probe`] only reports, for rapid motions, shank and holder.
+//! * [`Cells`] – edges of the cells, along each axis its own where wanted.
 //! * [`TriDexel::surface`], [`TriDexel::tile_surface`] – triangles with sharp edges; [`TriDexel::take_changed_tiles`] tells
 //!   which blocks to show anew.
+//! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
+//!   [`Regrid`] as bound.
+//! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
+//! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
+//! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
 //! # How a motion meets a ray
 //!
@@ -47,7 +53,8 @@
 //! # Limits
 //!
 //! Details of the mesh of the surface thinner than a cell that no cell center sees are left out of the mesh (not of the rays).
-//! Meshes as stock may have several shells, but not crossing or nested ones with the same orientation. Axes at both ends of a
+//! Meshes as stock may have several shells, but not crossing or nested ones with the same orientation, unless a repair is asked
+//! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
 mod codec;

@@ -80,7 +80,14 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
     let mut tubes: Vec<[f64; 4]> = Vec::new();
     for s in segments {
         if let Segment::Arc { center, radius, .. } = *s {
-            tubes.push([center[0], center[1], radius, center[0].hypot(center[1])]);
+            // A point of the tube is one of its circle and the radius along the normal; where the center lies beyond the axis
+            // there is no such circle, and the points of the arc count.
+            let reach = if center[0] >= 0.0 {
+                center[0].hypot(center[1])
+            } else {
+                (center[0] + radius).max(0.0).hypot(s.from()[1].abs().max(s.to()[1].abs()))
+            };
+            tubes.push([center[0], center[1], radius, reach]);
         }
     }
     for p in segments.iter().flat_map(|s| [s.from(), s.to()]) {
@@ -96,8 +103,8 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
 #[derive(Clone, Debug)]
 pub(crate) struct Meridian {
     pub pieces: Vec<Piece>,
-    /// Circles about the axis, (r, z, radius, distance of the circle from the tip): the body lies in the hull of the tubes
-    /// round them, so its support function is at most the largest of theirs.
+    /// Circles about the axis, (r, z, radius, reach): the support function of the body is at most the largest of `r sin + z cos +
+    /// radius`. Reach: how far from the tip a point is that turning moves off the chord of its way, mm.
     pub tubes: Vec<[f64; 4]>,
     /// Height of the center and radius of a ball that lies in the body and holds all of it below `pieces`.
     pub ball: Option<[f64; 2]>,

@@ -23,7 +23,7 @@ pub(crate) fn outlines(mesh: &TriMesh, on: &Point, normal: &Vector) -> Vec<Outli
         let up = edges.iter().find(|(a, b)| !above(*a) && above(*b));
         let down = edges.iter().find(|(a, b)| above(*a) && !above(*b));
         if let (Some(&up), Some(&down)) = (up, down) {
-            next.entry(key(up)).or_default().push(key(down));
+            next.entry(key(down)).or_default().push(key(up));
         }
     }
     let point = |(a, b): (u32, u32)| {

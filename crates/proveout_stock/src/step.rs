@@ -77,7 +77,9 @@ impl Split {
             }
         }
         if steps.iter().any(|s| s.0.turns()) {
-            bound += TURN_ERROR;
+            // The chord of the axis lags behind the uniform turn.
+            let lag = steps.iter().filter(|s| !s.1).map(|s| s.0.lag(body.reach)).fold(0.0, f64::max);
+            bound += TURN_ERROR + lag;
         }
         Self { steps, region, bound }
     }

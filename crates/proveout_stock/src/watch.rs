@@ -96,7 +96,8 @@ fn key(strips: &[Strip], k: usize) -> (f64, f64) {
 fn strips(field: &Field, out: &mut Vec<Strip>) {
     out.clear();
     for r in 0..LANES {
-        out.extend(field.layers().iter().map_while(|l| l.lanes.holds(r).then(|| l.lanes.strip(r))));
+        let held = field.layers().iter().map(|layer| &layer.lanes).take_while(|lanes| lanes.holds(r));
+        out.extend(held.map(|lanes| lanes.strip(r)));
     }
 }
 

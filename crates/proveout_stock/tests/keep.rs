@@ -62,7 +62,7 @@ fn a_saved_stock_comes_back_bit_for_bit() {
 
 #[test]
 fn a_damaged_file_is_refused_whatever_the_damage() {
-    let mut stock = block(1.0);
+    let mut stock = block(2.0);
     stock.keep_history();
     let tool = ball(2.0, 20.0);
     stock.sweep(&[remove(1, &tool, pose([-3.0, 4.03, 6.07], UP), pose([23.0, 5.0, 5.9], UP))]);
@@ -106,14 +106,14 @@ fn absurd_numbers_with_a_right_digest_are_refused_before_memory_is_taken() {
     for number in [0, 1, 1 << 20, 1 << 40, u64::MAX, f64::NAN.to_bits(), 1e-9_f64.to_bits(), 1e300_f64.to_bits()] {
         for at in (16..168).step_by(8) {
             // Bounds of the sweep and of re-gridding may be any number; all others hang together.
-            // A coordinate that is zero stays one with a last bit.
-            let zero = good[at..at + 8] == [0; 8] && at < 88 && number < 1 << 52;
-            let free = matches!(at, 88..=112) || good[at..at + 8] == number.to_le_bytes() || zero;
+            // A lower corner that moves by less than a lattice step leaves the cells as they are.
+            let same = (40..64).contains(&at) && f64::from_bits(number).abs() < 1e-8;
+            let free = matches!(at, 88..=112) || good[at..at + 8] == number.to_le_bytes() || same;
             assert!(free || loaded(&announced(&good, at, number)).is_err(), "{number} at {at}");
         }
     }
     // More cells than the memory allowed: the cell that fits is told.
-    let fine = announced(&good, 16, 1e-4_f64.to_bits());
+    let fine = announced(&good, 16, 1e-6_f64.to_bits());
     assert!(matches!(loaded(&fine), Err(StockFileError::Stock(StockError::Memory { .. }))));
 }
 

@@ -4,7 +4,7 @@
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion};
-use proveout_tool::{Profile, Segment};
+use proveout_tool::{Cutter, Profile, Segment};
 
 pub const GIB: u64 = 1 << 30;
 
@@ -102,11 +102,19 @@ pub fn lens(r: f64, bottom: f64, l: f64) -> Profile {
         .unwrap()
 }
 
+/// The first body of a cutter of the library.
+pub fn body_of(cutter: &Cutter, flute_length: f64) -> Profile {
+    cutter.bodies(flute_length).unwrap().remove(0)
+}
+
+/// Families of [`random_cutter`].
+pub const KINDS: usize = 12;
+
 /// A cutter of some kind: the kind's index gives the family.
 pub fn random_cutter(random: &mut Random) -> (usize, Profile) {
     let r = random.range(0.5, 8.0);
     let l = random.range(2.5 * r, 40.0);
-    let kind = random.pick(9);
+    let kind = random.pick(KINDS);
     let profile = match kind {
         0 => ball(r, l),
         1 => flat(r, l),
@@ -116,7 +124,19 @@ pub fn random_cutter(random: &mut Random) -> (usize, Profile) {
         5 => barrel(r, random.range(2.0, 8.0) * l, l),
         6 => taper_ball(r, random.range(0.02, 0.3), l),
         7 => lens(r, random.range(1.5, 10.0) * r, l),
-        _ => Profile::new(vec![arc([0.0, r], r, [0.0, 0.0], [0.0, 2.0 * r])]).unwrap(),
+        8 => Profile::new(vec![arc([0.0, r], r, [0.0, 0.0], [0.0, 2.0 * r])]).unwrap(),
+        9 => {
+            let side = r * random.range(1.5, 8.0);
+            body_of(&Cutter::oval(2.0 * r, r * random.range(0.2, 0.8), side).unwrap(), 4.0 * side)
+        }
+        10 => {
+            let (height, side) = (r * random.range(0.3, 1.2), r * random.range(0.8, 3.0));
+            body_of(&Cutter::drum_wheel(2.0 * r, side, height * random.range(0.0, 0.4), height).unwrap(), height)
+        }
+        _ => {
+            let corner = r * random.range(0.05, 0.4);
+            body_of(&Cutter::lens(2.0 * r, r * random.range(2.0, 8.0), corner).unwrap(), l)
+        }
     };
     (kind, profile)
 }
