@@ -37,6 +37,10 @@ impl Entry {
 
 /// A tempo that gains less than this part of the time is not worth its rounding.
 const WORTHWHILE: f64 = 1e-4;
+/// Intervals that are solved at once, and those of them that are kept: in long problems a single tight place shortens every step
+/// of the whole, and what lies more than some tenths of a second ahead hardly acts.
+const CHUNK: usize = 192;
+const COMMITTED: usize = 128;
 /// Excess over limits that a tempo may have at the points of its grid.
 const ALLOWED: f64 = 1.0003;
 
@@ -153,7 +157,28 @@ fn solved(problem: &Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Option<Ve
     let even = problem.even();
     let mut c = even.clone();
     problem.set_start(&mut c, start);
-    if !problem.solve(&mut c) {
+    let forced = start != [1.0, 0.0];
+    let (mut begin, mut any) = (0, false);
+    while begin < n {
+        let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
+        let part = problem.part(begin, end);
+        let mut found = c[2 * begin..=2 * end + 1].to_vec();
+        let t0 = std::time::Instant::now();
+        let good = part.solve(&mut found) && (0..part.nodes.len()).all(|at| part.used(at, &found) <= ALLOWED);
+        if std::env::var("RETIME_DEBUG").is_ok() {
+            let worst = (0..part.nodes.len()).map(|i| part.used(i, &found)).fold(0.0, f64::max);
+            eprintln!("region {from:.4}..{to:.4} n {n} chunk {begin}..{end} nodes {} joints {} good {good} time {:.5} worst {worst:.5} wall {:.5}", part.nodes.len(), part.count, part.time(&found), t0.elapsed().as_secs_f64());
+        }
+        if good {
+            c[2 * begin..=2 * end + 1].copy_from_slice(&found);
+            any = true;
+        } else if begin == 0 && forced {
+            return None;
+        }
+        // The tempo found for the last part of a chunk is the start of the next one, which knows what comes behind it.
+        begin = if end == n { n } else { begin + COMMITTED };
+    }
+    if !any {
         return None;
     }
     let mut own_is_good = true;
@@ -173,7 +198,6 @@ fn solved(problem: &Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Option<Ve
         tempos.push(tempo);
         p = end;
     }
-    let forced = start != [1.0, 0.0] || !own_is_good;
-    let worthwhile = time < (to - from) * (1.0 - WORTHWHILE) || forced;
+    let worthwhile = time < (to - from) * (1.0 - WORTHWHILE) || forced || !own_is_good;
     (worthwhile && time.is_finite()).then_some(tempos)
 }

@@ -27,8 +27,6 @@ const SLOW: f64 = 0.2;
 /// Excess between two points of an interval that needs points between them, and the most parts.
 const BETWEEN: f64 = 0.004;
 const PARTS: f64 = 4.0;
-/// What rows next to a given begin or end may pass their limits, so that these have an inside.
-const RELAXED: f64 = 4e-4;
 
 /// Time between neighboring borders of phases and cells.
 #[derive(Clone, Copy, Debug)]
@@ -133,7 +131,9 @@ fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
 }
 
 fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
-    run.iter().map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
+    run.iter()
+        .map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p })
+        .filter(|p| p.to > p.from)
 }
 
 /// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
@@ -227,9 +227,9 @@ pub(super) fn problem(
 ) -> Problem {
     let step = interval(frame);
     let knots = knots(region, step);
-    let lengths = knots.windows(2).map(|w| w[1] - w[0]).collect();
-    let problem = Problem { fixed, lengths, ..Problem::default() };
-    let mut grid = Grid { scale: problem.scale(), tight: 1.0, problem, rows: Vec::new() };
+    let lengths: Vec<f64> = knots.windows(2).map(|w| w[1] - w[0]).collect();
+    let problem = Problem { fixed, lengths, scale: step, ..Problem::default() };
+    let mut grid = Grid { tight: 1.0, problem, rows: Vec::new() };
     let mut probe = Probe { path, frame, law, cursor: Cursor::default(), span: 0, last: None };
     let mut k = 0;
     let last = knots.len() - 2;
@@ -249,24 +249,24 @@ pub(super) fn problem(
                 let parts = (most / BETWEEN).sqrt().ceil().clamp(1.0, PARTS) as usize;
                 let weight = length / parts as f64;
                 grid.tight = tight(spots, knots[k], knots[k + 1]);
-                grid.add(k, tau(INSIDE), 0.5 * weight, begin, piece.held);
+                grid.add(k, tau(INSIDE), 0.5 * weight, begin);
                 for i in 1..parts {
                     let part = i as f64 / parts as f64;
                     let rows = probe.rows(piece.cell, from + part * length);
-                    grid.add(k, tau(part), weight, rows, piece.held);
+                    grid.add(k, tau(part), weight, rows);
                 }
                 let end = probe.rows(piece.cell, to - INSIDE * length);
-                grid.add(k, tau(1.0 - INSIDE), 0.5 * weight, end, piece.held);
+                grid.add(k, tau(1.0 - INSIDE), 0.5 * weight, end);
             }
             from = to;
         }
     }
+    grid.cap();
     grid.finish()
 }
 
 /// A problem under construction.
 struct Grid {
-    scale: f64,
     /// Factor of the rows of the interval under way.
     tight: f64,
     problem: Problem,
@@ -274,31 +274,29 @@ struct Grid {
 }
 
 impl Grid {
-    fn add(
-        &mut self,
-        k: usize,
-        tau: f64,
-        weight: f64,
-        (mut rows, mut speed): ([JointRow; MAX_JOINTS], f64),
-        held: bool,
-    ) {
+    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, speed): ([JointRow; MAX_JOINTS], f64)) {
         let p = &mut self.problem;
-        let near = [p.fixed[0] && k == 0, p.fixed[1] && k + 1 == p.lengths.len()];
-        if near[0] || near[1] || held {
-            speed *= 1.0 - RELAXED;
-            rows.iter_mut().flatten().for_each(|r| *r *= 1.0 - RELAXED);
-        }
         if self.tight > 1.0 {
-            speed *= self.tight;
             rows.iter_mut().flatten().for_each(|r| *r *= self.tight);
         }
-        if near[0] && tau < 0.01 || near[1] && tau > 0.99 {
-            // Given by both fixed coefficients: nothing can be done about it here.
-            speed = 0.0;
-            rows.iter_mut().for_each(|r| (r[0], r[1]) = (0.0, 0.0));
-        }
-        p.nodes.push(Node { k, basis: p.basis(k, tau, self.scale), weight, speed });
+        p.nodes.push(Node { k, tau, basis: p.basis(k, tau), weight, speed, lead: 0.0 });
         self.rows.push(rows);
+    }
+
+    /// Gives the highest speed row of every interval to its two inner control points.
+    fn cap(&mut self) {
+        let p = &mut self.problem;
+        let mut first = 0;
+        while first < p.nodes.len() {
+            let k = p.nodes[first].k;
+            let end = first + p.nodes[first..].partition_point(|n| n.k == k);
+            let highest = p.nodes[first..end].iter().fold(0.0_f64, |m, n| m.max(n.speed));
+            p.nodes[first..end].iter_mut().for_each(|n| n.speed = 0.0);
+            let third = p.lengths[k] / 3.0;
+            (p.nodes[first].speed, p.nodes[first].lead) = (highest, third);
+            (p.nodes[end - 1].speed, p.nodes[end - 1].lead) = (highest, -third);
+            first = end;
+        }
     }
 
     /// Leaves out joints that stand still.

@@ -8,10 +8,11 @@
 //! *Problem.* Minimize the sum of w / sqrt(b) over points under the rows of each point and joint
 //!
 //! ```text
-//!   u b <= 1          |a1 b' + a0 b| <= 1          |j2 b'' + j1 b' + j0 b| <= 1/sqrt(b)
+//!   u c <= 1          |a1 b' + a0 b| <= 1          |j2 b'' + j1 b' + j0 b| <= 1/sqrt(b)
 //! ```
 //!
-//! All but the last are linear. The last is replaced by its tangent in b at the present point: 1/sqrt(b) is convex, its tangent
+//! where c are the two inner control points of b in Bezier form: b lies in their hull, so that no speed is passed between the
+//! points. All but the last are linear. The last is replaced by its tangent in b at the present point: 1/sqrt(b) is convex, its tangent
 //! lies below it, so that the linear row allows no more than the true one, and a point that keeps all rows keeps them after every
 //! full step. Every iteration solves one system of Newton's method for the conditions of Karush, Kuhn and Tucker with slacks s
 //! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls by a tenth after a
@@ -26,19 +27,25 @@ pub(super) type JointRow = [f64; 5];
 /// A place where limits are kept.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// Interval.
+    /// Interval, and part of it.
     pub(super) k: usize,
+    pub(super) tau: f64,
     /// b, b', b'' by the four unknowns of the interval.
     pub(super) basis: [[f64; 4]; 3],
     /// Part of the time that this point stands for.
     pub(super) weight: f64,
-    /// One over the highest b that velocities and feed allow.
+    /// One over the highest b that velocities and feed allow, for b + lead b'.
     pub(super) speed: f64,
+    /// Way from the node to the control point of b that must keep to it; that of the begin lies a third of the interval
+    /// ahead, that of the end a third behind.
+    pub(super) lead: f64,
 }
 
 /// Grid and rows.
 #[derive(Debug, Default)]
 pub(super) struct Problem {
+    /// What the unknown slopes are multiplied with.
+    pub(super) scale: f64,
     /// Lengths of the intervals.
     pub(super) lengths: Vec<f64>,
     pub(super) nodes: Vec<Node>,
@@ -58,17 +65,14 @@ const GAP: f64 = 1e-3;
 const EXCESS: f64 = 2e-5;
 /// Part of the way to the border of a slack or multiplier that a step may go.
 const TO_BORDER: f64 = 0.95;
+/// What rows next to given unknowns may pass their limits, so that these have an inside.
+const RELAXED: f64 = 2e-4;
 
 impl Problem {
-    /// What the unknown slopes are multiplied with.
-    pub(super) fn scale(&self) -> f64 {
-        self.lengths.iter().sum::<f64>() / self.lengths.len().max(1) as f64
-    }
-
     /// Basis of b, b', b'' in interval `k` at part `tau` of it.
-    pub(super) fn basis(&self, k: usize, tau: f64, scale: f64) -> [[f64; 4]; 3] {
+    pub(super) fn basis(&self, k: usize, tau: f64) -> [[f64; 4]; 3] {
         let h = self.lengths[k];
-        let (t, r, w) = (tau, 1.0 - tau, h / scale);
+        let (t, r, w) = (tau, 1.0 - tau, h / self.scale);
         let value = [r * r * (1.0 + 2.0 * t), w * t * r * r, t * t * (3.0 - 2.0 * t), -w * t * t * r];
         let slope = [-6.0 * t * r, w * r * (r - 2.0 * t), 6.0 * t * r, w * t * (t - 2.0 * r)];
         let bend = [12.0 * t - 6.0, w * (6.0 * t - 4.0), 6.0 - 12.0 * t, w * (6.0 * t - 2.0)];
@@ -82,7 +86,7 @@ impl Problem {
 
     /// b as polynomial of the time since the begin of interval `k`.
     pub(super) fn polynomial(&self, c: &[f64], k: usize) -> [f64; 4] {
-        let (h, scale) = (self.lengths[k], self.scale());
+        let (h, scale) = (self.lengths[k], self.scale);
         let (b0, d0, b1, d1) = (c[2 * k], c[2 * k + 1] / scale, c[2 * k + 2], c[2 * k + 3] / scale);
         let rise = (b1 - b0) / h;
         [b0, d0, (3.0 * rise - 2.0 * d0 - d1) / h, (d0 + d1 - 2.0 * rise) / (h * h)]
@@ -91,7 +95,7 @@ impl Problem {
     /// Sets the first two unknowns so that b and its slope begin with these values.
     pub(super) fn set_start(&self, c: &mut [f64], [b, slope]: [f64; 2]) {
         c[0] = b;
-        c[1] = slope * self.scale();
+        c[1] = slope * self.scale;
     }
 
     fn state(&self, node: &Node, c: &[f64]) -> [f64; 3] {
@@ -115,7 +119,7 @@ impl Problem {
         let node = &self.nodes[at];
         let [b, b1, b2] = self.state(node, c);
         let root = b.max(0.0).sqrt();
-        let mut worst = (b * node.speed).max(0.0).sqrt();
+        let mut worst = ((b + node.lead * b1) * node.speed).max(0.0).sqrt();
         for q in &self.joints[at * self.count..(at + 1) * self.count] {
             let a = q[0] * b1 + q[1] * b;
             let j = (q[2] * b2 + q[3] * b1 + q[4] * b) * root;
@@ -124,7 +128,41 @@ impl Problem {
         worst
     }
 
-    /// Looks for the fastest tempo from `c` on; the fixed coefficients stay. False when it does not get there.
+    /// The problem of the intervals from `from` up to `to` alone; the unknowns at its inner ends are given.
+    pub(super) fn part(&self, from: usize, to: usize) -> Self {
+        let last = self.lengths.len();
+        let fixed = [from > 0 || self.fixed[0], to < last || self.fixed[1]];
+        let nodes = self.nodes.partition_point(|n| n.k < from)..self.nodes.partition_point(|n| n.k < to);
+        let mut part = Self {
+            scale: self.scale,
+            lengths: self.lengths[from..to].to_vec(),
+            nodes: self.nodes[nodes.clone()].to_vec(),
+            joints: self.joints[nodes.start * self.count..nodes.end * self.count].to_vec(),
+            count: self.count,
+            fixed,
+        };
+        for (at, node) in part.nodes.iter_mut().enumerate() {
+            node.k -= from;
+            let near = [fixed[0] && node.k == 0, fixed[1] && node.k + 1 == to - from];
+            // What was found with an excess within the tolerance must stay possible, and what both given unknowns decide
+            // is no longer a question.
+            let given = near[0] && node.tau < 0.01 || near[1] && node.tau > 0.99;
+            if near[0] || near[1] {
+                for row in &mut part.joints[at * self.count..(at + 1) * self.count] {
+                    row.iter_mut().for_each(|r| *r *= 1.0 - RELAXED);
+                    if given {
+                        (row[0], row[1]) = (0.0, 0.0);
+                    }
+                }
+            }
+            if near[0] && node.lead > 0.0 || near[1] && node.lead < 0.0 {
+                node.speed = 0.0;
+            }
+        }
+        part
+    }
+
+    /// Looks for the fastest tempo from `c` on; the given unknowns stay. False when it does not get there.
     pub(super) fn solve(&self, c: &mut [f64]) -> bool {
         let rows = 1 + 4 * self.count;
         let total = rows * self.nodes.len();
@@ -149,7 +187,7 @@ impl Problem {
                 work.multiplier[at * rows + r] = mu / s;
             });
         }
-        for _ in 0..ITERATIONS {
+        for it in 0..ITERATIONS {
             self.assemble(c, mu, &mut work);
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
@@ -158,30 +196,31 @@ impl Problem {
             for (c, d) in c.iter_mut().zip(&work.right) {
                 *c += primal * d;
             }
-            let mut gap = 0.0;
-            for i in 0..total {
-                work.slack[i] += primal * work.slack_step[i];
-                work.multiplier[i] += dual * work.multiplier_step[i];
-                gap += work.slack[i] * work.multiplier[i];
+            let (mut gap, mut excess) = (0.0, 0.0_f64);
+            for (at, node) in self.nodes.iter().enumerate() {
+                let x = self.state(node, c);
+                self.each_row(at, node, x, |r, value, _| {
+                    let i = at * rows + r;
+                    let s = work.slack[i] + primal * work.slack_step[i];
+                    work.multiplier[i] += dual * work.multiplier_step[i];
+                    excess = excess.max(value + s);
+                    work.slack[i] = s.max(-value);
+                    gap += work.slack[i] * work.multiplier[i];
+                });
+            }
+            if std::env::var("IPM").is_ok() {
+                eprintln!("  it {it} gap {:.2e} excess {excess:.2e} primal {primal:.3} dual {dual:.3} mu {mu:.2e}", gap / start);
             }
             if !gap.is_finite() {
                 return false;
             }
-            let mut excess = 0.0_f64;
-            for (at, node) in self.nodes.iter().enumerate() {
-                let x = self.state(node, c);
-                self.each_row(at, node, x, |r, value, _| {
-                    let s = &mut work.slack[at * rows + r];
-                    excess = excess.max(value + *s);
-                    *s = s.max(-value);
-                });
-            }
             if gap < GAP * start && excess < EXCESS {
                 return true;
             }
-            let factor = if primal.min(dual) > 0.9 {
+            let step = primal.min(dual);
+            let factor = if step > 0.9 {
                 0.1
-            } else if primal.min(dual) > 0.5 {
+            } else if step > 0.5 {
                 0.3
             } else {
                 0.7
@@ -196,7 +235,7 @@ impl Problem {
     fn each_row(&self, at: usize, node: &Node, [b, b1, b2]: [f64; 3], mut each: impl FnMut(usize, f64, [f64; 3])) {
         let slow = 1.0 / b.sqrt();
         let tangent = 0.5 * slow / b;
-        each(0, b * node.speed - 1.0, [node.speed, 0.0, 0.0]);
+        each(0, (b + node.lead * b1) * node.speed - 1.0, [node.speed, node.speed * node.lead, 0.0]);
         for (i, q) in self.joints[at * self.count..(at + 1) * self.count].iter().enumerate() {
             let a = q[0] * b1 + q[1] * b;
             let j = q[2] * b2 + q[3] * b1 + q[4] * b;
@@ -289,10 +328,10 @@ impl Problem {
                 let dl = (mu - l * ds) / s - l;
                 slack_step[r] = ds;
                 multiplier_step[r] = dl;
-                if ds < -TO_BORDER * s * primal.recip() {
+                if primal * ds < -TO_BORDER * s {
                     primal = -TO_BORDER * s / ds;
                 }
-                if dl < -TO_BORDER * l * dual.recip() {
+                if dual * dl < -TO_BORDER * l {
                     dual = -TO_BORDER * l / dl;
                 }
             });
