@@ -11,7 +11,7 @@ use crate::{
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
     ray_turn::sweep_turning,
-    span::SLIVER,
+    span::{SLIVER, Span},
     step::{Batch, Ready, Step},
     tile::Tile,
     tile_cut::{CutLayer, cut_lane},
@@ -42,6 +42,7 @@ pub(crate) struct Scratch {
     again: Lanes,
     places: Vec<Place>,
     torn: Vec<Strip>,
+    before: Vec<Span>,
     cuts: Vec<Cut>,
     /// Lanes of which more than one interval is taken.
     several: Vec<(Place, Cut)>,
@@ -107,7 +108,7 @@ impl Batch<'_> {
                 };
                 self.mark(a, by, [s, strip.u, strip.v], tau, sign)
             };
-            work.tile = scratch.field.tile(&work.tile, mark);
+            scratch.field.write(&mut work.tile, &mut scratch.before, mark);
         }
     }
 
