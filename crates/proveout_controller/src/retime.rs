@@ -167,7 +167,13 @@ fn solved(problem: &Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Option<Ve
         let good = part.solve(&mut found) && (0..part.nodes.len()).all(|at| part.used(at, &found) <= ALLOWED);
         if std::env::var("RETIME_DEBUG").is_ok() {
             let worst = (0..part.nodes.len()).map(|i| part.used(i, &found)).fold(0.0, f64::max);
-            eprintln!("region {from:.4}..{to:.4} n {n} chunk {begin}..{end} nodes {} joints {} good {good} time {:.5} worst {worst:.5} wall {:.5}", part.nodes.len(), part.count, part.time(&found), t0.elapsed().as_secs_f64());
+            eprintln!(
+                "region {from:.4}..{to:.4} n {n} chunk {begin}..{end} nodes {} joints {} good {good} time {:.5} worst {worst:.5} wall {:.5}",
+                part.nodes.len(),
+                part.count,
+                part.time(&found),
+                t0.elapsed().as_secs_f64()
+            );
         }
         if good {
             c[2 * begin..=2 * end + 1].copy_from_slice(&found);

@@ -209,7 +209,10 @@ impl Problem {
                 });
             }
             if std::env::var("IPM").is_ok() {
-                eprintln!("  it {it} gap {:.2e} excess {excess:.2e} primal {primal:.3} dual {dual:.3} mu {mu:.2e}", gap / start);
+                eprintln!(
+                    "  it {it} gap {:.2e} excess {excess:.2e} primal {primal:.3} dual {dual:.3} mu {mu:.2e}",
+                    gap / start
+                );
             }
             if !gap.is_finite() {
                 return false;
