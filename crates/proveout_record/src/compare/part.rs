@@ -89,9 +89,6 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
     }
     let (shape, first) = (shape?, layers.first()?);
     let byte = |s: &f64| if s.is_nan() { 255 } else { (s.clamp(0.0, 1.0) * 254.0).round() as u8 };
-    let legend = |l: &Layer| {
-        [format!("-{} {}", micro(l.map.range), l.ends[0]), format!("+{} {}", micro(l.map.range), l.ends[1])]
-    };
     let coded: Vec<serde_json::Value> = layers
         .iter()
         .map(|l| {
