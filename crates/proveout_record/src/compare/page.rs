@@ -21,6 +21,7 @@ const TEMPLATE: &str = include_str!("../../templates/compare.html");
 const CSS: &str = include_str!("../../templates/report.css");
 const MORE_CSS: &str = include_str!("../../templates/compare.css");
 const VIEWER: &str = include_str!("../../templates/viewer.js");
+const MAPS: &str = include_str!("../../templates/maps.js");
 const WIDTH: f64 = 1080.0;
 
 #[derive(Serialize)]
@@ -98,6 +99,8 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "view_data": view.as_ref().map(|v| v.data.as_str()),
         "layers": view.as_ref().map(|v| v.layers.clone()),
         "first_layer": view.as_ref().map(|v| v.first),
+        "flat": view.as_ref().map(|v| &v.flat),
+        "maps_script": MAPS,
         "legend_colors": view.as_ref().map(|v| v.stops.as_str()),
         "legend_low": view.as_ref().map(|v| v.low.as_str()),
         "legend_high": view.as_ref().map(|v| v.high.as_str()),

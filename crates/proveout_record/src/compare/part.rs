@@ -3,6 +3,7 @@
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use proveout_sim::compare::PartPicture;
+use serde::Serialize;
 
 use crate::{
     color::{DeviationMap, STEEL},
@@ -25,6 +26,23 @@ struct Layer {
     shades: Vec<f64>,
 }
 
+/// A set of values laid flat: title and ends of the legend.
+#[derive(Serialize)]
+pub(crate) struct FlatMap {
+    pub(crate) name: String,
+    pub(crate) low: String,
+    pub(crate) high: String,
+}
+
+/// The side of a blade laid flat, one map a layer; data of the script as JSON.
+#[derive(Serialize)]
+pub(crate) struct Flat {
+    pub(crate) maps: Vec<FlatMap>,
+    pub(crate) data: String,
+    /// Ends of arc length and height, mm.
+    pub(crate) ends: [String; 4],
+}
+
 /// The packed mesh as Base64 and the data of the viewer's script; none where nothing is judged.
 pub(crate) struct View {
     pub(crate) mesh: String,
@@ -37,6 +55,8 @@ pub(crate) struct View {
     pub(crate) high: String,
     /// Colors of the map for the style of the legend.
     pub(crate) stops: String,
+    /// The side laid flat, where the design is a blade.
+    pub(crate) flat: Option<Flat>,
 }
 
 /// The view of the cut parts.
@@ -48,7 +68,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
     let changes: Vec<f64> = part.difference.iter().flatten().copied().collect();
     let deviation_map = DeviationMap::of(&all, DIFFERENCE_FLOOR);
     let change_map = DeviationMap::of(&changes, DIFFERENCE_FLOOR);
-    let mut wanted: Vec<(String, DeviationMap, [&'static str; 2], &[f64])> = Vec::new();
+    let mut wanted: Vec<Wanted<'_>> = Vec::new();
     for (name, values) in names.iter().zip(&part.difference).filter(|(_, v)| !v.is_empty()) {
         let title = format!("{name} less {baseline}");
         wanted.push((title, change_map, ["less left than the baseline", "more left than the baseline"], values));
@@ -58,6 +78,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
     }
     let mut shape: Option<Picture> = None;
     let mut layers = Vec::new();
+    let flat = flat_maps(part, &wanted);
     for (name, map, ends, values) in wanted {
         // The reduction depends on the shape alone: the same vertices for every set of values.
         let (picture, _) = Picture::new(&mesh, &normals, &pick(values)).reduced(VIEW_TRIANGLES);
@@ -68,13 +89,10 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
     }
     let (shape, first) = (shape?, layers.first()?);
     let byte = |s: &f64| if s.is_nan() { 255 } else { (s.clamp(0.0, 1.0) * 254.0).round() as u8 };
-    let legend = |l: &Layer| {
-        [format!("-{} {}", micro(l.map.range), l.ends[0]), format!("+{} {}", micro(l.map.range), l.ends[1])]
-    };
     let coded: Vec<serde_json::Value> = layers
         .iter()
         .map(|l| {
-            let [low, high] = legend(l);
+            let [low, high] = legend(l.map, l.ends);
             let shades: Vec<u8> = l.shades.iter().map(byte).collect();
             serde_json::json!({ "low": low, "high": high, "shades": base64(&shades) })
         })
@@ -95,7 +113,7 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
             format!("#{r:02x}{g:02x}{b:02x}")
         })
         .collect();
-    let [low, high] = legend(first);
+    let [low, high] = legend(first.map, first.ends);
     Some(View {
         mesh: base64(&pack_mesh(&shape, &first.shades)),
         data: data.to_string().replace('<', "\\u003c"),
@@ -103,8 +121,63 @@ pub(crate) fn view(part: &PartPicture, names: &[String], baseline: &str) -> Opti
         low,
         high,
         stops: stops.join(", "),
+        flat,
         layers: layers.iter().map(|l| l.name.clone()).collect(),
     })
+}
+
+/// Name, map, words at its ends, value of each vertex of the whole mesh.
+type Wanted<'a> = (String, DeviationMap, [&'static str; 2], &'a [f64]);
+
+fn legend(map: DeviationMap, ends: [&str; 2]) -> [String; 2] {
+    let range = micro(map.range);
+    [format!("-{range} {}", ends[0]), format!("+{range} {}", ends[1])]
+}
+
+/// Most columns of a flat map.
+const COLUMNS: f64 = 1000.0;
+
+/// Means over cells that are a little wider than the distance of neighboring points.
+fn flat_maps(part: &PartPicture, wanted: &[Wanted<'_>]) -> Option<Flat> {
+    let known: Vec<(usize, [f64; 2])> =
+        part.unrolled.iter().copied().enumerate().filter(|(_, p)| p[0].is_finite() && p[1].is_finite()).collect();
+    let bounds = |k: usize| {
+        let all = known.iter().map(|(_, p)| p[k]);
+        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], v| [l.min(v), h.max(v)])
+    };
+    let [[left, right], [bottom, top]] = [bounds(0), bounds(1)];
+    let (width, height) = (right - left, top - bottom);
+    if !(width > 0.0 && height > 0.0) {
+        return None;
+    }
+    let spacing = 1.5 * (width * height / known.len() as f64).sqrt();
+    let columns = (width / spacing).ceil().clamp(1.0, COLUMNS) as usize;
+    let rows = (height / spacing).ceil().clamp(1.0, COLUMNS) as usize;
+    let cell = |p: &[f64; 2]| {
+        let column = ((p[0] - left) / width * columns as f64) as usize;
+        let row = ((top - p[1]) / height * rows as f64) as usize;
+        row.min(rows - 1) * columns + column.min(columns - 1)
+    };
+    let mut maps = Vec::new();
+    let mut coded = Vec::new();
+    for (name, map, ends, values) in wanted {
+        let mut sums = vec![(0.0, 0_u32); rows * columns];
+        for (i, p) in &known {
+            if let Some(v) = values.get(*i).filter(|v| v.is_finite()) {
+                let sum = &mut sums[cell(p)];
+                *sum = (sum.0 + v, sum.1 + 1);
+            }
+        }
+        let byte = |(sum, count): &(f64, u32)| {
+            if *count == 0 { 255 } else { (map.position(sum / f64::from(*count)) * 254.0).round() as u8 }
+        };
+        let cells: Vec<u8> = sums.iter().map(byte).collect();
+        coded.push(serde_json::json!({ "columns": columns, "rows": rows, "cells": base64(&cells) }));
+        let [low, high] = legend(*map, *ends);
+        maps.push(FlatMap { name: name.clone(), low, high });
+    }
+    let mm = |v: f64| crate::report::format::fixed(v, 1);
+    Some(Flat { maps, data: serde_json::json!(coded).to_string(), ends: [mm(0.0), mm(width), mm(bottom), mm(top)] })
 }
 
 fn micro(mm: f64) -> String {

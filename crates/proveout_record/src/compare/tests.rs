@@ -112,7 +112,8 @@ fn compared(text: &str) -> Compared {
             source: text.into(),
         }],
         rules: BTreeMap::from(
-            ["gain", "error", "stretch", "demand", "scallop", "difference"].map(|r| (r.to_owned(), text.to_owned())),
+            ["gain", "error", "stretch", "demand", "reversals", "scallop", "difference"]
+                .map(|r| (r.to_owned(), text.to_owned())),
         ),
     };
     let curve = |name: &str, role, points: Vec<[f64; 2]>| StudyCurve {
@@ -154,6 +155,7 @@ fn compared(text: &str) -> Compared {
             mesh,
             deviation: vec![values.clone(), values.clone()],
             difference: vec![Vec::new(), values],
+            unrolled: (0..8).map(|i| [f64::from(i) * 10.0, f64::from(i % 3)]).collect(),
         }),
         shown_s: None,
     };
@@ -181,7 +183,7 @@ fn page(text: &str) -> String {
 fn nothing_of_a_comparison_becomes_markup() {
     let text = page(EVIL);
     assert!(!text.contains("<script>alert") && !text.contains("<img"), "a value went through unescaped");
-    assert_eq!(text.matches("</script>").count(), 3, "only the three scripts of the page end");
+    assert_eq!(text.matches("</script>").count(), 5, "only the five scripts of the page end");
     assert!(text.contains("&lt;script&gt;alert(1)") && text.contains("{{ 7*7 }}"), "text is shown, not run");
 }
 
@@ -199,9 +201,16 @@ fn the_page_stands_alone_and_its_tags_close() {
 #[test]
 fn every_section_has_its_numbers() {
     let text = page("plain");
-    for needle in
-        ["19.20 ± 1.40 %", "sign holds in every variation", "38.1 %", "41.5 %", "103.9", "15.7 µm", "data-layer=\"2\""]
-    {
+    for needle in [
+        "19.20 ± 1.40 %",
+        "sign holds in every variation",
+        "38.1 %",
+        "41.5 %",
+        "103.9",
+        "15.7 µm",
+        "data-layer=\"2\"",
+        "data-cells=\"2\"",
+    ] {
         assert!(text.contains(needle), "{needle}");
     }
     assert!(text.contains(r#"class="circles""#) && text.contains(r#"class="triangles""#), "key points and marks");

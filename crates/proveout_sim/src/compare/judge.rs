@@ -201,3 +201,184 @@ impl Wanted<'_> {
         Found { value, unit }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::{
+        compare::result::{Made, Stretch, StretchAxis, StudyFigure},
+        config::parse_toml,
+        verdict::{Clearance, Deviation, Gate, Surface, Time},
+    };
+
+    fn program(time: f64, acceleration: Option<f64>) -> ProgramFigures {
+        let axis = StretchAxis {
+            unit: "deg".into(),
+            max_velocity: 90.0,
+            max_acceleration: 600.0,
+            max_jerk: 12_000.0,
+            reversals: 2,
+            demand_velocity: Some(100.0),
+            demand_acceleration: acceleration,
+        };
+        let gate = |name: &str, state| Gate { name: name.into(), state, reason: format!("{name} by test") };
+        ProgramFigures {
+            folder: "p".into(),
+            verdict: State::Unchecked,
+            gates: vec![gate("gouge", State::Pass), gate("collision", State::Unchecked)],
+            errors: 0,
+            digests: BTreeMap::new(),
+            made: Some(Made {
+                method: "m".into(),
+                source: String::new(),
+                from: "a".into(),
+                center_shift_mm: None,
+                figures: vec![StudyFigure { name: "smallest margin".into(), unit: "deg".into(), value: 0.25 }],
+            }),
+            time: Time { total_s: time + 10.0, cutting_s: time, ..Time::default() },
+            axes: BTreeMap::new(),
+            stretch: Some(Stretch {
+                blocks: 1,
+                time_s: time,
+                programmed_s: time,
+                axes: BTreeMap::from([("A".to_owned(), axis)]),
+            }),
+            deviation: Deviation::default(),
+            surface: Surface::default(),
+            difference: None,
+            clearance: Clearance::default(),
+        }
+    }
+
+    fn comparison() -> Comparison {
+        let programs =
+            [("a", program(80.0, Some(4000.0))), ("b", program(64.0, Some(1000.0))), ("c", program(0.0, None))];
+        Comparison {
+            schema_version: 1,
+            scene: String::new(),
+            description: String::new(),
+            experiment: String::new(),
+            machine: String::new(),
+            baseline: "a".into(),
+            order: Vec::new(),
+            verdict: State::Unchecked,
+            programs: programs.map(|(name, p)| (name.to_owned(), p)).into(),
+            gains: BTreeMap::new(),
+            variations: Vec::new(),
+            published: Vec::new(),
+            expectations: Vec::new(),
+            rules: BTreeMap::new(),
+        }
+    }
+
+    fn file(text: &str) -> CompareFile {
+        parse_toml(std::path::Path::new("scene.toml"), text).expect("a section")
+    }
+
+    #[test]
+    fn time_saved_and_rate_are_two_readings_and_a_band_decides() {
+        let text = r#"
+            [[published]]
+            name = "saved"
+            program = "b"
+            against = "a"
+            quantity = "stretch-time"
+            value = 24.5
+            band = [15, 35]
+            source = "s"
+            [[published]]
+            name = "rate"
+            program = "b"
+            against = "a"
+            quantity = "stretch-time"
+            form = "rate"
+            value = 24.5
+            band = [15, 24.9]
+            source = "s"
+            [[published]]
+            name = "acceleration"
+            program = "b"
+            against = "a"
+            quantity = "demand-acceleration"
+            axis = "A"
+            value = 72.9
+            source = "s"
+            [[published]]
+            name = "not known"
+            program = "c"
+            against = "a"
+            quantity = "demand-acceleration"
+            axis = "A"
+            value = 72.9
+            band = [0, 100]
+            source = "s"
+        "#;
+        let rows = published(&file(text), &comparison());
+        let seen: Vec<_> = rows.iter().map(|p| (p.value, p.state)).collect();
+        let close = |v: Option<f64>, wanted: f64| v.is_some_and(|v| (v - wanted).abs() < 1e-9);
+        assert!(close(seen[0].0, 20.0) && seen[0].1 == State::Pass, "{rows:?}");
+        assert!(close(seen[1].0, 25.0) && seen[1].1 == State::Fail, "{rows:?}");
+        assert!(close(seen[2].0, 75.0) && seen[2].1 == State::Unchecked, "no band, no judgement: {rows:?}");
+        assert_eq!(seen[3], (None, State::Unchecked), "a value that is not known is never reproduced");
+    }
+
+    #[test]
+    fn criteria_are_judged_and_what_is_not_known_is_unchecked() {
+        let text = r#"
+            [[expect]]
+            name = "gate passes"
+            program = "b"
+            gate = "gouge"
+            [[expect]]
+            name = "gate unchecked"
+            program = "b"
+            gate = "collision"
+            [[expect]]
+            name = "too many"
+            program = "b"
+            quantity = "reversals"
+            axis = "A"
+            at_most = 1
+            [[expect]]
+            name = "at the bound"
+            program = "b"
+            quantity = "study"
+            figure = "smallest margin"
+            at_least = 0.25
+            [[expect]]
+            name = "no such number"
+            program = "b"
+            quantity = "study"
+            figure = "largest margin"
+            at_least = 0
+            [[expect]]
+            name = "no such joint"
+            program = "b"
+            quantity = "max-jerk"
+            axis = "C"
+            at_most = 1e9
+            [[expect]]
+            name = "no scallop"
+            program = "b"
+            against = "a"
+            quantity = "scallop-max"
+            at_most = 5
+            [[expect]]
+            name = "division by zero"
+            program = "a"
+            against = "c"
+            quantity = "stretch-time"
+            at_least = 0
+        "#;
+        use State::{Fail, Pass, Unchecked};
+        let rows = expectations(&file(text), &comparison());
+        let states: Vec<State> = rows.iter().map(|e| e.state).collect();
+        assert_eq!(states, [Pass, Unchecked, Fail, Pass, Unchecked, Unchecked, Unchecked, Unchecked], "{rows:?}");
+        for row in rows.iter().filter(|e| e.state == Unchecked) {
+            assert!(!row.reason.is_empty(), "{row:?}");
+        }
+        assert!(rows[4].reason.contains("smallest margin"), "what there is: {}", rows[4].reason);
+    }
+}

@@ -258,7 +258,10 @@ fn with_error(g: &TimeGain) -> String {
 }
 
 fn fixed(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(|| "not known".to_owned(), |v| format!("{v:.digits$}"))
+    value.map_or_else(
+        || "not known".to_owned(),
+        |v| format!("{:.digits$}", if v.abs() < 0.5 * 0.1_f64.powi(digits as i32) { 0.0 } else { v }),
+    )
 }
 
 /// Four significant digits; zero as such.

@@ -19,6 +19,7 @@ mod pictures;
 mod result;
 mod surface;
 mod uncertainty;
+mod unrolled;
 mod variation;
 
 use std::{
@@ -28,6 +29,7 @@ use std::{
 };
 
 use proveout_controller::Dynamics;
+use proveout_geom::blade::Blade;
 use proveout_machine::{JointKind, JointValues, Machine};
 use rayon::prelude::*;
 
@@ -72,6 +74,7 @@ pub struct Comparing {
     file: CompareFile,
     scene: String,
     description: String,
+    blade: Option<Blade>,
     baseline: usize,
     entries: Vec<Entry>,
     variations: Vec<Variation>,
@@ -142,8 +145,10 @@ impl Comparing {
             Entry::new(Prepared::read(path, &choice)?, name)
         };
         let entries = names.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let blade = scene.file.part.as_ref().and_then(|p| p.blade).and_then(|b| b.blade(0.0).ok());
         Ok(Self {
             file,
+            blade,
             scene: scene.file.name,
             description: scene.file.description,
             baseline,
@@ -282,7 +287,10 @@ impl Comparing {
         let Some(index) = self.entries.iter().position(|e| e.name == name) else { return };
         let RunResult { verdict, surface, .. } = result;
         if index == self.baseline && !surface.vertex_deviation.is_empty() {
+            let judged = |i: usize| surface.vertex_deviation.get(i).is_some_and(|d| d.is_finite());
+            let flat = |blade: &Blade| unrolled::unrolled(blade, &surface.mesh.positions, judged);
             self.part = Some(PartPicture {
+                unrolled: self.blade.as_ref().map_or_else(Vec::new, flat),
                 mesh: surface.mesh,
                 normals: surface.normals,
                 deviation: vec![Vec::new(); self.entries.len()],
@@ -588,6 +596,12 @@ fn rules(ends: f64) -> BTreeMap<String, String> {
             "demand",
             "Demand: differences of joint positions at the ends of the program's blocks over their programmed times: what the \
              program asks for, whatever the joint can do. The step is the block of the program"
+                .to_owned(),
+        ),
+        (
+            "reversals",
+            "Over the cutting stretch a joint reverses where it turns back by more than 0.001 mm or 1e-6 rad; over the whole \
+             program, as in the verdict, wherever its speed changes sign"
                 .to_owned(),
         ),
         ("scallop", SCALLOP_RULE.to_owned()),

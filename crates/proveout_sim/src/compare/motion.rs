@@ -4,7 +4,8 @@
 //! the blocks within `run_ends_s` of programmed time from both ends are left out: approach, run-up and retract. Programmed
 //! time is length over programmed feed, so that programs of the same structure keep the same blocks.
 //!
-//! *Extremes* are those of the set points at the control samples that belong to the blocks of the stretch.
+//! *Extremes* are those of the set points at the control samples that belong to the blocks of the stretch. A joint reverses
+//! where it turns back by more than a dead band; the reversal belongs to the block in which it turns.
 //!
 //! *Demand* is what the program asks of a joint at its programmed feed, whatever the joint can do: with positions `q_i` at
 //! the ends of the blocks and programmed times `t_i`, `v_i = (q_i - q_(i-1)) / t_i` and
@@ -17,7 +18,7 @@ use proveout_controller::{
     BlockKind, BlockRecord, Chunk, Controller, Dynamics, Event, MoveKind, Settings as ControlSettings, Summary,
 };
 use proveout_geom::{Point, ToolPose};
-use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{Joint, JointKind, JointValues, MAX_JOINTS, Machine};
 use proveout_nc::{Command, Op, PathMode, Program, Settings as NcSettings};
 use proveout_tool::{Tool, ToolLibrary};
 
@@ -27,8 +28,8 @@ use crate::{
     run::{from_run_error, known_offset},
 };
 
-/// Speeds below this (mm/s or rad/s) do not tell a direction of motion; as in the summary of the control.
-const STANDSTILL: f64 = 1e-6;
+/// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
+const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);
 
 /// A program on its machine, without a stock.
 #[derive(Clone, Debug)]
@@ -63,43 +64,48 @@ pub(crate) struct FeedBlock {
     /// Center of the ball at its end in the table frame, where the tool is a ball.
     pub(crate) center: Option<Point>,
     high: [JointValues; 3],
-    turns: Turns,
+    /// Number of the block.
+    index: u32,
 }
 
-/// Directions of the joints over a stretch of samples.
+/// Where a joint turns.
 #[derive(Clone, Copy, Debug, Default)]
-struct Turns {
-    first: [i8; MAX_JOINTS],
-    last: [i8; MAX_JOINTS],
-    reversals: [u32; MAX_JOINTS],
+struct Turning {
+    /// Direction of motion; 0 before it is known.
+    direction: i8,
+    /// Lowest and highest position since the last turn, and the block of each.
+    low: (f64, u32),
+    high: (f64, u32),
+    begun: bool,
 }
 
-impl Turns {
-    fn sample(&mut self, velocity: &JointValues) {
-        for (i, v) in velocity.0.iter().enumerate().filter(|(_, v)| v.abs() > STANDSTILL) {
-            self.direction(i, if *v > 0.0 { 1 } else { -1 });
+impl Turning {
+    /// Takes a position; gives the block in which the joint has turned, once it has moved back by more than the band.
+    fn position(&mut self, q: f64, block: u32, band: f64) -> Option<u32> {
+        if !self.begun {
+            *self = Self { direction: 0, low: (q, block), high: (q, block), begun: true };
+            return None;
         }
-    }
-
-    fn direction(&mut self, joint: usize, direction: i8) {
-        if self.last[joint] == -direction {
-            self.reversals[joint] += 1;
+        if q <= self.low.0 {
+            self.low = (q, block);
         }
-        if self.first[joint] == 0 {
-            self.first[joint] = direction;
+        if q >= self.high.0 {
+            self.high = (q, block);
         }
-        self.last[joint] = direction;
-    }
-
-    /// This stretch and the one after it.
-    fn append(&mut self, next: &Self) {
-        for joint in 0..MAX_JOINTS {
-            if next.first[joint] != 0 {
-                self.direction(joint, next.first[joint]);
-                self.reversals[joint] += next.reversals[joint];
-                self.last[joint] = next.last[joint];
+        let back = if self.high.0 - q > band { -1 } else { i8::from(q - self.low.0 > band) };
+        if back == 0 || back == self.direction {
+            // Going on: what lies behind is no longer a place to turn from.
+            match self.direction {
+                1 => self.low = (q, block),
+                -1 => self.high = (q, block),
+                _ => {}
             }
+            return None;
         }
+        let turned = if back < 0 { self.high.1 } else { self.low.1 };
+        let known = self.direction != 0;
+        *self = Self { direction: back, low: (q, block), high: (q, block), begun: true };
+        known.then_some(turned)
     }
 }
 
@@ -108,6 +114,8 @@ impl Turns {
 pub(crate) struct Motion {
     pub(crate) summary: Summary,
     pub(crate) blocks: Vec<FeedBlock>,
+    /// Reversals of each joint by block; blocks without one are not there.
+    reversals: BTreeMap<u32, [u32; MAX_JOINTS]>,
 }
 
 /// Extremes of a joint over the cutting stretch, mm or radian and s.
@@ -165,11 +173,13 @@ impl MotionCase {
         };
         let commands = program.map(|command| command.and_then(|c| known_offset(self.scaled(c), &self.nc, &self.scene)));
         let mut controller = Controller::new(commands, &self.machine, &self.tools.tools, self.settings.clone())?;
-        let mut record = Record { tools: &self.tools.tools, ..Record::default() };
+        let band = |j: &Joint| if j.kind == JointKind::Rotary { DEAD_BAND.1 } else { DEAD_BAND.0 };
+        let bands = self.machine.joints.iter().map(band).collect();
+        let mut record = Record { tools: &self.tools.tools, bands, ..Record::default() };
         while let Some(chunk) = controller.next_chunk().map_err(from_run_error)? {
             record.take(&chunk);
         }
-        Ok(Motion { summary: controller.summary(), blocks: record.blocks })
+        Ok(Motion { summary: controller.summary(), blocks: record.blocks, reversals: record.reversals })
     }
 
     fn scaled(&self, mut command: Command) -> Command {
@@ -187,7 +197,6 @@ impl MotionCase {
 struct Open {
     end: Option<(JointValues, ToolPose)>,
     high: [JointValues; 3],
-    turns: Turns,
 }
 
 #[derive(Default)]
@@ -199,6 +208,9 @@ struct Record<'a> {
     run: u32,
     in_run: bool,
     blocks: Vec<FeedBlock>,
+    bands: Vec<f64>,
+    turning: [Turning; MAX_JOINTS],
+    reversals: BTreeMap<u32, [u32; MAX_JOINTS]>,
 }
 
 impl Record<'_> {
@@ -213,13 +225,22 @@ impl Record<'_> {
         for piece in chunk.pieces.iter().filter(|p| p.kind == MoveKind::Feed) {
             self.open.entry(piece.block).or_default().end = Some((piece.joints[1], piece.pose[1]));
         }
-        for sample in chunk.samples.iter().filter(|s| s.kind == MoveKind::Feed) {
+        for sample in &chunk.samples {
+            if sample.kind != MoveKind::Feed {
+                // What lies between two runs is no reversal of either.
+                self.turning = <[Turning; MAX_JOINTS]>::default();
+                continue;
+            }
+            for (joint, (turning, band)) in self.turning.iter_mut().zip(&self.bands).enumerate() {
+                if let Some(block) = turning.position(sample.commanded[joint], sample.block, *band) {
+                    self.reversals.entry(block).or_default()[joint] += 1;
+                }
+            }
             let open = self.open.entry(sample.block).or_default();
             let values = [&sample.velocity, &sample.acceleration, &sample.jerk];
             for (high, value) in open.high.iter_mut().zip(values) {
                 *high = high.zip_map(*value, |m, v| m.max(v.abs()));
             }
-            open.turns.sample(&sample.velocity);
         }
         for block in &chunk.blocks {
             self.ended(block);
@@ -242,7 +263,7 @@ impl Record<'_> {
                     end,
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,
-                    turns: open.turns,
+                    index: block.index,
                 });
             }
             BlockKind::Move(_) | BlockKind::ToolChange => self.in_run = false,
@@ -286,21 +307,17 @@ impl Motion {
         stretch.iter().flat_map(blocks).map(|b| b.time[1] - b.time[0]).sum()
     }
 
-    /// Extremes of every joint over the stretch. A reversal between two runs does not count.
+    /// Extremes of every joint over the stretch.
     pub(crate) fn extremes(&self, stretch: &[std::ops::Range<usize>]) -> Vec<Extremes> {
         let mut all = vec![Extremes::default(); self.summary.joints.len()];
         for range in stretch {
-            let mut turns = Turns::default();
             for block in self.blocks.get(range.clone()).unwrap_or_default() {
                 for (joint, e) in all.iter_mut().enumerate() {
                     e.velocity = e.velocity.max(block.high[0][joint]);
                     e.acceleration = e.acceleration.max(block.high[1][joint]);
                     e.jerk = e.jerk.max(block.high[2][joint]);
+                    e.reversals += self.reversals.get(&block.index).map_or(0, |r| r[joint]);
                 }
-                turns.append(&block.turns);
-            }
-            for (e, reversals) in all.iter_mut().zip(turns.reversals) {
-                e.reversals += reversals;
             }
         }
         all
@@ -356,12 +373,12 @@ mod tests {
             end,
             center: None,
             high: [JointValues::ZERO; 3],
-            turns: Turns::default(),
+            index: 0,
         }
     }
 
     fn motion(blocks: Vec<FeedBlock>) -> Motion {
-        Motion { summary: Summary::default(), blocks }
+        Motion { summary: Summary::default(), blocks, reversals: BTreeMap::new() }
     }
 
     #[test]
@@ -393,23 +410,23 @@ mod tests {
     }
 
     #[test]
-    fn reversals_are_counted_over_block_borders() {
-        let turns = |speeds: &[f64]| {
-            let mut turns = Turns::default();
-            for v in speeds {
-                let mut q = JointValues::ZERO;
-                q[0] = *v;
-                turns.sample(&q);
-            }
-            turns
+    fn a_joint_reverses_where_it_turns_back_by_more_than_the_band() {
+        let turns = |positions: &[f64], band: f64| -> Vec<u32> {
+            let mut turning = Turning::default();
+            (0..).zip(positions).filter_map(|(block, q)| turning.position(*q, block, band)).collect()
         };
-        let speeds = [1.0, 2.0, 0.0, -1.0, -1.0, 1e-9, 3.0, -2.0, -1.0, 0.0, -1.0, 1.0];
-        let whole = turns(&speeds);
-        assert_eq!(whole.reversals[0], 4);
-        for cut in 0..speeds.len() {
-            let mut parts = turns(&speeds[..cut]);
-            parts.append(&turns(&speeds[cut..]));
-            assert_eq!((parts.reversals[0], parts.last[0]), (4, 1), "cut at {cut}");
-        }
+        // Up to 3 at place 3, down to -1 at place 7, up, and down again from the last place of a plateau.
+        let path = [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, -1.0, 0.0, 5.0, 5.0, 5.0, 4.0];
+        assert_eq!(turns(&path, 0.5), [3, 7, 11]);
+        assert_eq!(turns(&path, 1.5), [3, 7], "the last way back is shorter than the band");
+        assert_eq!(turns(&path, 10.0), []);
+        // Noise on a way up is no reversal; without a band it is.
+        let noisy: Vec<f64> = (0..100).map(|i| f64::from(i) * 0.01 + if i % 2 == 0 { 0.02 } else { 0.0 }).collect();
+        assert_eq!(turns(&noisy, 0.05), []);
+        assert!(turns(&noisy, 0.0).len() > 90);
+        // A slow way back counts when it adds up.
+        let slow: Vec<f64> =
+            (0..100).map(|i| if i < 50 { f64::from(i) } else { 49.0 - 0.01 * f64::from(i - 49) }).collect();
+        assert_eq!(turns(&slow, 0.1), [49]);
     }
 }

@@ -14,6 +14,7 @@ enum Change {
     Pieces(f64),
     Window(f64),
     Cycle(f64),
+    Sampling(f64),
     PathTolerance(f64),
     Velocity(f64),
     Acceleration(f64),
@@ -43,6 +44,7 @@ pub(crate) fn variations(nominal: Dynamics) -> Vec<TwinVariation> {
     for (factor, word) in halves {
         put(format!("control cycle {word}"), "control cycle", Numerical, Change::Cycle(factor));
     }
+    put("sampling of the motion halved".into(), "sampling", Numerical, Change::Sampling(0.5));
     for (factor, word) in halves {
         put(format!("path tolerance {word}"), "path tolerance", Model, Change::PathTolerance(factor));
     }
@@ -86,6 +88,10 @@ impl TwinVariation {
             Change::Cycle(f) => {
                 out.machine.control.cycle_time *= f;
                 out.settings.sample_time = out.settings.sample_time.map(|t| t * f);
+            }
+            Change::Sampling(f) => {
+                let time = out.settings.sample_time.unwrap_or(out.machine.control.cycle_time);
+                out.settings.sample_time = Some(time * f);
             }
             Change::PathTolerance(f) => {
                 out.tolerance_factor *= f;
