@@ -203,8 +203,7 @@ impl Open {
         let tiles = StockTiles::new(setup.stock);
         sink.document(path(["about"]), about(setup, &tiles))?;
         let (machine_box, work_box) = boxes(setup);
-        let names: Vec<String> = units.iter().map(|u| u.name.clone()).collect();
-        blueprint::send(&sink, &names, servo, &machine_box, &work_box)?;
+        blueprint::send(&sink, &units, servo, &machine_box, &work_box)?;
         let mut open = Self {
             sink,
             live,
