@@ -14,7 +14,7 @@ fn with_drive(text: &str, name: &str, table: &str) -> Option<String> {
     let begin = (0..lines.len())
         .find(|&i| lines[i] == "[[joint]]" && lines.get(i + 1).is_some_and(|l| *l == format!("name = \"{name}\"")))?;
     let is_end = |l: &&str| l.starts_with('[') && !l.starts_with("[joint.") || l.starts_with("# ");
-    let end = begin + 1 + lines[begin + 1..].iter().position(|l| is_end(&l))?;
+    let end = begin + 1 + lines[begin + 1..].iter().position(is_end)?;
     let own = lines[begin..end].iter().position(|l| *l == "[joint.drive]").map(|i| begin + i);
     let (from, to) = match own {
         Some(from) => (from, from + lines[from..end].iter().position(|l| l.is_empty()).unwrap_or(end - from)),

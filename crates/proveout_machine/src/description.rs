@@ -230,7 +230,7 @@ pub(crate) struct BodyFile {
     pub(crate) color: Option<Vec<u8>>,
     /// False for a body that is only drawn.
     pub(crate) check: bool,
-    /// Mass, for drive loads; when left out, volume times the density of the role in body_density.
+    /// Mass, for drive loads; when left out, volume times the mean density of its role, where the machine states one.
     pub(crate) mass: Option<MassFile>,
     /// Node of the model file whose meshes, children included, make the body.
     pub(crate) node: Option<String>,

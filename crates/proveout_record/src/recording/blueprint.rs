@@ -11,7 +11,7 @@ use rerun::{
     external::{
         re_log_types::{BlueprintActivationCommand, LogMsg},
         re_sdk_types::blueprint::{
-            archetypes::{Background, EyeControls3D, LineGrid3D},
+            archetypes::{Background, EyeControls3D, LineGrid3D, PlotLegend},
             components::BackgroundKind,
         },
     },
@@ -20,6 +20,7 @@ use rerun::{
 use crate::{
     error::RecordError,
     recording::sink::{APPLICATION, Sink, TIMELINE},
+    units::JointUnit,
 };
 
 /// A camera: where it stands and what it looks at, mm, in the frame of its view; Z is up.
@@ -48,7 +49,7 @@ impl Eye {
 /// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
 pub(crate) fn send(
     sink: &Sink,
-    joints: &[String],
+    joints: &[JointUnit],
     drives: bool,
     machine: &Aabb,
     work: &Aabb,
@@ -89,7 +90,8 @@ pub(crate) fn send(
         .with_name("Process")
         .into(),
     ];
-    plots.extend(joints.iter().map(|joint| axis_tab(joint, drives)));
+    let mut plain = Vec::new();
+    plots.extend(joints.iter().map(|joint| axis_tab(joint, drives, &mut plain)));
     let blueprint = Blueprint::new(
         Horizontal::new([
             Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
@@ -111,7 +113,7 @@ pub(crate) fn send(
     .with_time_panel(
         TimePanel::new().with_state(PanelState::Collapsed).with_timeline(TIMELINE).with_play_state(PlayState::Paused),
     );
-    let messages = with_eyes(sink, &blueprint, &eyes)?;
+    let messages = with_eyes(sink, &blueprint, &eyes, &plain)?;
     if let Some(first) = messages.first() {
         let command = BlueprintActivationCommand::make_active(first.store_id().clone());
         sink.stream.send_blueprint(messages, command);
@@ -119,21 +121,34 @@ pub(crate) fn send(
     Ok(())
 }
 
-/// The plots of one axis above each other, each with its own unit.
-fn axis_tab(joint: &str, drives: bool) -> ContainerLike {
-    let strip = |name: &str, what: &str| -> ContainerLike {
-        let entity = format!("/axes/{joint}/{what}");
-        TimeSeriesView::new(format!("{joint} {name}")).with_origin("/").with_contents([format!("+ {entity}/**")]).into()
-    };
-    let motion =
-        [("position", "position"), ("velocity", "velocity"), ("acceleration", "acceleration"), ("jerk", "jerk")];
-    let drive = [("following error", "following_error"), ("drive force", "force"), ("drive power", "power")];
-    let all = motion.into_iter().chain(drive.into_iter().filter(|_| drives));
-    Vertical::new(all.map(|(name, what)| strip(name, what))).with_name(joint).into()
+/// The plots of one axis above each other, each with its own unit; the views that get no legend are added to `plain`.
+fn axis_tab(unit: &JointUnit, drives: bool, plain: &mut Vec<String>) -> ContainerLike {
+    let length = if unit.unit == "deg" { "°" } else { unit.unit };
+    let motion = ["position", "velocity", "acceleration", "jerk"].into_iter().zip(["", "/s", "/s²", "/s³"]);
+    let mut strips: Vec<(&str, &str, String)> =
+        motion.map(|(what, per)| (what, what, format!("{length}{per}"))).collect();
+    if drives {
+        let kind = if unit.force_unit == "N" { "drive force" } else { "drive torque" };
+        strips.push(("following error", "following_error", length.to_owned()));
+        strips.push((kind, "force", unit.force_unit.to_owned()));
+        strips.push(("drive power", "power", "W".to_owned()));
+    }
+    let views = strips.into_iter().map(|(name, what, symbol)| {
+        let view: ContainerLike = TimeSeriesView::new(format!("{} {name}, {symbol}", unit.name))
+            .with_origin("/")
+            .with_contents([format!("+ /axes/{}/{what}/**", unit.name)])
+            .into();
+        if let ContainerLike::View(view) = &view {
+            plain.push(view.blueprint_path().to_string());
+        }
+        view
+    });
+    let views: Vec<ContainerLike> = views.collect();
+    Vertical::new(views).with_name(unit.name.as_str()).into()
 }
 
-/// The messages of a blueprint with the cameras of its views.
-fn with_eyes(sink: &Sink, blueprint: &Blueprint, eyes: &[Eye]) -> Result<Vec<LogMsg>, RecordError> {
+/// The messages of a blueprint with the cameras of its views and without the legends of the `plain` ones.
+fn with_eyes(sink: &Sink, blueprint: &Blueprint, eyes: &[Eye], plain: &[String]) -> Result<Vec<LogMsg>, RecordError> {
     let (stream, storage) =
         RecordingStreamBuilder::new(APPLICATION).enabled(true).memory().map_err(|e| sink.fault(e))?;
     let activation = BlueprintActivation { make_active: true, make_default: true };
@@ -142,11 +157,11 @@ fn with_eyes(sink: &Sink, blueprint: &Blueprint, eyes: &[Eye]) -> Result<Vec<Log
         |m: &LogMsg| m.store_id().kind() == StoreKind::Blueprint && !matches!(m, LogMsg::BlueprintActivationCommand(_));
     let mut messages: Vec<LogMsg> = storage.take().into_iter().filter(ours).collect();
     let Some(store) = messages.first().map(|m| m.store_id().clone()) else { return Ok(messages) };
-    messages.extend(eye_messages(sink, &store, eyes)?);
+    messages.extend(eye_messages(sink, &store, eyes, plain)?);
     Ok(messages)
 }
 
-fn eye_messages(sink: &Sink, store: &StoreId, eyes: &[Eye]) -> Result<Vec<LogMsg>, RecordError> {
+fn eye_messages(sink: &Sink, store: &StoreId, eyes: &[Eye], plain: &[String]) -> Result<Vec<LogMsg>, RecordError> {
     let (stream, storage) =
         RecordingStreamBuilder::from_store_id(store).enabled(true).memory().map_err(|e| sink.fault(e))?;
     stream.set_time_sequence("blueprint", 0);
@@ -164,6 +179,11 @@ fn eye_messages(sink: &Sink, store: &StoreId, eyes: &[Eye]) -> Result<Vec<LogMsg
         ] {
             stream.log(format!("{}/{name}", eye.view), what).map_err(|e| sink.fault(e))?;
         }
+    }
+    for view in plain {
+        // One line a plot, named in its title: a legend would cover it.
+        let legend = PlotLegend::new().with_visible(false);
+        stream.log(format!("{view}/PlotLegend"), &legend).map_err(|e| sink.fault(e))?;
     }
     // The store is announced already by the blueprint's own messages.
     Ok(storage.take().into_iter().filter(|m| matches!(m, LogMsg::ArrowMsg(..))).collect())

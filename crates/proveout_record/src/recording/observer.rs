@@ -1,3 +1,5 @@
+mod limits;
+
 use std::path::Path;
 
 use proveout_controller::{Dynamics, Event, MoveKind};
@@ -44,7 +46,6 @@ const MARKS: usize = 300;
 const FEED_COLOR: Rgba = [64, 148, 232, 255];
 const RAPID_COLOR: Rgba = [236, 150, 60, 255];
 const FINDING_COLOR: Rgba = [230, 60, 70, 255];
-const LIMIT_COLOR: Rgba = [150, 60, 64, 255];
 const FIXTURE_COLOR: Rgba = [120, 128, 140, 255];
 const PART_COLOR: Rgba = [110, 170, 130, 255];
 /// Lines of plots: six hues of about the same lightness.
@@ -203,8 +204,7 @@ impl Open {
         let tiles = StockTiles::new(setup.stock);
         sink.document(path(["about"]), about(setup, &tiles))?;
         let (machine_box, work_box) = boxes(setup);
-        let names: Vec<String> = units.iter().map(|u| u.name.clone()).collect();
-        blueprint::send(&sink, &names, servo, &machine_box, &work_box)?;
+        blueprint::send(&sink, &units, servo, &machine_box, &work_box)?;
         let mut open = Self {
             sink,
             live,
@@ -299,38 +299,6 @@ impl Open {
         self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
         self.surface(setup, outcome, end)?;
         self.sink.finish()
-    }
-
-    /// Lines at the limits that a signal comes near: travel, speed, acceleration, jerk, force of the drive.
-    fn limits(&self, setup: &Setup<'_>, end: f64) -> Result<(), RecordError> {
-        let draw = |signal: &Signal, bounds: [f64; 2], factor: f64| {
-            for (name, bound) in ["lower_limit", "upper_limit"].into_iter().zip(bounds) {
-                let bound = bound * factor;
-                if signal.comes_near(bound) {
-                    let entity = signal.path().join(&path([name]));
-                    self.sink.signal_style(entity.clone(), "limit", LIMIT_COLOR, false)?;
-                    self.sink.signal(entity, &[(0.0, bound), (end, bound)])?;
-                }
-            }
-            Ok(())
-        };
-        for (k, (joint, unit)) in setup.machine.joints.iter().zip(&self.units).enumerate() {
-            let Some(signals) = self.joints.get(k) else { continue };
-            if let Some(travel) = joint.travel {
-                draw(&signals[0], travel, unit.factor)?;
-            }
-            let rates = [joint.max_velocity, joint.max_acceleration, joint.max_jerk];
-            for (signal, limit) in signals[1..].iter().zip(rates) {
-                if let Some(limit) = limit {
-                    draw(signal, [-limit, limit], unit.factor)?;
-                }
-            }
-            let force = joint.drive.as_ref().and_then(|d| d.max_force);
-            if let (Some(drive), Some(force)) = (self.drives.get(k), force) {
-                draw(&drive[1], [-force, force], unit.force_factor)?;
-            }
-        }
-        Ok(())
     }
 
     /// Poses of all that moves.

@@ -7,6 +7,11 @@ const ROWS: usize = 15_000;
 /// First spacing, s: 50 poses a second.
 const FIRST_SPACING: f64 = 0.02;
 
+/// Spacings between the repeated values of a signal that stands: a quarter of a second at first.
+const REPEAT: f64 = 12.0;
+/// Most of them in one stretch.
+const MOST_REPEATS: f64 = 64.0;
+
 /// Spacing that grows with the number of rows written: 50 a second in the first 15 000 rows, 25 in the next, and so on,
 /// so that the number of rows grows with the logarithm of the length of the run.
 #[derive(Clone, Debug)]
@@ -55,7 +60,7 @@ impl MotionThinner {
 }
 
 /// Thins a signal to its smallest and largest sample in each stretch, at their own times: no peak is lost, and every
-/// row is a sample of the run. Stretches without a change give no row; the value before the next change is repeated.
+/// row is a sample of the run. Stretches without a change give few rows, which repeat their value up to the next change.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SignalThinner {
     begin: f64,
@@ -71,6 +76,15 @@ impl SignalThinner {
     pub(crate) fn push(&mut self, time: f64, value: f64, rows: &mut Vec<(f64, f64)>) {
         if !value.is_finite() {
             return;
+        }
+        if let Some(newest) = self.newest
+            && time - newest.0 > 4.0 * self.spacing.seconds
+        {
+            // A standstill has no samples between its first and its last: the signal holds its last value, which need not
+            // be the smallest or largest of its stretch.
+            self.flush(rows);
+            self.keep(newest, rows);
+            self.begin = time;
         }
         // Two rows a stretch: twice the spacing of poses keeps their number.
         if time >= self.begin + 2.0 * self.spacing.seconds {
@@ -94,14 +108,7 @@ impl SignalThinner {
         if unchanged {
             return;
         }
-        if let Some((t, v)) = self.written
-            && first.1 != v
-            && first.0 - t > 4.0 * self.spacing.seconds
-        {
-            // End of a constant stretch: without it the plot would slope towards the change.
-            rows.push((first.0 - 1e-6, v));
-            self.spacing.count();
-        }
+        self.hold(first, rows);
         for row in std::iter::once(first).chain((first != second).then_some(second)) {
             rows.push(row);
             self.spacing.count();
@@ -112,11 +119,36 @@ impl SignalThinner {
     /// Ends the signal with its last sample.
     pub(crate) fn finish(&mut self, rows: &mut Vec<(f64, f64)>) {
         self.flush(rows);
-        if let Some(newest) = self.newest.take()
-            && self.written.is_none_or(|w| w.0 < newest.0)
-        {
-            rows.push(newest);
-            self.written = Some(newest);
+        if let Some(newest) = self.newest.take() {
+            self.keep(newest, rows);
+        }
+    }
+
+    /// Holds the value that was written last up to the next row, where that comes after a constant stretch.
+    ///
+    /// A viewer draws many rows as one pixel, smallest first, and so would slope over the whole stretch: repeated values bind
+    /// the slope to their distance.
+    fn hold(&mut self, next: (f64, f64), rows: &mut Vec<(f64, f64)>) {
+        let Some((t, v)) = self.written else { return };
+        let gap = next.0 - t;
+        if gap <= 4.0 * self.spacing.seconds {
+            return;
+        }
+        let repeats = (gap / (REPEAT * self.spacing.seconds)).min(MOST_REPEATS).floor();
+        rows.extend((1..=repeats as usize).map(|k| (t + gap * k as f64 / (repeats + 1.0), v)));
+        if next.1 != v {
+            rows.push((next.0 - 1e-6, v));
+            self.spacing.count();
+        }
+    }
+
+    /// Writes a sample that comes after all that is written.
+    fn keep(&mut self, sample: (f64, f64), rows: &mut Vec<(f64, f64)>) {
+        if self.written.is_none_or(|w| w.0 < sample.0) {
+            self.hold(sample, rows);
+            rows.push(sample);
+            self.spacing.count();
+            self.written = Some(sample);
         }
     }
 }
@@ -175,8 +207,30 @@ mod tests {
         assert_eq!(rows.last().map(|r| r.0), Some(9.999));
     }
 
+    /// A jerk that ends at its lowest, drops to zero within the same stretch, and stands for five seconds.
     #[test]
-    fn a_constant_signal_is_two_rows() {
+    fn a_standstill_holds_the_value_that_it_began_with() {
+        let mut thinner = SignalThinner::default();
+        let mut rows = Vec::new();
+        let mut samples: Vec<(f64, f64)> =
+            (0..50).map(|i| (f64::from(i) * 0.002, if i < 45 { -9.0 } else { 0.0 })).collect();
+        samples.push((5.0, 0.0));
+        samples.extend((1..50).map(|i| (5.0 + f64::from(i) * 0.002, 7.0)));
+        for (t, v) in samples {
+            thinner.push(t, v, &mut rows);
+        }
+        thinner.finish(&mut rows);
+        for pair in rows.windows(2) {
+            let across = pair[0].0 > 0.1 && pair[1].0 <= 5.0;
+            assert!(!across || pair[0].1 == 0.0 && pair[1].1 == 0.0, "slopes over the standstill: {pair:?}");
+            assert!(pair[1].0 - pair[0].0 < 0.3, "bare stretch {pair:?}");
+        }
+        assert!(rows.iter().any(|r| r.1 == -9.0) && rows.iter().any(|r| r.1 == 7.0));
+        assert!(rows.windows(2).all(|w| w[0].0 < w[1].0), "times rise: {rows:?}");
+    }
+
+    #[test]
+    fn a_constant_signal_is_a_few_rows() {
         let mut thinner = SignalThinner::default();
         let mut rows = Vec::new();
         for i in 0..1000 {
@@ -184,6 +238,7 @@ mod tests {
         }
         thinner.push(10.0, f64::NAN, &mut rows);
         thinner.finish(&mut rows);
-        assert_eq!(rows, [(0.0, 4.0), (9.99, 4.0)]);
+        assert_eq!((rows[0], rows[rows.len() - 1]), ((0.0, 4.0), (9.99, 4.0)));
+        assert!(rows.len() < 45 && rows.iter().all(|r| r.1 == 4.0), "four a second: {}", rows.len());
     }
 }

@@ -74,6 +74,9 @@ fn remedy(code: &str) -> &'static str {
             "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
         }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
+        "limits-drive-saturated" => {
+            "Lower the acceleration or jerk of the joint or the feed of the block, or correct force limit, masses and friction of its drive."
+        }
         "limits-spindle-speed" => "Lower the programmed speed, or use a tool or spindle that allows it.",
         "process-rapid-in-material" => {
             "Move in feed here, or raise the retract plane above the stock as it stands at this block."
