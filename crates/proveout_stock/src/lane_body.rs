@@ -104,10 +104,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let mut hit = met;
         let mut below = above;
         if met.any() {
-            // From a point inside of the body Newton's method steps out of it, below its lower end.
-            let jump = above.covered & above.fs.lt(zero.same(-0.05));
-            let step = jump.select(above.f / above.fs, zero);
-            let start = jump.select((ray.hi - step).max(ray.lo).min(ray.hi), ray.lo);
+            let start = above.covered.select(above.other, ray.lo).max(ray.lo).min(ray.hi);
             below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met, steps);
             hit = met & (below.covered | below.end);
         }

@@ -34,8 +34,8 @@ pub(crate) struct Found<S: Simd> {
     pub miss: Mask<S>,
     pub s: L<S>,
     pub tau: L<S>,
-    pub f: L<S>,
-    pub fs: L<S>,
+    /// Where the other end of the interval may be looked for, if the body covers this one.
+    pub other: L<S>,
 }
 
 /// A sample outside of the body.
@@ -76,7 +76,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     let limit = if sign > 0.0 { ray.hi } else { ray.lo };
     let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
     let none = !wanted & wanted;
-    let mut found = Found { covered: none, end: none, miss: none, s, tau, f: zero, fs: zero };
+    let mut found = Found { covered: none, end: none, miss: none, s, tau, other: s };
     let mut active = wanted;
     // Samples outside of the body between which F has its minimum along the ray.
     let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero, slope: zero };
@@ -167,8 +167,15 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         if done.any() {
             found.s = (done & !found.end).select(s, found.s);
             found.tau = done.select(tau, found.tau);
-            found.f = done.select(q.f, found.f);
-            found.fs = done.select(q.fs, found.fs);
+            if sign > 0.0 && covered.any() {
+                // Where the other end is likely to be: on the parabola with the same height, slope and curvature.
+                let [_, _, fss] = q.curvature::<TURNS>(motion);
+                let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
+                let round = fss.gt(s.same(1e-3));
+                let out = (rise + root) / round.select(fss, one);
+                let straight = q.f / q.fs.min(s.same(-0.05));
+                found.other = covered.select(s - round.select(out, straight), found.other);
+            }
             active = active & !done;
             if !active.any() {
                 break;
@@ -185,12 +192,12 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         // At the beginning and at the end of the motion most searches only want the height.
         let settled = (tau.le(zero) & q.ft.ge(zero)) | (tau.ge(one) & q.ft.le(zero));
         let mut next = deep.select(limit, newton);
-        let shallow = active & inside & rise.lt(s.same(0.5));
-        if (astray | shallow | (active & !settled)).any() {
+        let deep_in = active & inside;
+        if (astray | deep_in | (active & !settled)).any() {
             let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
             // Out of the body where its skin is round: the parabola with the same height, slope and curvature.
             let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
-            let round = shallow & fss.gt(s.same(1e-3));
+            let round = deep_in & fss.gt(s.same(1e-3));
             let out = (root - rise) / round.select(fss, one);
             next = round.select(s + outward * out, next);
             if astray.any() {

@@ -141,33 +141,33 @@ impl TriDexel {
             .map(|a| {
                 let base = self.grid.first_tile[a];
                 let tiles = &self.tiles[base..self.grid.first_tile[a + 1]];
-                let mut pairs: Vec<(u32, u32)> = Vec::new();
-                for (k, item) in batch.ready[first..next].iter().enumerate() {
-                    let Some([u, v]) = self.tile_range(&item.region, a) else { continue };
-                    for j in v[0]..v[1] {
-                        for i in u[0]..u[1] {
-                            let t = j * self.grid.tiles[a][0] + i;
-                            // Material only shrinks: what the item misses now it will miss later.
-                            let tile = &tiles[t];
-                            if tile.lo < item.region.max[a] && tile.hi > item.region.min[a] {
-                                pairs.push((t as u32, (first + k) as u32));
+                // Twice over the same tiles: first to count, then to write.
+                let each = |f: &mut dyn FnMut(usize, u32)| {
+                    for (k, item) in batch.ready[first..next].iter().enumerate() {
+                        let Some([u, v]) = self.tile_range(&item.region, a) else { continue };
+                        let (low, high) = (item.region.min[a], item.region.max[a]);
+                        for j in v[0]..v[1] {
+                            let row = j * self.grid.tiles[a][0];
+                            for (i, tile) in tiles[row + u[0]..row + u[1]].iter().enumerate() {
+                                // Material only shrinks: what the item misses now it will miss later.
+                                if tile.lo < high && tile.hi > low {
+                                    f(row + u[0] + i, (first + k) as u32);
+                                }
                             }
                         }
                     }
-                }
+                };
                 let mut start = vec![0_u32; tiles.len() + 1];
-                for &(t, _) in &pairs {
-                    start[t as usize + 1] += 1;
-                }
+                each(&mut |t, _| start[t + 1] += 1);
                 for t in 0..tiles.len() {
                     start[t + 1] += start[t];
                 }
-                let mut entries = vec![0; pairs.len()];
+                let mut entries = vec![0; start[tiles.len()] as usize];
                 let mut cursor = start.clone();
-                for (t, item) in pairs {
-                    entries[cursor[t as usize] as usize] = item;
-                    cursor[t as usize] += 1;
-                }
+                each(&mut |t, item| {
+                    entries[cursor[t] as usize] = item;
+                    cursor[t] += 1;
+                });
                 (start, entries)
             })
             .collect();
@@ -205,18 +205,23 @@ impl TriDexel {
             batch.on_tile(grid, work, &bins.entries[entries], scratch);
         });
         for work in works {
-            let (a, _) = self.grid.tile_place(work.index);
+            let (a, [i0, j0]) = self.grid.tile_place(work.index);
+            let u = |column: usize| self.grid.center((a + 1) % 3, i0 + column);
+            let v = |row: usize| self.grid.center((a + 2) % 3, j0 + row);
             let area = self.grid.ray_area(a) / 3.0;
             for p in &work.found {
                 let report = &mut reports[p.item as usize];
                 report.volume_mm3 += p.length * area;
                 report.rays += u64::from(p.rays);
                 if p.longest > report.overlap_mm {
+                    let ray = usize::from(p.ray);
                     report.overlap_mm = p.longest;
-                    report.first_point = Some(Grid::point(a, p.at[0], p.at[1], p.at[2]));
+                    report.first_point = Some(Grid::point(a, p.middle, u(ray % TILE), v(ray / TILE)));
                 }
-                let low = Grid::point(a, p.range[0], p.u[0], p.v[0]);
-                let high = Grid::point(a, p.range[1], p.u[1], p.v[1]);
+                let ends = |bits: u8| [bits.trailing_zeros() as usize, 7 - bits.leading_zeros() as usize];
+                let (columns, rows) = (ends(p.columns), ends(p.rows));
+                let low = Grid::point(a, p.range[0], u(columns[0]), v(rows[0]));
+                let high = Grid::point(a, p.range[1], u(columns[1]), v(rows[1]));
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }

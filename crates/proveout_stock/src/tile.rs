@@ -32,6 +32,21 @@ impl Tile {
         tile
     }
 
+    /// Writes all rays anew: `add(ray, before, list)` appends the spans of a ray, given those that it had. `before` is a buffer.
+    pub(crate) fn rewrite(&mut self, before: &mut Vec<Span>, mut add: impl FnMut(usize, &[Span], &mut Vec<Span>)) {
+        before.clear();
+        before.extend_from_slice(&self.spans);
+        self.spans.clear();
+        let mut first = 0;
+        for r in 0..TILE_RAYS {
+            let last = self.start[r + 1] as usize;
+            add(r, before.get(first..last).unwrap_or(&[]), &mut self.spans);
+            first = last;
+            self.start[r + 1] = self.spans.len() as u32;
+        }
+        self.update_range();
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.spans.is_empty()
     }

@@ -136,13 +136,13 @@ impl WithSimd for CutLayer<'_> {
                 (layer.row_lo[row], layer.row_hi[row]) = (lo.lowest(), hi.highest());
             }
         }
-        add(&sums, met_rows, layer, sum);
+        add(&sums, met_rows, sum);
     }
 }
 
 /// Adds the columns to what the item met.
 #[inline(always)]
-fn add(sums: &Sums, met_rows: u8, layer: &Layer, sum: &mut Partial) {
+fn add(sums: &Sums, met_rows: u8, sum: &mut Partial) {
     let (mut count, mut length) = (0.0, 0.0);
     for c in 0..ROW {
         count += sums.count[c] + sums.count[c + ROW];
@@ -151,22 +151,14 @@ fn add(sums: &Sums, met_rows: u8, layer: &Layer, sum: &mut Partial) {
         sum.range[0] = if sums.low[c + ROW] < sum.range[0] { sums.low[c + ROW] } else { sum.range[0] };
         sum.range[1] = if sums.high[c] > sum.range[1] { sums.high[c] } else { sum.range[1] };
         sum.range[1] = if sums.high[c + ROW] > sum.range[1] { sums.high[c + ROW] } else { sum.range[1] };
-        if sums.longest[c] > 0.0 || sums.longest[c + ROW] > 0.0 {
-            let u = layer.lanes.u[c];
-            sum.u = [sum.u[0].min(u), sum.u[1].max(u)];
-        }
+        sum.columns |= u8::from(sums.longest[c] > 0.0 || sums.longest[c + ROW] > 0.0) << c;
     }
     sum.rays += count as u32;
     sum.length += length;
-    let [first, last] = [met_rows.trailing_zeros() as usize, 7 - met_rows.leading_zeros() as usize];
-    sum.v = [sum.v[0].min(layer.lanes.v[first * ROW]), sum.v[1].max(layer.lanes.v[last * ROW])];
+    sum.rows |= met_rows;
     for (c, &longest) in sums.longest.iter().enumerate() {
         if longest > 0.0 && longest >= sum.longest {
-            let ray = sums.row[c] as usize * ROW + c % ROW;
-            if longest > sum.longest || ray < sum.ray {
-                (sum.longest, sum.ray) = (longest, ray);
-                sum.at = [sums.middle[c], layer.lanes.u[ray], layer.lanes.v[ray]];
-            }
+            sum.offer(longest, sums.middle[c], (sums.row[c] as usize * ROW + c % ROW) as u8);
         }
     }
 }

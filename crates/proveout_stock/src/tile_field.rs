@@ -159,54 +159,65 @@ impl Field {
         }
     }
 
-    /// The tile again; `mark(strip, upper)` tells what made an end.
-    pub(crate) fn tile(&self, mut mark: impl FnMut(&Strip, bool) -> Mark) -> Tile {
-        Tile::from_rays(|r, spans| {
+    /// Writes the tile again; `mark(strip, upper, spans before)` tells what made an end. `before`: a buffer.
+    pub(crate) fn write(
+        &self,
+        tile: &mut Tile,
+        before: &mut Vec<Span>,
+        mut mark: impl FnMut(&Strip, bool, &[Span]) -> Mark,
+    ) {
+        tile.rewrite(before, |r, before, spans| {
             for layer in self.layers() {
                 if !layer.lanes.holds(r) {
                     break;
                 }
                 let strip = layer.lanes.strip(r);
-                let (lo_mark, hi_mark) = (mark(&strip, false), mark(&strip, true));
+                let (lo_mark, hi_mark) = (mark(&strip, false, before), mark(&strip, true, before));
                 spans.push(Span { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
             }
-        })
+        });
     }
 }
 
-/// What one item met in one tile.
+/// What one item met in one tile: small, since a pass makes many.
 #[derive(Clone, Debug)]
 pub(crate) struct Partial {
     pub item: u32,
     pub rays: u32,
     pub length: f64,
     pub longest: f64,
-    /// Tile ray of the longest overlap, and its place (ray, u, v).
-    pub ray: usize,
-    pub at: [f64; 3],
-    /// Range of the overlaps along the ray, and of the rays along u and v.
+    /// Middle of the longest overlap, mm.
+    pub middle: f64,
+    /// Range of the overlaps along the ray, mm.
     pub range: [f64; 2],
-    pub u: [f64; 2],
-    pub v: [f64; 2],
+    /// Tile ray of the longest overlap.
+    pub ray: u8,
+    /// Columns and rows with overlap, one bit each.
+    pub columns: u8,
+    pub rows: u8,
 }
 
 impl Partial {
     pub(crate) fn new(item: u32) -> Self {
-        let none = [f64::INFINITY, f64::NEG_INFINITY];
-        Self { item, rays: 0, length: 0.0, longest: 0.0, ray: 0, at: [0.0; 3], range: none, u: none, v: none }
+        let range = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { item, rays: 0, length: 0.0, longest: 0.0, middle: 0.0, range, ray: 0, columns: 0, rows: 0 }
+    }
+
+    /// Takes the overlap on a ray for the longest if it is; among equals the first ray counts.
+    #[inline]
+    pub(crate) fn offer(&mut self, longest: f64, middle: f64, ray: u8) {
+        if longest > self.longest || (longest == self.longest && ray < self.ray) {
+            (self.longest, self.middle, self.ray) = (longest, middle, ray);
+        }
     }
 
     /// Adds the overlap `lo..hi` with a strip, of which `length` is gone.
     pub(crate) fn add(&mut self, strip: &Strip, [lo, hi]: [f64; 2], length: f64) {
         self.length += length;
-        let ray = usize::from(strip.ray);
-        if hi - lo > self.longest || (hi - lo == self.longest && ray < self.ray) {
-            (self.longest, self.ray) = (hi - lo, ray);
-            self.at = [0.5 * (lo + hi), strip.u, strip.v];
-        }
+        self.offer(hi - lo, 0.5 * (lo + hi), strip.ray);
         self.range = [self.range[0].min(lo), self.range[1].max(hi)];
-        self.u = [self.u[0].min(strip.u), self.u[1].max(strip.u)];
-        self.v = [self.v[0].min(strip.v), self.v[1].max(strip.v)];
+        self.columns |= 1 << (usize::from(strip.ray) % ROW);
+        self.rows |= 1 << (usize::from(strip.ray) / ROW);
     }
 }
 

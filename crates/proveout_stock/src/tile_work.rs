@@ -11,7 +11,7 @@ use crate::{
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
     ray_turn::sweep_turning,
-    span::{Mark, SLIVER},
+    span::{Mark, SLIVER, Span},
     step::{Batch, Ready, Step},
     tile::Tile,
     tile_cut::{CutLayer, cut_lane},
@@ -44,6 +44,7 @@ pub(crate) struct Scratch {
     again: Lanes,
     places: Vec<Place>,
     torn: Vec<Strip>,
+    before: Vec<Span>,
     cuts: Vec<Cut>,
     /// Lanes of which more than one interval is taken.
     several: Vec<(Place, Cut)>,
@@ -98,7 +99,9 @@ impl Batch<'_> {
             self.item(ready, a, scratch, &mut sum);
             if sum.rays > 0 {
                 if watched {
-                    let old = |strip: &Strip, upper: bool| self.mark_of(a, &work.tile, strip, upper);
+                    let tile = &work.tile;
+                    let old =
+                        |strip: &Strip, upper: bool| self.mark_of(a, tile.ray(usize::from(strip.ray)), strip, upper);
                     work.watch.after(&scratch.field, a, [item, ready.id], self.moves.as_ref(), old);
                 }
                 if ready.removes {
@@ -109,13 +112,13 @@ impl Batch<'_> {
             }
         }
         if filled && scratch.field.changed {
-            let old = std::mem::take(&mut work.tile);
-            work.tile = scratch.field.tile(|strip, upper| self.mark_of(a, &old, strip, upper));
+            let mark = |strip: &Strip, upper: bool, before: &[Span]| self.mark_of(a, before, strip, upper);
+            scratch.field.write(&mut work.tile, &mut scratch.before, mark);
         }
     }
 
-    /// What made the lower or upper end of an interval: a step of this batch, or what the tile had before it.
-    fn mark_of(&self, a: usize, old: &Tile, strip: &Strip, upper: bool) -> Mark {
+    /// What made the lower or upper end of an interval: a step of this batch, or what its ray had `before` it.
+    fn mark_of(&self, a: usize, before: &[Span], strip: &Strip, upper: bool) -> Mark {
         let (s, by, tau, sign) = if upper {
             (strip.hi, strip.hi_by, strip.hi_tau, -1.0)
         } else {
@@ -124,8 +127,7 @@ impl Batch<'_> {
         if by >= 0.0 {
             return self.mark(a, by, [s, strip.u, strip.v], tau, sign);
         }
-        let ends = old.ray(usize::from(strip.ray)).iter().map(|span| span.ends()[usize::from(upper)]);
-        ends.into_iter().find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
+        before.iter().map(|span| span.ends()[usize::from(upper)]).find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
     }
 
     /// Rows of a tile that a step may meet.
