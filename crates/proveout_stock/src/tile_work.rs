@@ -111,6 +111,7 @@ impl Batch<'_> {
                 work.found.push(sum);
             }
         }
+        work.watch.rest();
         if filled && scratch.field.changed {
             let mark = |strip: &Strip, upper: bool, before: &[Span]| self.mark_of(a, before, strip, upper);
             scratch.field.write(&mut work.tile, &mut scratch.before, mark);
