@@ -158,7 +158,9 @@ mod tests {
     #[test]
     fn what_was_taken_is_old_less_new() {
         let old = strips(&[[0.0, 4.0], [5.0, 6.0], [7.0, 9.0]]);
-        let cases: [(&[[f64; 2]], &[[f64; 2]]); 5] = [
+        /// What is left, and what was taken.
+        type Case = (&'static [[f64; 2]], &'static [[f64; 2]]);
+        let cases: [Case; 5] = [
             (&[[0.0, 4.0], [5.0, 6.0], [7.0, 9.0]], &[]),
             (&[], &[[0.0, 4.0], [5.0, 6.0], [7.0, 9.0]]),
             (&[[0.0, 3.0], [7.0, 9.0]], &[[3.0, 4.0], [5.0, 6.0]]),
