@@ -182,6 +182,7 @@ fn the_same_run_gives_the_same_bytes() {
             "signals.parquet",
             "blocks.parquet",
             "surface.parquet",
+            "stock.dexel",
             "part.glb",
             "deviation.glb",
             "report.html",

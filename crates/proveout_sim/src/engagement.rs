@@ -24,9 +24,9 @@ use crate::process::CuttingState;
 /// How it is found, and how far it can be trusted, stands in `proveout_stock::Contact`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Engagement {
-    /// Length of cutter, along its axis, that touches material: a_p, mm.
+    /// Length of cutter, along its axis, that touches material: `a_p`, mm.
     pub axial_depth_mm: f64,
-    /// Width across feed and axis: a_e, mm; none while the tool only moves along its axis.
+    /// Width across feed and axis: `a_e`, mm; none while the tool only moves along its axis.
     pub radial_width_mm: Option<f64>,
     /// Angle at which a tooth comes into material, rad: counted in the sense of the spindle, a quarter turn is in front, see the
     /// drawing. Smallest of the block.
@@ -34,7 +34,7 @@ pub struct Engagement {
     /// Angle at which it leaves it, rad. Largest of the block.
     pub exit: Option<f64>,
     /// Largest uncut chip thickness, mm: the way of the cutter's skin along its own normal from one tooth to the next,
-    /// f_z sin(angle) sin(slope of the profile) in plane milling (Altintas 2012, chapter 2). From the feed in fact; none without
+    /// `f_z` sin(angle) sin(slope of the profile) in plane milling (Altintas 2012, chapter 2). From the feed in fact; none without
     /// the number of flutes, or while the spindle stands. Run-out and the trochoid of the tooth are left out.
     pub chip_thickness_mm: Option<f64>,
 }

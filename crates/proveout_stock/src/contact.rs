@@ -19,7 +19,7 @@
 //! With f the direction of the feed across the axis w, and s = w x f pointing left, a point at the distance vector p from the
 //! axis lies under the angle atan2(p . f, p . s). Material is entered at 0 and left at 180 degrees in a slot; 0 to 90 is up
 //! milling with half of the cutter, 90 to 180 climb milling. The skin advances along its own normal n with -dF/dt = n . v, which
-//! is the chip thickness for the time from one tooth to the next: for a feed f_z a tooth across the axis, this is f_z sin(angle)
+//! is the chip thickness for the time from one tooth to the next: for a feed `f_z` a tooth across the axis, this is `f_z` sin(angle)
 //! sin(slope of the profile against the plane across the axis).
 //!
 //! Limits. The rays see the region of removal at their places only, so that depth and width come out too small by less than

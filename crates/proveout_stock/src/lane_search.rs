@@ -94,7 +94,8 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let covered = active & inside & s.ge(limit) & s.le(limit);
         let mut done = covered;
         found.covered = found.covered | covered;
-        let outside = active & !inside;
+        // The lower end is looked for where the upper has been found: the body is met.
+        let outside = if sign > 0.0 { active & !inside } else { none };
         let mut valley = none;
         let mut lowest = s;
         if (outside | (active & near & !covered)).any() {
@@ -114,13 +115,19 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             let mut deficit = before.max(after);
             let (above, below) = (ray.hi - s, s - ray.lo);
             let (toward, away) = (up.select(above, below), up.select(below, above));
-            let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
-            let mut miss = outside & least.ge(-allowed);
+            let mut miss = none;
+            if sign > 0.0 {
+                let least = q.f - deficit - (steep + slope) * away - (slope - steep).max(zero) * toward;
+                miss = outside & least.ge(-allowed);
+            }
             let apart = outside & !miss;
             let open = if TURNS { apart | (active & near & deficit.gt(allowed)) } else { apart };
             if open.any() {
                 // Ends want the half space of the sample, misses one along the ray: it says the same about all of the ray.
-                let across = (apart & !near).select3(q.normal_across(), q.normal);
+                let mut across = q.normal;
+                if sign > 0.0 {
+                    across = (apart & !near).select3(q.normal_across(), q.normal);
+                }
                 let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
                 let parallel = across[0].abs();
                 miss = miss | (apart & (clear - parallel * away).ge(-allowed));
@@ -130,7 +137,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
                     slope = better.select(zero, slope);
                 }
             }
-            if (outside & !miss).any() {
+            if sign > 0.0 && (outside & !miss).any() {
                 let here = Side { s, f: q.f, fs: q.fs, deficit, slope };
                 // At a time far from the best one a sample proves nothing, and leads astray.
                 let telling = outside & q.f.gt(deficit);

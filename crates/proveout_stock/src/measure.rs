@@ -186,7 +186,7 @@ impl Probe {
     /// Corners of flat faces lie on a lattice, on which people like to measure: the line is moved aside by a millionth of a cell,
     /// in a direction that meets no such lattice, so that it does not run through corners and edges.
     fn crossings(&self, from: &Point, way: &Vector) -> Vec<(f64, bool)> {
-        let aside = way.cross(&Vector::from(ASIDE)).normalize() + way.cross(&Vector::from(ASKEW)) * 0.37;
+        let aside = way.cross(&Vector::from(ASIDE)) + way.cross(&Vector::from(ASKEW)) * 0.37;
         let from = &(from + aside * (1e-6 * self.cell));
         let mut found: Vec<(f64, bool, u32)> = Vec::new();
         self.cells_along(from, way, |c| {

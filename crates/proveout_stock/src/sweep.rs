@@ -206,9 +206,9 @@ impl TriDexel {
         });
         for work in works {
             let (a, [i0, j0]) = self.grid.tile_place(work.index);
-            let area = self.grid.ray_area(a) / 3.0;
             let u = |column: usize| self.grid.center((a + 1) % 3, i0 + column);
             let v = |row: usize| self.grid.center((a + 2) % 3, j0 + row);
+            let area = self.grid.ray_area(a) / 3.0;
             for p in &work.found {
                 let report = &mut reports[p.item as usize];
                 report.volume_mm3 += p.length * area;

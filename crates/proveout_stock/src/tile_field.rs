@@ -159,12 +159,12 @@ impl Field {
         }
     }
 
-    /// Writes the tile again; `mark(spans, strip, upper)` tells what made an end of a ray that had those spans. `before`: a buffer.
+    /// Writes the tile again; `mark(strip, upper, spans before)` tells what made an end. `before`: a buffer.
     pub(crate) fn write(
         &self,
         tile: &mut Tile,
         before: &mut Vec<Span>,
-        mut mark: impl FnMut(&[Span], &Strip, bool) -> Mark,
+        mut mark: impl FnMut(&Strip, bool, &[Span]) -> Mark,
     ) {
         tile.rewrite(before, |r, before, spans| {
             for layer in self.layers() {
@@ -172,7 +172,7 @@ impl Field {
                     break;
                 }
                 let strip = layer.lanes.strip(r);
-                let (lo_mark, hi_mark) = (mark(before, &strip, false), mark(before, &strip, true));
+                let (lo_mark, hi_mark) = (mark(&strip, false, before), mark(&strip, true, before));
                 spans.push(Span { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
             }
         });

@@ -99,9 +99,9 @@ impl Batch<'_> {
             self.item(ready, a, scratch, &mut sum);
             if sum.rays > 0 {
                 if watched {
-                    let old = |strip: &Strip, upper: bool| {
-                        self.mark_of(a, work.tile.ray(usize::from(strip.ray)), strip, upper)
-                    };
+                    let tile = &work.tile;
+                    let old =
+                        |strip: &Strip, upper: bool| self.mark_of(a, tile.ray(usize::from(strip.ray)), strip, upper);
                     work.watch.after(&scratch.field, a, [item, ready.id], self.moves.as_ref(), old);
                 }
                 if ready.removes {
@@ -111,13 +111,14 @@ impl Batch<'_> {
                 work.found.push(sum);
             }
         }
+        work.watch.rest();
         if filled && scratch.field.changed {
-            let mark = |before: &[Span], strip: &Strip, upper: bool| self.mark_of(a, before, strip, upper);
+            let mark = |strip: &Strip, upper: bool, before: &[Span]| self.mark_of(a, before, strip, upper);
             scratch.field.write(&mut work.tile, &mut scratch.before, mark);
         }
     }
 
-    /// What made the lower or upper end of an interval: a step of this batch, or what its ray had before it.
+    /// What made the lower or upper end of an interval: a step of this batch, or what its ray had `before` it.
     fn mark_of(&self, a: usize, before: &[Span], strip: &Strip, upper: bool) -> Mark {
         let (s, by, tau, sign) = if upper {
             (strip.hi, strip.hi_by, strip.hi_tau, -1.0)
@@ -127,8 +128,7 @@ impl Batch<'_> {
         if by >= 0.0 {
             return self.mark(a, by, [s, strip.u, strip.v], tau, sign);
         }
-        let ends = before.iter().map(|span| span.ends()[usize::from(upper)]);
-        ends.into_iter().find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
+        before.iter().map(|span| span.ends()[usize::from(upper)]).find(|e| e.s == s).map_or(Mark::NONE, |e| e.mark)
     }
 
     /// Rows of a tile that a step may meet.

@@ -6,7 +6,7 @@
 use crate::{
     contact::{Contact, Moves},
     history::Undo,
-    lane_set::{LANES, Strip},
+    lane_set::{LANES, Lanes, Strip},
     span::{End, Mark, SLIVER},
     tile_field::Field,
     vec3::V,
@@ -23,9 +23,12 @@ pub(crate) struct Watch {
     pub undo: Option<Undo>,
     /// Engagement of items, where it is asked for.
     pub contacts: Vec<(u32, Contact)>,
-    /// Intervals before the item at work, in the order of the rays, rising.
-    before: Vec<Strip>,
-    after: Vec<Strip>,
+    /// The layers before the item at work; the first `count` are in use.
+    before: Vec<Lanes>,
+    count: usize,
+    /// Intervals of a ray before and after, rising.
+    old: Vec<Strip>,
+    new: Vec<Strip>,
 }
 
 impl Watch {
@@ -33,9 +36,20 @@ impl Watch {
         Self { undo, ..Self::default() }
     }
 
+    /// The tile is done with for now: what is only needed while items are at work goes.
+    pub(crate) fn rest(&mut self) {
+        (self.before, self.old, self.new) = (Vec::new(), Vec::new(), Vec::new());
+    }
+
     /// A removing item is about to change the tile.
     pub(crate) fn before(&mut self, field: &Field) {
-        strips(field, &mut self.before);
+        self.count = field.layers().len();
+        for (k, layer) in field.layers().iter().enumerate() {
+            match self.before.get_mut(k) {
+                Some(lanes) => lanes.clone_from(&layer.lanes),
+                None => self.before.push(layer.lanes.clone()),
+            }
+        }
     }
 
     /// The item has changed the tile. `mark` gives what made an end (strip, upper or not) that stood there before.
@@ -47,24 +61,30 @@ impl Watch {
         moves: Option<&Moves>,
         mut mark: impl FnMut(&Strip, bool) -> Mark,
     ) {
-        strips(field, &mut self.after);
         let mut contact = Contact::default();
-        let (mut k, mut m) = (0, 0);
-        while k < self.before.len() {
-            let ray = self.before[k].ray;
-            let old = run(&self.before[k..], ray);
-            let new = run(&self.after[m..], ray);
-            (k, m) = (k + old.len(), m + new.len());
+        for r in 0..LANES {
+            let (before, after) = (&self.before[..self.count], field.layers());
+            let differ = |k: usize| match (before.get(k), after.get(k).map(|layer| &layer.lanes)) {
+                (Some(x), Some(y)) => x.lo[r] != y.lo[r] || x.hi[r] != y.hi[r],
+                (Some(x), None) | (None, Some(x)) => x.holds(r),
+                (None, None) => false,
+            };
+            if !(0..before.len().max(after.len())).any(differ) {
+                continue;
+            }
+            strips(before.iter(), r, &mut self.old);
+            strips(after.iter().map(|layer| &layer.lanes), r, &mut self.new);
+            let (old, new) = (&self.old, &self.new);
             if old.len() == new.len() && old.iter().zip(new).all(|(x, y)| x.lo == y.lo && x.hi == y.hi) {
                 continue;
             }
             if let Some(undo) = &mut self.undo {
                 let same = |i: usize, j: usize| key(old, i) == key(new, j);
                 let end = |i: usize| End { s: key(old, i).0, mark: mark(&old[i / 2], i % 2 == 1) };
-                undo.note(ray, id, [2 * old.len(), 2 * new.len()], same, end);
+                undo.note(r as u8, id, [2 * old.len(), 2 * new.len()], same, end);
             }
-            if let Some(moves) = moves {
-                let (u, v) = (old[0].u, old[0].v);
+            if let Some((moves, first)) = moves.zip(old.first()) {
+                let (u, v) = (first.u, first.v);
                 taken(old, new, |lo, hi| {
                     if hi - lo > SHAVING {
                         contact.add(moves.touch(item, in_space(a, [lo, u, v])));
@@ -73,10 +93,16 @@ impl Watch {
                 });
             }
         }
-        if moves.is_some() && contact.is_any() {
+        if contact.is_any() {
             self.contacts.push((item, contact));
         }
     }
+}
+
+/// The intervals of a ray, rising: each layer holds one.
+fn strips<'a>(layers: impl Iterator<Item = &'a Lanes>, r: usize, out: &mut Vec<Strip>) {
+    out.clear();
+    out.extend(layers.take_while(|lanes| lanes.holds(r)).map(|lanes| lanes.strip(r)));
 }
 
 /// Point of space of ray coordinates of set `a`.
@@ -89,21 +115,7 @@ fn in_space(a: usize, [s, u, v]: V) -> V {
 /// Height of an end, and who made it.
 fn key(strips: &[Strip], k: usize) -> (f64, f64) {
     let strip = &strips[k / 2];
-    if k % 2 == 0 { (strip.lo, strip.lo_by) } else { (strip.hi, strip.hi_by) }
-}
-
-/// All intervals of a field in the order of the rays, rising.
-fn strips(field: &Field, out: &mut Vec<Strip>) {
-    out.clear();
-    for r in 0..LANES {
-        let held = field.layers().iter().map(|layer| &layer.lanes).take_while(|lanes| lanes.holds(r));
-        out.extend(held.map(|lanes| lanes.strip(r)));
-    }
-}
-
-/// The intervals of a ray at the begin of a list.
-fn run(strips: &[Strip], ray: u8) -> &[Strip] {
-    &strips[..strips.iter().take_while(|s| s.ray == ray).count()]
+    if k.is_multiple_of(2) { (strip.lo, strip.lo_by) } else { (strip.hi, strip.hi_by) }
 }
 
 /// What `old` had and `new` has not; `new` lies within `old`.
@@ -146,7 +158,9 @@ mod tests {
     #[test]
     fn what_was_taken_is_old_less_new() {
         let old = strips(&[[0.0, 4.0], [5.0, 6.0], [7.0, 9.0]]);
-        let cases: [(&[[f64; 2]], &[[f64; 2]]); 5] = [
+        /// What is left, and what was taken.
+        type Case = (&'static [[f64; 2]], &'static [[f64; 2]]);
+        let cases: [Case; 5] = [
             (&[[0.0, 4.0], [5.0, 6.0], [7.0, 9.0]], &[]),
             (&[], &[[0.0, 4.0], [5.0, 6.0], [7.0, 9.0]]),
             (&[[0.0, 3.0], [7.0, 9.0]], &[[3.0, 4.0], [5.0, 6.0]]),

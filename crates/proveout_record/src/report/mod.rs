@@ -188,9 +188,14 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
     put(
         "Stock resolution",
         format!(
-            "rays {} apart, ends exact; swept surface within {}",
+            "rays {} apart, ends exact; swept surface within {}{}",
             format::length(v.removal.cell_mm),
-            format::length(v.removal.sweep_bound_mm)
+            format::length(v.removal.sweep_bound_mm),
+            v.removal.regrid_bound_mm.map_or_else(String::new, |bound| format!(
+                "; taken over from an earlier run within {}, at its edges {}",
+                format::length(bound),
+                format::length(v.removal.regrid_edge_bound_mm.unwrap_or(bound))
+            ))
         ),
     );
     put(
