@@ -20,8 +20,6 @@ use crate::{plan::Cell, scurve::Rates, shape::DerivativeBounds};
 pub(crate) const UNLIMITED_SPEED: f64 = 1e6;
 /// Part of the acceleration limit that the curvature of the path may use at V.
 const CURVATURE_ACCELERATION: f64 = 0.8;
-/// Part of both that it may use at most, where the speed is known to be nearly constant.
-const CURVATURE_TOP: f64 = 0.97;
 /// Part of the jerk limit that the change of curvature may use at V.
 const CURVATURE_JERK: f64 = 0.75;
 
@@ -59,10 +57,6 @@ pub(crate) struct CellLimits {
     pub(crate) bound: Cell,
     /// Derivatives of the joints that the limits stand for.
     pub(crate) bounds: DerivativeBounds,
-    /// V at which curvature leaves almost nothing to motion along the path.
-    pub(crate) top: f64,
-    /// Factor of time by which samples over a limit have slowed the cell down.
-    pub(crate) slowed: f64,
     /// V without curvature: feed and joint velocities alone, and the joint that limits it below the feed.
     pub(crate) steady: f64,
     pub(crate) steady_joint: Option<usize>,
@@ -88,15 +82,12 @@ pub(crate) fn cell_limits(l: &JointLimits, rapid: bool, feed: f64, length: f64, 
         }
     }
     let steady = speed;
-    let mut top = speed;
     for i in 0..l.count {
         if b.second[i] > 0.0 {
             speed = speed.min((CURVATURE_ACCELERATION * l.acceleration[i] / b.second[i]).sqrt());
-            top = top.min((CURVATURE_TOP * l.acceleration[i] / b.second[i]).sqrt());
         }
         if b.third[i] > 0.0 {
             speed = speed.min((CURVATURE_JERK * l.jerk[i] / b.third[i]).cbrt());
-            top = top.min((CURVATURE_TOP * l.jerk[i] / b.third[i]).cbrt());
         }
     }
     let mut bound_acceleration = f64::INFINITY;
@@ -115,8 +106,6 @@ pub(crate) fn cell_limits(l: &JointLimits, rapid: bool, feed: f64, length: f64, 
             rates: Rates { acceleration: bound_acceleration, jerk: f64::INFINITY },
         },
         bounds: *b,
-        top,
-        slowed: 1.0,
         steady,
         steady_joint,
         feed: feed.min(UNLIMITED_SPEED),
@@ -144,20 +133,6 @@ fn rates_at(l: &JointLimits, b: &DerivativeBounds, speed: f64) -> Rates {
         }
     }
     rates
-}
-
-/// The cell with V at `speed`, as far as curvature allows: a path that curves leaves more acceleration and jerk to slower
-/// motion, and less to quicker motion.
-pub(crate) fn reshaped(l: &JointLimits, limits: &CellLimits, speed: f64) -> Cell {
-    let cell = limits.cell;
-    if speed.is_nan() || limits.bounds.second.max_abs() == 0.0 {
-        return cell;
-    }
-    let speed = speed.min(limits.top / limits.slowed);
-    let t = limits.slowed; // a slowed cell is one on a machine whose limits are lower by powers of t
-    let free = rates_at(l, &limits.bounds, speed * t);
-    let rates = Rates { acceleration: free.acceleration / (t * t), jerk: free.jerk / (t * t * t) };
-    Cell { speed, rates, ..cell }
 }
 
 /// 3 q'' s. s.. without the product of zero and infinity.
@@ -209,7 +184,6 @@ pub(crate) fn slow_down(limits: &mut CellLimits, ratios: [f64; 3]) {
     let margin = 1.002;
     let time = v.max(a.sqrt()).max(j.cbrt()) * margin; // the factor by which time is stretched
     let cell = &mut limits.cell;
-    limits.slowed *= time;
     cell.speed /= time;
     cell.rates.acceleration /= time * time;
     cell.rates.jerk /= time * time * time;

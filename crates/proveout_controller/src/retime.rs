@@ -41,6 +41,8 @@ const WORTHWHILE: f64 = 1e-4;
 /// of the whole, and what lies more than some tenths of a second ahead hardly acts.
 const CHUNK: usize = 192;
 const COMMITTED: usize = 128;
+/// Intervals to either side of a tightened one that are solved again with it.
+const AROUND: usize = 32;
 /// Excess over limits that a tempo may have at the points of its grid.
 const ALLOWED: f64 = 1.0003;
 
@@ -55,14 +57,7 @@ pub(crate) struct Course<'a> {
     pub(crate) rest: [bool; 2],
 }
 
-/// What was found for a region, kept while the rows in it stay as they are.
-struct Solved {
-    from: f64,
-    to: f64,
-    tempos: Option<Vec<Tempo>>,
-}
-
-/// Results of earlier rounds and the places where their samples passed limits.
+/// Results of earlier rounds, and the places where samples passed limits outside of all regions.
 #[derive(Default)]
 pub(crate) struct Rounds {
     known: Vec<Solved>,
@@ -71,15 +66,15 @@ pub(crate) struct Rounds {
 }
 
 impl Rounds {
-    /// Tightens the rows at these places, and forgets what was found there.
+    /// Tightens the rows at these places.
     pub(crate) fn tighten(&mut self, spots: &[Spot]) {
-        self.known.retain(|k| !spots.iter().any(|s| s.at >= k.from && s.at <= k.to));
         for spot in spots {
-            let at = self.spots.partition_point(|s| s.at < spot.at);
-            // The same interval once more: both factors count.
-            let before = self.spots[..at].iter().rev().chain(&self.spots[at..]);
-            let near = before.filter(|s| (s.at - spot.at).abs() < 1e-3).fold(1.0_f64, |m, s| m.max(s.factor));
-            self.spots.insert(at, Spot { at: spot.at, factor: near * spot.factor });
+            if let Some(k) = self.known.iter_mut().find(|k| spot.at >= k.from && spot.at <= k.to) {
+                k.tighten(spot);
+            } else {
+                let at = self.spots.partition_point(|s| s.at < spot.at);
+                self.spots.insert(at, *spot);
+            }
         }
     }
 
@@ -90,33 +85,31 @@ impl Rounds {
         let mut found: Vec<Vec<Tempo>> = Vec::new();
         // What must be kept of the tail, where the begin cannot be solved.
         let mut kept_until = 0.0;
-        let mut known = Vec::new();
+        let mut before = std::mem::take(&mut self.known);
         for region in grid::regions(path, frame, law, *cells, moving, &self.spots) {
             let at_begin = region.from <= 0.0;
-            let before = self.known.iter().find(|k| k.from == region.from && k.to == region.to);
-            let tempos = match before {
-                Some(k) => k.tempos.clone(),
+            let same = before.iter().position(|k| k.from == region.from && k.to == region.to);
+            let known = match same {
+                Some(i) => before.swap_remove(i).repaired(),
                 None => {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
                     let problem = grid::problem(path, frame, law, &region, fixed, &self.spots);
-                    solved(&problem, [region.from, region.to], start)
+                    Solved::new(problem, [region.from, region.to], start)
                 }
             };
-            known.push(Solved { from: region.from, to: region.to, tempos: tempos.clone() });
-            if region.from < kept_until {
-                continue;
-            }
-            match tempos {
-                Some(tempos) => found.push(tempos),
-                None if at_begin && moving => {
-                    found.push(entry.tail.clone());
-                    kept_until = entry.tail.last().map_or(0.0, |t| t.begin + t.length);
+            if region.from >= kept_until {
+                match known.tempos() {
+                    Some(tempos) => found.push(tempos),
+                    None if at_begin && moving => {
+                        found.push(entry.tail.clone());
+                        kept_until = entry.tail.last().map_or(0.0, |t| t.begin + t.length);
+                    }
+                    None => {}
                 }
-                None => {}
             }
+            self.known.push(known);
         }
-        self.known = known;
         let mut law = (*law).clone();
         if !found.is_empty() {
             let tempos = spliced(found, law.planned);
@@ -148,62 +141,111 @@ fn spliced(regions: Vec<Vec<Tempo>>, end: f64) -> Vec<Tempo> {
     tempos
 }
 
-/// The fastest tempo of a region; none where the law's own is kept.
-fn solved(problem: &Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Option<Vec<Tempo>> {
-    let n = problem.lengths.len();
-    if problem.nodes.is_empty() {
-        return None;
+/// What was found for a region.
+struct Solved {
+    from: f64,
+    to: f64,
+    problem: Problem,
+    /// Unknowns of the spline.
+    c: Vec<f64>,
+    /// The begin has another tempo than the law.
+    forced: bool,
+    /// Something was found at the begin.
+    begun: bool,
+    /// Intervals whose rows were tightened since.
+    touched: Vec<usize>,
+}
+
+impl Solved {
+    fn new(problem: Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Self {
+        let n = problem.lengths.len();
+        let mut c = problem.even();
+        problem.set_start(&mut c, start);
+        let forced = start != [1.0, 0.0];
+        let mut solved = Self { from, to, problem, c, forced, begun: false, touched: Vec::new() };
+        let mut begin = 0;
+        while begin < n {
+            let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
+            let good = solved.solve(begin, end);
+            if begin == 0 {
+                solved.begun = good;
+            }
+            // The tempo found for the last part of a chunk is the start of the next one, which knows what comes behind it.
+            begin = if end == n { n } else { begin + COMMITTED };
+        }
+        solved
     }
-    let even = problem.even();
-    let mut c = even.clone();
-    problem.set_start(&mut c, start);
-    let forced = start != [1.0, 0.0];
-    let (mut begin, mut any) = (0, false);
-    while begin < n {
-        let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
-        let part = problem.part(begin, end);
-        let mut found = c[2 * begin..=2 * end + 1].to_vec();
-        let t0 = std::time::Instant::now();
+
+    /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
+    fn solve(&mut self, begin: usize, end: usize) -> bool {
+        let part = self.problem.part(begin, end);
+        let own = 2 * begin..2 * end + 2;
+        let mut found = self.c[own.clone()].to_vec();
         let good = part.solve(&mut found) && (0..part.nodes.len()).all(|at| part.used(at, &found) <= ALLOWED);
-        if std::env::var("RETIME_DEBUG").is_ok() {
-            let worst = (0..part.nodes.len()).map(|i| part.used(i, &found)).fold(0.0, f64::max);
-            eprintln!(
-                "region {from:.4}..{to:.4} n {n} chunk {begin}..{end} nodes {} joints {} good {good} time {:.5} worst {worst:.5} wall {:.5}",
-                part.nodes.len(),
-                part.count,
-                part.time(&found),
-                t0.elapsed().as_secs_f64()
-            );
-        }
         if good {
-            c[2 * begin..=2 * end + 1].copy_from_slice(&found);
-            any = true;
-        } else if begin == 0 && forced {
-            return None;
+            self.c[own].copy_from_slice(&found);
         }
-        // The tempo found for the last part of a chunk is the start of the next one, which knows what comes behind it.
-        begin = if end == n { n } else { begin + COMMITTED };
+        good
     }
-    if !any {
-        return None;
-    }
-    let mut own_is_good = true;
-    for at in 0..problem.nodes.len() {
-        let (new, own) = (problem.used(at, &c), problem.used(at, &even));
-        own_is_good &= own <= ALLOWED;
-        if new.is_nan() || new > ALLOWED.max(own) {
-            return None;
+
+    fn tighten(&mut self, spot: &Spot) {
+        let mut at = self.from;
+        let k = self.problem.lengths.iter().position(|h| {
+            at += h;
+            at >= spot.at
+        });
+        let Some(k) = k else { return };
+        self.problem.tighten(k, spot.factor);
+        if self.touched.last() != Some(&k) {
+            self.touched.push(k);
         }
     }
-    let mut tempos = Vec::with_capacity(n);
-    let (mut p, mut time) = (from, 0.0);
-    for k in 0..n {
-        let end = if k + 1 == n { to } else { p + problem.lengths[k] };
-        let tempo = Tempo::new(p, end - p, problem.polynomial(&c, k), time);
-        time += tempo.duration;
-        tempos.push(tempo);
-        p = end;
+
+    /// Solves again around the intervals whose rows were tightened.
+    fn repaired(mut self) -> Self {
+        let mut touched = std::mem::take(&mut self.touched);
+        touched.sort_unstable();
+        let n = self.problem.lengths.len();
+        let mut i = 0;
+        while i < touched.len() {
+            let begin = touched[i].saturating_sub(AROUND);
+            let mut last = touched[i];
+            while i < touched.len() && touched[i] < last + AROUND && touched[i] < begin + CHUNK {
+                last = touched[i];
+                i += 1;
+            }
+            let mut good = self.solve(begin, (last + AROUND + 1).min(n));
+            if !good {
+                // Where the acceleration is at its limit for long, the speed before must change too.
+                good = self.solve(begin.saturating_sub(3 * AROUND), (last + 4 * AROUND + 1).min(n));
+            }
+            if begin == 0 {
+                self.begun |= good;
+            }
+        }
+        self
     }
-    let worthwhile = time < (to - from) * (1.0 - WORTHWHILE) || forced || !own_is_good;
-    (worthwhile && time.is_finite()).then_some(tempos)
+
+    /// The tempos; none where those of the law are kept.
+    fn tempos(&self) -> Option<Vec<Tempo>> {
+        if self.forced && !self.begun {
+            return None;
+        }
+        let n = self.problem.lengths.len();
+        let mut tempos = Vec::with_capacity(n);
+        let (mut p, mut time) = (self.from, 0.0);
+        for k in 0..n {
+            let end = if k + 1 == n { self.to } else { p + self.problem.lengths[k] };
+            let tempo = Tempo::new(p, end - p, self.problem.polynomial(&self.c, k), time);
+            time += tempo.duration;
+            tempos.push(tempo);
+            p = end;
+        }
+        let own = self.to - self.from;
+        let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || {
+            let even = self.problem.even();
+            (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > ALLOWED)
+        };
+        (worthwhile && time.is_finite()).then_some(tempos)
+    }
 }

@@ -84,10 +84,10 @@ fn windows_give_the_same_motion() {
     assert_eq!(whole.chunks, 1);
     assert!(windows.chunks > 5, "{}", windows.chunks);
     assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
-    // Refinement of the limits is accepted or not for each window as a whole: the time of a block may differ by little,
-    // the path not at all. Seen: 1e-4 of the time.
+    // A window ends half a second ahead of what is committed; what lies farther ahead changes times by some parts in 1e5.
     let (a, b) = (whole.summary.total_s, windows.summary.total_s);
-    assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
+    println!("in windows {b} s, whole {a} s");
+    assert!((a - b).abs() < 1e-4 * a, "{a} {b}");
     for (a, b) in whole.all.blocks.iter().zip(&windows.all.blocks) {
         assert!(a.index == b.index && a.length == b.length);
         assert!((a.start_time - b.start_time).abs() < 1e-3 * (1.0 + a.start_time));

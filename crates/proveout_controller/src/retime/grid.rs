@@ -242,9 +242,10 @@ pub(super) fn problem(
             if length > 1e-9 * step {
                 let tau = |part: f64| ((from + part * length - knots[k]) / (knots[k + 1] - knots[k])).clamp(0.0, 1.0);
                 let begin = probe.rows(piece.cell, from + INSIDE * length);
+                // Between borders alone the acceleration could pass its limit by J h/4, at the middle by a quarter of that at most.
                 // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
                 let most = length * length / piece.pace.min(1e9);
-                let parts = (most / BETWEEN).sqrt().ceil().clamp(1.0, PARTS) as usize;
+                let parts = (most / BETWEEN).sqrt().ceil().clamp(2.0, PARTS) as usize;
                 let weight = length / parts as f64;
                 grid.tight = tight(spots, knots[k], knots[k + 1]);
                 grid.add(k, tau(INSIDE), 0.5 * weight, begin);

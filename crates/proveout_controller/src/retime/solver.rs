@@ -162,6 +162,17 @@ impl Problem {
         part
     }
 
+    /// Divides the limits in an interval by a factor.
+    pub(super) fn tighten(&mut self, k: usize, factor: f64) {
+        let nodes = self.nodes.partition_point(|n| n.k < k)..self.nodes.partition_point(|n| n.k <= k);
+        for node in &mut self.nodes[nodes.clone()] {
+            node.speed *= factor;
+        }
+        for row in &mut self.joints[nodes.start * self.count..nodes.end * self.count] {
+            row.iter_mut().for_each(|r| *r *= factor);
+        }
+    }
+
     /// Looks for the fastest tempo from `c` on; the given unknowns stay. False when it does not get there.
     pub(super) fn solve(&self, c: &mut [f64]) -> bool {
         let rows = 1 + 4 * self.count;
@@ -187,7 +198,7 @@ impl Problem {
                 work.multiplier[at * rows + r] = mu / s;
             });
         }
-        for it in 0..ITERATIONS {
+        for _ in 0..ITERATIONS {
             self.assemble(c, mu, &mut work);
             if !factor_and_solve(&mut work.matrix, &mut work.right) {
                 return false;
@@ -207,12 +218,6 @@ impl Problem {
                     work.slack[i] = s.max(-value);
                     gap += work.slack[i] * work.multiplier[i];
                 });
-            }
-            if std::env::var("IPM").is_ok() {
-                eprintln!(
-                    "  it {it} gap {:.2e} excess {excess:.2e} primal {primal:.3} dual {dual:.3} mu {mu:.2e}",
-                    gap / start
-                );
             }
             if !gap.is_finite() {
                 return false;
