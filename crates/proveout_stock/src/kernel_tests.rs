@@ -74,8 +74,10 @@ fn the_closed_form_of_the_ball_agrees_with_both_searches() {
     for k in 0..3000 {
         let turn = if k % 2 == 0 { 0.0 } else { 0.02 };
         let (motion, ray) = case(k, turn);
-        let closed: Vec<Taken> =
-            ball_pieces(&motion, z).iter().filter_map(|p| sweep_ball(&BallPath::new(&permuted(p, 0), z, radius), &ray)).collect();
+        let closed: Vec<Taken> = ball_pieces(&motion, z)
+            .iter()
+            .filter_map(|p| sweep_ball(&BallPath::new(&permuted(p, 0), z, radius), &ray))
+            .collect();
         let mut general = Vec::new();
         for p in pieces(&motion, whole.radius) {
             if turn == 0.0 {

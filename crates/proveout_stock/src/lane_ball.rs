@@ -98,7 +98,7 @@ impl WithSimd for BallOnLanes<'_> {
             if !hit.any() {
                 continue;
             }
-            join(simd, lanes, g, hit, [from, to], [bottom + nearest, top + nearest], maker, SLIVER);
+            join(simd, lanes, g, hit, [from, to], [bottom + nearest, top + nearest], maker);
         }
     }
 }
@@ -130,7 +130,8 @@ impl WithSimd for BallOnRows<'_> {
             let dv = (zero.same(low[2]) - v).max(v - zero.same(high[2])).max(zero);
             let k2 = room - dv * dv;
             let half = k2.max(zero).sqrt();
-            let reached = load(simd, hi, g).gt(zero.same(low[0]) - half) & load(simd, lo, g).lt(half + zero.same(high[0]));
+            let reached =
+                load(simd, hi, g).gt(zero.same(low[0]) - half) & load(simd, lo, g).lt(half + zero.same(high[0]));
             crate::lanes::store(&mut met, g, (k2.gt(zero) & reached).select(zero.same(1.0), zero));
         }
         bits(&met)

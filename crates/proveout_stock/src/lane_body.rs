@@ -51,11 +51,7 @@ impl WithSimd for BodyOnLanes<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if self.piece.turns() {
-            sweep::<S, true>(simd, self)
-        } else {
-            sweep::<S, false>(simd, self)
-        }
+        if self.piece.turns() { sweep::<S, true>(simd, self) } else { sweep::<S, false>(simd, self) }
     }
 }
 
@@ -96,9 +92,12 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         // material comes when the axis runs along the ray.
         let (du, dv) = (ray.u - middle[1], ray.v - middle[2]);
         let top = (ray.hi - middle[0]) * zero.same(along_ray);
-        let height = ((du * axis[1] + dv * axis[2] + top) * zero.same(per_height)).max(zero.same(lowest)).min(zero.same(highest));
+        let height = ((du * axis[1] + dv * axis[2] + top) * zero.same(per_height))
+            .max(zero.same(lowest))
+            .min(zero.same(highest));
         let s = (middle[0] + height * axis[0]).max(ray.lo).min(ray.hi);
-        let time = (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
+        let time =
+            (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
         let time = time.max(zero).min(zero.same(1.0));
         let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (s, time), wanted, steps);
         let met = above.covered | above.end;
@@ -131,7 +130,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let unproven = wanted & !(hit | above.miss);
         let hit = hit & (to - from).gt(zero.same(SLIVER));
         if hit.any() {
-            join(simd, lanes, g, hit, [from, to], [below.tau, above.tau], maker, SLIVER);
+            join(simd, lanes, g, hit, [from, to], [below.tau, above.tau], maker);
         }
         if unproven.any() {
             put(g, &mut lanes.state, unproven, zero.same(UNPROVEN));

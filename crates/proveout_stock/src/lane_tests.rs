@@ -113,7 +113,11 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
             let lanes = both(&start, |lanes, wide| {
                 let range = [-100.0, 100.0];
                 let call = BodyOnLanes { piece: &piece, range, body: &body, maker: Maker::whole(0), steps: 9, lanes };
-                if wide { Arch::new().dispatch(call) } else { call.with_simd(pulp::Scalar::new()) };
+                if wide {
+                    Arch::new().dispatch(call)
+                } else {
+                    call.with_simd(pulp::Scalar::new())
+                };
             });
             for r in 0..lanes.len() {
                 let ray = Ray { u: lanes.u[r], v: lanes.v[r], lo: lanes.lo[r], hi: lanes.hi[r] };

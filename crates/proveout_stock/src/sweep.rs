@@ -91,12 +91,8 @@ impl TriDexel {
     }
 
     fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
-        let split: Vec<Split> = items
-            .par_iter()
-            .zip(index)
-            .with_min_len(64)
-            .map(|(item, &body)| Split::of(item, &bodies[body]))
-            .collect();
+        let split: Vec<Split> =
+            items.par_iter().zip(index).with_min_len(64).map(|(item, &body)| Split::of(item, &bodies[body])).collect();
         for s in &split {
             self.sweep_bound = self.sweep_bound.max(s.bound);
         }
