@@ -4,7 +4,7 @@ mod grid;
 mod solver;
 
 pub(crate) use self::grid::Spot;
-use self::solver::Problem;
+use self::solver::{MARGIN, Problem};
 use crate::{
     path::{Frame, Path},
     profile::Law,
@@ -41,10 +41,12 @@ const WORTHWHILE: f64 = 1e-4;
 /// of the whole, and what lies more than some tenths of a second ahead hardly acts.
 const CHUNK: usize = 192;
 const COMMITTED: usize = 128;
+/// Part of an excess that must be left for a result to be kept that does not yet keep all rows.
+const BETTER: f64 = 0.8;
 /// Intervals to either side of a tightened one that are solved again with it.
 const AROUND: usize = 32;
-/// Excess over limits that a tempo may have at the points of its grid.
-const ALLOWED: f64 = 1.0003;
+/// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
+const ALLOWED: f64 = 1.002;
 
 /// What is to be run faster: a first law over the first `cells` cells of a path. `rest` tells whether it begins and ends at
 /// rest; where it does not, it begins as `entry` says and ends with its own tempo.
@@ -181,8 +183,13 @@ impl Solved {
         let part = self.problem.part(begin, end);
         let own = 2 * begin..2 * end + 2;
         let mut found = self.c[own.clone()].to_vec();
-        let good = part.solve(&mut found) && (0..part.nodes.len()).all(|at| part.used(at, &found) <= ALLOWED);
-        if good {
+        let worst = |c: &[f64]| (0..part.nodes.len()).map(|at| part.used(at, c)).fold(0.0, f64::max);
+        let before = worst(&self.c[own.clone()]);
+        let good = part.solve(&mut found);
+        let after = if found.iter().all(|x| x.is_finite()) { worst(&found) } else { f64::INFINITY };
+        let good = good && after <= ALLOWED;
+        // Better than before is something, too: the next round goes on from there.
+        if good || after - 1.0 < BETTER * (before - 1.0) {
             self.c[own].copy_from_slice(&found);
         }
         good
@@ -244,7 +251,7 @@ impl Solved {
         let own = self.to - self.from;
         let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || {
             let even = self.problem.even();
-            (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > ALLOWED)
+            (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > 1.0003 * (1.0 + MARGIN))
         };
         (worthwhile && time.is_finite()).then_some(tempos)
     }

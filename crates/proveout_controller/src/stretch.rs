@@ -11,13 +11,14 @@ use crate::{
     retime::{Course, Entry, Rounds, Spot},
 };
 
-/// Part by which a sample may pass a limit before cells are slowed down; the promise is 0.1 percent.
+/// Part by which a sample may pass a limit before rows are tightened, and after several rounds of that; the promise is 0.1
+/// percent.
 const ALLOWED: f64 = 1.0005;
-/// Rounds of slowing down; each lowers the excess to nearly nothing, so that two are usual and this many never happen.
-const ROUNDS: usize = 16;
-
-/// Rounds in which the rows of the tempo are tightened, before the cells of the first law are slowed down.
-const TIGHTENINGS: usize = 8;
+const PROMISED: f64 = 1.0009;
+/// Rounds in which the rows of the tempo are tightened, before the cells of the first law are slowed down; four are usual.
+const TIGHTENINGS: i32 = 16;
+/// How often cells are slowed down.
+const SLOWINGS: usize = 2;
 /// How much more than the excess rows are tightened.
 const TIGHTER: f64 = 1.2;
 /// Part of the known cells that do not count yet: what comes next may act on them.
@@ -36,6 +37,13 @@ pub(crate) struct Measured {
     pub(crate) velocity: JointValues,
     pub(crate) acceleration: JointValues,
     pub(crate) jerk: JointValues,
+}
+
+/// A place where a limit is passed.
+struct Over {
+    time: f64,
+    s: f64,
+    ratios: [f64; 3],
 }
 
 /// A planned stretch from the begin of the path's first cell.
@@ -78,7 +86,7 @@ pub(crate) fn plan(
 ) -> Option<Stretch> {
     let borders: Vec<f64> = std::iter::once(path.s_begin).chain(path.cells.iter().map(|c| c.s1)).collect();
     let n = path.cells.len();
-    let mut round = 0;
+    let mut slowed = 0;
     loop {
         let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
         let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
@@ -86,20 +94,22 @@ pub(crate) fn plan(
         let last = if finish { Node::end(n) } else { plan.split_before(n - n / UNKNOWN)? };
         let first_law = plan.law(&borders, last.border);
         let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
-        let until = if finish {
-            first_law.planned
-        } else {
-            first_law.planned_time_at(borders[node.border], &mut Cursor::default())
-        };
+        let until = if finish { first_law.planned } else { first_law.planned_time_at(borders[node.border], &mut Cursor::default()) };
         let mut rounds = Rounds::default();
+        let mut round = 0;
         let rest = [v_start == 0.0, finish];
         loop {
-            let mut law = rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
-            let behind = law.cut(until);
-            let samples = measure(path, frame, clock, &law);
-            let over = over_limits(frame, &samples);
+            let mut law =
+                rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
+            // What goes on behind the committed part must keep the limits too: the next part begins with its state.
+            let mut samples = measure(path, frame, clock, &law);
+            let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
+            let over = over_limits(frame, clock.cycle, &samples, allowed);
             round += 1;
-            if over.is_empty() || round > ROUNDS {
+            if over.is_empty() || round > TIGHTENINGS && slowed == SLOWINGS {
+                let behind = law.cut(until);
+                let count = samples.partition_point(|m| m.time < clock.start + law.duration);
+                samples.truncate(count);
                 return Some(Stretch {
                     law,
                     cells: node.border,
@@ -111,14 +121,15 @@ pub(crate) fn plan(
             }
             if round > TIGHTENINGS {
                 slow_cells(path, &borders, &over);
+                slowed += 1;
                 break;
             }
             let mut cursor = Cursor::default();
             let spots: Vec<Spot> = over
                 .iter()
-                .map(|(m, [v, a, j])| Spot {
-                    at: law.planned_time(m.time - clock.start, &mut cursor),
-                    factor: 1.0 + TIGHTER * (a.max(*j).max(v * v) - 1.0),
+                .map(|Over { time, ratios: [v, a, j], .. }| Spot {
+                    at: law.planned_time((time - clock.start).max(0.0), &mut cursor),
+                    factor: 1.0 + TIGHTER * (1.0 + 0.5 * f64::from(round)) * (a.max(*j).max(v * v) - 1.0),
                 })
                 .collect();
             rounds.tighten(&spots);
@@ -158,30 +169,37 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -
         .collect()
 }
 
-/// Samples that pass a limit, with their highest parts of the limits of velocity, acceleration and jerk.
-fn over_limits<'a>(frame: &Frame<'_>, samples: &'a [Measured]) -> Vec<(&'a Measured, [f64; 3])> {
+/// Samples that pass a limit, by themselves or in the mean jerk from the one before, with their highest parts of the limits of
+/// velocity, acceleration and jerk.
+fn over_limits(frame: &Frame<'_>, cycle: f64, samples: &[Measured], allowed: f64) -> Vec<Over> {
     let l = frame.limits;
-    samples
-        .iter()
-        .map(|m| {
-            let mut ratios = [0.0_f64; 3];
-            for i in 0..l.count {
-                ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
-                ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
-                ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
+    let mut over = Vec::new();
+    for (k, m) in samples.iter().enumerate() {
+        let (mut ratios, mut mean) = ([0.0_f64; 3], 0.0_f64);
+        for i in 0..l.count {
+            ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
+            ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
+            ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
+            if k > 0 {
+                mean = mean.max((m.acceleration[i] - samples[k - 1].acceleration[i]).abs() / (cycle * l.jerk[i]));
             }
-            (m, ratios)
-        })
-        .filter(|(_, ratios)| ratios.iter().any(|r| *r > ALLOWED))
-        .collect()
+        }
+        if mean > allowed && mean > ratios[2] {
+            over.push(Over { time: m.time - 0.5 * cycle, s: m.state.s, ratios: [0.0, 0.0, mean] });
+        }
+        if ratios.iter().any(|r| *r > allowed) {
+            over.push(Over { time: m.time, s: m.state.s, ratios });
+        }
+    }
+    over
 }
 
 /// Slows down the cells of samples that pass a limit, and their neighbors.
-fn slow_cells(path: &mut Path, borders: &[f64], over: &[(&Measured, [f64; 3])]) {
+fn slow_cells(path: &mut Path, borders: &[f64], over: &[Over]) {
     let mut cell = 0;
     let last = path.cells.len() - 1;
-    for (m, ratios) in over {
-        while cell + 2 < borders.len() && borders[cell + 1] < m.state.s {
+    for Over { s, ratios, .. } in over {
+        while cell + 2 < borders.len() && borders[cell + 1] < *s {
             cell += 1;
         }
         for k in cell.saturating_sub(1)..=(cell + 1).min(last) {

@@ -1,5 +1,7 @@
 //! The run as a stream: windows, order, determinism, and whole programs.
 
+#![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
+
 mod common;
 
 use common::{Program, Random, bc_machine, limit_use, run, run_with, tool};

@@ -2,7 +2,7 @@
 
 use proveout_machine::MAX_JOINTS;
 
-use super::solver::{JointRow, Node, Problem};
+use super::solver::{JointRow, MARGIN, Node, Problem};
 use crate::{
     jet::JointJet,
     path::{Frame, Path, PathCell},
@@ -17,7 +17,7 @@ const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
 const SLOWEST: f64 = 0.35;
 const SHORTEST: f64 = 0.2;
 /// Intervals by which a region reaches into stretches that run at the highest speed already.
-const MARGIN: f64 = 5.0;
+const INTO_HELD: f64 = 5.0;
 /// Speed along the path that counts as the highest, as part of it.
 const AT_SPEED: f64 = 0.996;
 /// Part of a piece by which points stand off its borders, so that each belongs to one side of a jump.
@@ -83,7 +83,7 @@ pub(super) fn regions(
     let pieces = pieces(path, frame, law, cells, spots);
     let mut regions: Vec<Region> = Vec::new();
     let mut open: Vec<Piece> = Vec::new();
-    let margin = MARGIN * step;
+    let margin = INTO_HELD * step;
     let mut i = 0;
     let mut at_begin = moving;
     while i < pieces.len() {
@@ -131,7 +131,9 @@ fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
 }
 
 fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
-    run.iter().map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
+    run.iter()
+        .map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p })
+        .filter(|p| p.to > p.from)
 }
 
 /// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
@@ -207,7 +209,7 @@ impl Probe<'_> {
             let d2 = q1[i] * x.a + q2[i] * x.v * x.v;
             let d3 = q1[i] * x.j + 3.0 * q2[i] * x.v * x.a + q3[i] * x.v * x.v * x.v;
             speed = speed.max((d1 / velocity[i]).powi(2));
-            let (a, j) = (1.0 / l.acceleration[i], 1.0 / l.jerk[i]);
+            let (a, j) = ((1.0 + MARGIN) / l.acceleration[i], (1.0 + MARGIN) / l.jerk[i]);
             rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
         }
         (rows, speed)
@@ -244,8 +246,10 @@ pub(super) fn problem(
                 let begin = probe.rows(piece.cell, from + INSIDE * length);
                 // Between borders alone the acceleration could pass its limit by J h/4, at the middle by a quarter of that at most.
                 // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
+                // Within a blend the third derivative of the path runs from one sign to the other and back.
+                let fewest = if path.cells[piece.cell].exact { 2.0 } else { 3.0 };
                 let most = length * length / piece.pace.min(1e9);
-                let parts = (most / BETWEEN).sqrt().ceil().clamp(2.0, PARTS) as usize;
+                let parts = (most / BETWEEN).sqrt().ceil().clamp(fewest, PARTS) as usize;
                 let weight = length / parts as f64;
                 grid.tight = tight(spots, knots[k], knots[k + 1]);
                 grid.add(k, tau(INSIDE), 0.5 * weight, begin);
