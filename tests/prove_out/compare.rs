@@ -28,6 +28,13 @@ impl Experiment {
         let text = text
             .replace("\"../../machines/starrag-lx-451\"", &format!("{machine:?}"))
             .replace("\"../../tools/li-2022.toml\"", &format!("{tools:?}"));
+        // The A axis rules the time, as in the paper, whatever the scene sets.
+        let limits = "[control.joint_limits.A]\nmax_velocity_deg_s = 90\nmax_acceleration_deg_s2 = 600\n\
+                      max_jerk_deg_s3 = 12_000\nsource = \"test\"\n\n[tolerances]";
+        let text = match text.split_once("[control.joint_limits.A]") {
+            Some((head, rest)) => format!("{head}{limits}{}", rest.split_once("[tolerances]").expect("tolerances").1),
+            None => text.replace("[tolerances]", limits),
+        };
         fs::write(folder.path().join("scene.toml"), change(&text)).expect("written");
         fs::copy(source.join("original.mpf"), folder.path().join("original.mpf")).expect("copied");
         Self { folder }

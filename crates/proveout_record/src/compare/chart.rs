@@ -246,7 +246,7 @@ pub(crate) struct DotRow {
 /// Rows of dots above one scale with its name.
 pub(crate) fn dots(rows: &[DotRow], scale: &str, label: &str, width: f64) -> String {
     const ROW: f64 = 22.0;
-    const NAMES: f64 = 300.0;
+    const NAMES: f64 = 330.0;
     let height = 12.0 + ROW * rows.len() as f64 + 40.0;
     let mut out =
         format!(r#"<svg class="plot chart" viewBox="0 0 {width} {height}" role="img" aria-label="{}">"#, escape(label));

@@ -172,11 +172,12 @@ fn variation_chart(c: &Comparison) -> Option<String> {
     (!c.variations.is_empty()).then(|| dots(&all, &scale, "Gain under every variation of the twin", WIDTH))
 }
 
-/// Joints that a program moves in its cutting stretch.
+/// Joints that a program asks to move in its cutting stretch. A held joint trembles by the rounding of corners and by the
+/// decimals of the text: less than this, mm/s or degrees/s, is no motion that was asked for.
 fn moving(c: &Comparison, pictures: &Pictures) -> Vec<usize> {
     let moves = |name: &str| {
         let axes = c.programs.values().filter_map(|p| p.stretch.as_ref()?.axes.get(name));
-        axes.into_iter().any(|a| a.max_velocity > 1e-6)
+        axes.into_iter().any(|a| a.demand_velocity.unwrap_or(a.max_velocity) > 1e-3)
     };
     pictures.joints.iter().enumerate().filter(|(_, j)| moves(&j.name)).map(|(i, _)| i).collect()
 }
@@ -259,6 +260,13 @@ fn trace_plot(c: &Comparison, pictures: &Pictures, traces: &[Trace], joint: usiz
 }
 
 fn studies(c: &Comparison, pictures: &Pictures) -> Vec<Plot> {
+    // Methods on the same path are shown on the same part of it, which the first one with marks decides.
+    let mut windows: Windows<'_> = BTreeMap::new();
+    for curve in pictures.programs.iter().flat_map(|p| p.studies.iter().flat_map(|s| &s.curves)) {
+        if let Some(range) = window(curve) {
+            windows.entry((&curve.axes, &curve.units)).or_insert(range);
+        }
+    }
     let mut out = Vec::new();
     for (i, program) in pictures.programs.iter().enumerate() {
         for (k, study) in program.studies.iter().enumerate() {
@@ -268,14 +276,17 @@ fn studies(c: &Comparison, pictures: &Pictures) -> Vec<Plot> {
                 Some(m) => format!("{}{run}: {}, {}", program.name, m.method, m.source),
                 None => format!("{}{run}", program.name),
             };
-            out.extend(study_plots(&title, i, study));
+            out.extend(study_plots(&title, i, study, &windows));
         }
     }
     out
 }
 
+/// Part of a plot that is shown, by the quantities of its axes.
+type Windows<'a> = BTreeMap<(&'a [String; 2], &'a [String; 2]), [f64; 2]>;
+
 /// One plot for each pair of quantities; closely where marks divide the path.
-fn study_plots(title: &str, program: usize, study: &Study) -> Vec<Plot> {
+fn study_plots(title: &str, program: usize, study: &Study, windows: &Windows<'_>) -> Vec<Plot> {
     let mut groups: BTreeMap<(&[String; 2], &[String; 2]), Vec<&StudyCurve>> = BTreeMap::new();
     for curve in &study.curves {
         groups.entry((&curve.axes, &curve.units)).or_default().push(curve);
@@ -302,7 +313,7 @@ fn study_plots(title: &str, program: usize, study: &Study) -> Vec<Plot> {
             let name = capital(&axes[k]);
             if unit.is_empty() { name } else { format!("{name}, {unit}") }
         });
-        let range = window(&curves);
+        let range = windows.get(&(axes, units)).copied();
         let chart = Chart {
             label: format!("{title}: {} over {}", axes[1], axes[0]),
             axes: names,
@@ -314,7 +325,7 @@ fn study_plots(title: &str, program: usize, study: &Study) -> Vec<Plot> {
         };
         let note = match range {
             Some([from, to]) => format!(
-                "Closely between {} and {} {}: from one mark to the next in the middle of the path.",
+                "Between {} and {} {} of the path: from one layer to the next in its middle.",
                 fixed(from, 1),
                 fixed(to, 1),
                 units[0]
@@ -333,12 +344,13 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The stretch between two neighboring marks in the middle of the path, with a margin; none with fewer than two marks.
-fn window(curves: &[&StudyCurve]) -> Option<[f64; 2]> {
-    let marks: Vec<f64> =
-        curves.iter().filter(|c| c.role == Role::Marks).flat_map(|c| c.points.iter().map(|p| p[0])).collect();
-    let at = (marks.len() / 2).checked_sub(1)?;
-    let (from, to) = (*marks.get(at)?, *marks.get(at + 1)?);
+/// The stretch between two neighboring marks in the middle of the path, with a margin; none without two marks.
+fn window(curve: &StudyCurve) -> Option<[f64; 2]> {
+    if curve.role != Role::Marks {
+        return None;
+    }
+    let at = (curve.points.len() / 2).checked_sub(1)?;
+    let (from, to) = (curve.points.get(at)?[0], curve.points.get(at + 1)?[0]);
     let margin = 0.04 * (to - from);
     (to > from).then_some([from - margin, to + margin])
 }

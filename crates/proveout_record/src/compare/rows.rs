@@ -66,8 +66,7 @@ pub(crate) struct GainWords {
 }
 
 pub(crate) fn gain(g: &TimeGain) -> GainWords {
-    let (sign, class) =
-        if g.sign_holds { ("sign holds in every variation", "pass") } else { ("sign changes in a variation", "fail") };
+    let (sign, class) = if g.sign_holds { ("sign holds", "pass") } else { ("sign changes", "fail") };
     let parts = match (g.numerical_percent, g.model_percent) {
         (Some(n), Some(m)) => format!("numerical {}, model {}", fixed(n, 3), fixed(m, 2)),
         _ => "no variation was made".into(),
@@ -147,16 +146,17 @@ pub(crate) struct ExpectationRow {
 
 pub(crate) fn expectations(c: &Comparison) -> Vec<ExpectationRow> {
     let row = |e: &proveout_sim::compare::Expectation| {
+        let unit = symbol(&e.unit);
         let bound = match (e.at_least, e.at_most) {
-            (Some(low), Some(high)) => format!("{} to {} {}", compact(low), compact(high), e.unit),
-            (Some(low), None) => format!("at least {} {}", compact(low), e.unit),
-            (None, Some(high)) => format!("at most {} {}", compact(high), e.unit),
+            (Some(low), Some(high)) => format!("{} to {} {unit}", compact(low), compact(high)),
+            (Some(low), None) => format!("at least {} {unit}", compact(low)),
+            (None, Some(high)) => format!("at most {} {unit}", compact(high)),
             (None, None) => "pass".into(),
         };
         ExpectationRow {
             name: e.name.clone(),
             measured: e.measured.clone(),
-            value: e.value.map_or_else(|| "–".into(), |v| format!("{} {}", compact(v), e.unit)),
+            value: e.value.map_or_else(|| "–".into(), |v| format!("{} {}", compact(v), symbol(&e.unit))),
             bound,
             judged: judged(e.state),
             reason: if e.state == State::Pass { String::new() } else { e.reason.clone() },

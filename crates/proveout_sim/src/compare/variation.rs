@@ -37,7 +37,7 @@ pub(crate) fn variations(nominal: Dynamics) -> Vec<TwinVariation> {
     let mut out = Vec::new();
     let mut put = |name: String, parameter, kind, change| out.push(TwinVariation { name, parameter, kind, change });
     let halves = [(0.5, "halved"), (2.0, "doubled")];
-    put("tolerance and length of motion pieces halved".into(), "motion pieces", Numerical, Change::Pieces(0.5));
+    put("tolerance of motion pieces halved".into(), "motion pieces", Numerical, Change::Pieces(0.5));
     for (factor, word) in halves {
         put(format!("window of the look-ahead {word}"), "look-ahead window", Numerical, Change::Window(factor));
     }
