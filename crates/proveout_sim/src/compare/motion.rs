@@ -419,10 +419,10 @@ mod tests {
         let path = [0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, -1.0, 0.0, 5.0, 5.0, 5.0, 4.0];
         assert_eq!(turns(&path, 0.5), [3, 7, 11]);
         assert_eq!(turns(&path, 1.5), [3, 7], "the last way back is shorter than the band");
-        assert_eq!(turns(&path, 10.0), []);
+        assert!(turns(&path, 10.0).is_empty());
         // Noise on a way up is no reversal; without a band it is.
         let noisy: Vec<f64> = (0..100).map(|i| f64::from(i) * 0.01 + if i % 2 == 0 { 0.02 } else { 0.0 }).collect();
-        assert_eq!(turns(&noisy, 0.05), []);
+        assert!(turns(&noisy, 0.05).is_empty());
         assert!(turns(&noisy, 0.0).len() > 90);
         // A slow way back counts when it adds up.
         let slow: Vec<f64> =
