@@ -96,7 +96,7 @@ impl TriDexel {
         for s in &split {
             self.sweep_bound = self.sweep_bound.max(s.bound);
         }
-        let batch = Batch::new(items, index, &split, bodies);
+        let batch = Batch::new(items, index, &split, bodies, &self.grid.bounds);
         let mut first = 0;
         while first < batch.ready.len() {
             let (bins, next) = self.bin(&batch, first);
