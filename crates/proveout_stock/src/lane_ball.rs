@@ -98,7 +98,7 @@ impl WithSimd for BallOnLanes<'_> {
             if !hit.any() {
                 continue;
             }
-            join(simd, lanes, g, hit, [from, to], [bottom + nearest, top + nearest], maker, SLIVER);
+            join(simd, lanes, g, hit, [from, to], [bottom + nearest, top + nearest], maker);
         }
     }
 }

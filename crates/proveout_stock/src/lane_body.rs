@@ -15,11 +15,15 @@
 //!                            bound all of it
 //! ```
 //!
-//! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of the material; or
-//! by two points on both sides of the minimum along the ray. Lanes without proof after [`STEPS`] samples get a second chance in
-//! quarters of a turning motion; what is left, such as rays that meet the rim of a flat end mill, is searched by
-//! `ray_translate` and `ray_turn`, which always end. The bounds are the same: [`SEARCH_ERROR`] for a straight motion and
-//! [`TURN_ERROR`] more for one that turns.
+//! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of the material; by two
+//! points on both sides of the minimum along the ray; or, most often, by the support of the body on its way in the direction of
+//! the normal across the ray (`lane_sample::clearance`), which says the same about all of the ray. The search begins inside of the
+//! body, where its axis is nearest to the ray, and leaves it on the parabola with the height, slope and curvature of the skin.
+//!
+//! Lanes without proof after a few samples are gathered and get a second chance with more, and in quarters of a turning motion;
+//! what is left, such as rays that meet the rim of a flat end mill, is searched by `ray_translate` and `ray_turn`, which always
+//! end. The bounds are the same: [`SEARCH_ERROR`](crate::motion::SEARCH_ERROR) for a straight motion and [`TURN_ERROR`] more for
+//! one that turns.
 
 use pulp::{Simd, WithSimd};
 
@@ -130,7 +134,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let unproven = wanted & !(hit | above.miss);
         let hit = hit & (to - from).gt(zero.same(SLIVER));
         if hit.any() {
-            join(simd, lanes, g, hit, [from, to], [below.tau, above.tau], maker, SLIVER);
+            join(simd, lanes, g, hit, [from, to], [below.tau, above.tau], maker);
         }
         if unproven.any() {
             put(g, &mut lanes.state, unproven, zero.same(UNPROVEN));

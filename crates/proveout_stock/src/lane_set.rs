@@ -2,7 +2,10 @@
 
 use pulp::Simd;
 
-use crate::lanes::{L, Mask, load, put, width};
+use crate::{
+    lanes::{L, Mask, load, put, width},
+    span::SLIVER,
+};
 
 /// Lanes of one set: the rays of a tile.
 pub(crate) const LANES: usize = crate::grid::TILE_RAYS;
@@ -232,7 +235,6 @@ pub(crate) fn join<S: Simd>(
     ends: [L<S>; 2],
     taus: [L<S>; 2],
     maker: Maker,
-    sliver: f64,
 ) {
     let state = load(simd, &lanes.state, g);
     let (nothing, taken) = (state.same(NOTHING), state.same(TAKEN));
@@ -241,7 +243,7 @@ pub(crate) fn join<S: Simd>(
     let (mut lower, mut upper, mut after) = (fresh, fresh, taken);
     if more.any() {
         let (from, to) = (load(simd, &lanes.from, g), load(simd, &lanes.to, g));
-        let gap = state.same(sliver);
+        let gap = state.same(SLIVER);
         let meets = ends[0].le(to + gap) & ends[1].ge(from - gap);
         lower = fresh | (more & meets & ends[0].lt(from));
         upper = fresh | (more & meets & ends[1].gt(to));

@@ -26,12 +26,13 @@
 //! | kernel | for | method |
 //! |---|---|---|
 //! | `ray_ball`, `lane_ball` | the ball of a ball end, any motion | closed form; one ray, or several at once |
-//! | `lane_body` | every body, several rays at once | Newton's method on the envelope, then a proof for each ray |
+//! | `lane_body`, `lane_search` | every body, several rays at once | Newton's method on the envelope, then a proof for each ray |
 //! | `ray_translate` | every body on a straight line | cutting planes in (t, s): the set is convex |
 //! | `ray_turn` | every body while its axis turns | supporting half spaces with a bound of second order, halving of time |
 //!
-//! The kernels for several rays come first; a ray whose proof fails goes to the searches for one ray, which always end. Which
-//! instructions the processor has is found at run time (`lanes`), and makes no difference to any bit of the result.
+//! The kernels for several rays come first; a ray whose proof fails has a second chance with more samples and in parts of the
+//! motion, and then goes to the searches for one ray, which always end. Which instructions the processor has is found at run
+//! time (`lanes`), and makes no difference to any bit of the result.
 //!
 //! The volume that a ball end takes is that of its ball and that of the cylinder or cone above, swept one by one.
 //!
@@ -39,16 +40,21 @@
 //!
 //! In the direction of the normal: what is missed lies less than 0.15 micrometers deep in the swept volume of a translation and
 //! 0.4 micrometers in that of a turning motion; nothing is removed outside of it but what the body misses by less than 0.25
-//! micrometers between two times at which it meets the ray. [`TriDexel::sweep_bound_mm`] is the largest bound used so far. Bodies are taken
-//! 1e-7 mm smaller, so that touching counts for nothing; a surface that was cut a moment ago may overlap with the same body by
-//! the bound. Along a ray that grazes the surface at an angle a, these depths are longer by 1 / sin a.
+//! micrometers between two times at which it meets the ray. The axis of a turning piece lags behind the uniform turn by up to
+//! angle^3 / 60, which is 0.005 micrometers 40 mm from the tip and is added. [`TriDexel::sweep_bound_mm`] is the largest bound used
+//! so far; the oracle test holds every motion to its own. Bodies are taken 1e-7 mm smaller, so that touching counts for nothing; a
+//! surface that was cut a moment ago may overlap with the same body by the bound. Along a ray that grazes the surface at an angle
+//! a, these depths are longer by 1 / sin a.
 //!
 //! # Order and parallel work
 //!
 //! Rays are grouped in tiles of 8 x 8. A batch is sorted into the tiles that the box of each motion meets and that still hold
-//! material there; every tile then works through its items in their order, on any thread. Half spaces that hold the moving body
-//! clear whole tiles, patches of 4 x 4 rays, and single rays, so that cost follows the material that is met. Reports are summed
-//! over the tiles in a fixed order: the same bytes at any number of threads and any division into batches.
+//! material there; every tile then works through its items in their order, on any thread. For that it is spread out over lanes
+//! (`tile_field`), one interval of each ray side by side; bounds clear the tile, then rows of eight rays by the range of their
+//! material (`lane_rows`), so that cost follows the material that is met. What is taken is subtracted and added up on the lanes
+//! as well (`tile_cut`); an end remembers the step and the time that made it, and its normal is made when the batch ends. Sums run
+//! over the columns of lanes and then over the tiles in a fixed order: the same bytes at any number of threads, on any processor
+//! and for any division into batches.
 //!
 //! # Limits
 //!

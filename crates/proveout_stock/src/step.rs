@@ -11,7 +11,7 @@ use crate::{
     ray::{Ray, swept_normal},
     span::Mark,
     sweep::SweepItem,
-    vec3::{V, norm},
+    vec3::{V, along, dot, norm, sub},
 };
 
 /// An item made ready.
@@ -36,6 +36,37 @@ pub(crate) struct Step {
     pub high: V,
     /// The item, in [`Batch::ready`].
     pub item: u32,
+    /// Tip and axis at mid-time, the heights between which the body lies, and how far from that piece of axis any of its points
+    /// comes at any time, mm.
+    middle: [V; 2],
+    heights: [f64; 2],
+    round: f64,
+}
+
+impl Step {
+    fn new(piece: Piece, ball: Option<BallPath>, [low, high]: [V; 2], item: u32, body: &Meridian) -> Self {
+        let middle = [piece.tip_at(0.5), piece.axis_at(0.5)];
+        // A micrometer more than the chord of the turn: its arc is longer by less.
+        let half_way = 0.5 * (norm(piece.travel) + piece.angle2.sqrt() * body.reach) + 1e-3;
+        Self { piece, ball, low, high, item, middle, heights: body.z, round: body.radius + half_way }
+    }
+
+    /// Part `k` of `n` of the motion.
+    pub(crate) fn part(&self, k: usize, n: usize) -> Self {
+        Self { piece: self.piece.part(k, n), ..self.clone() }
+    }
+
+    /// Whether the body stays away from a box, as far as its piece of axis tells.
+    #[inline]
+    pub(crate) fn passes(&self, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
+        let [tip, axis] = self.middle;
+        let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])];
+        let from_tip = sub([s[0] + half[0], u[0] + half[1], v[0] + half[2]], tip);
+        let z = dot(from_tip, axis).clamp(self.heights[0], self.heights[1].max(self.heights[0]));
+        let away = along(from_tip, axis, -z);
+        let near = self.round + norm(half);
+        dot(away, away) > near * near
+    }
 }
 
 /// A part of a program that one pass carries out.
@@ -86,19 +117,26 @@ impl Split {
 }
 
 impl<'a> Batch<'a> {
-    pub(crate) fn new(items: &[SweepItem<'_>], index: &[usize], split: &[Split], bodies: &'a [Meridian]) -> Self {
+    /// `bounds`: box of the stock; what moves outside of it is not worked out.
+    pub(crate) fn new(
+        items: &[SweepItem<'_>],
+        index: &[usize],
+        split: &[Split],
+        bodies: &'a [Meridian],
+        bounds: &Aabb,
+    ) -> Self {
         let mut ready = Vec::with_capacity(items.len());
-        let count = split.iter().map(|s| s.steps.len()).sum();
-        let mut steps: [Vec<Step>; 3] = std::array::from_fn(|_| Vec::with_capacity(count));
+        let mut steps: [Vec<Step>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, ((item, &body), split)) in items.iter().zip(index).zip(split).enumerate() {
             let first = steps[0].len();
-            for (a, list) in steps.iter_mut().enumerate() {
+            let meets = (0..3).all(|i| split.region.min[i] < bounds.max[i] && split.region.max[i] > bounds.min[i]);
+            for (a, list) in steps.iter_mut().enumerate().filter(|_| meets) {
                 for (piece, ball, area) in &split.steps {
                     let piece = motion::permuted(piece, a);
                     let axes = [a, (a + 1) % 3, (a + 2) % 3];
                     let ball = bodies[body].ball.filter(|_| *ball).map(|[z, r]| BallPath::new(&piece, z, r));
                     let (low, high) = (axes.map(|i| area.min[i]), axes.map(|i| area.max[i]));
-                    list.push(Step { piece, ball, low, high, item: k as u32 });
+                    list.push(Step::new(piece, ball, [low, high], k as u32, &bodies[body]));
                 }
             }
             ready.push(Ready {

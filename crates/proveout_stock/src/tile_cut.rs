@@ -118,7 +118,7 @@ impl WithSimd for CutLayer<'_> {
             if whole.any() {
                 let mut which = [0.0; ROW];
                 store(&mut which, 0, whole.select(one, zero));
-                for (i, &w) in which.iter().enumerate() {
+                for (i, &w) in which.iter().enumerate().take(width::<S>()) {
                     *gone |= u64::from(w > 0.0) << (g * width::<S>() + i);
                 }
             }
@@ -194,5 +194,101 @@ pub(crate) fn cut_lane(
             layer.measure_row(r / ROW);
         }
         (None, None) => field.close(k, r),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::Arch;
+
+    use super::*;
+    use crate::lane_set::OLD;
+
+    fn number(k: usize, salt: f64) -> f64 {
+        ((k as f64 * 12.9898 + salt * 78.233).sin() * 43758.5453).fract().abs()
+    }
+
+    /// A layer with gaps, and what is to be taken: nothing, a part below, above or within, or all.
+    fn layer(round: usize) -> Layer {
+        let mut layer = Layer::default();
+        for r in 0..LANES {
+            let n = |salt: f64| number(round * LANES + r, salt);
+            let (lo, hi) = if n(1.0) < 0.2 { (f64::INFINITY, f64::NEG_INFINITY) } else { (n(2.0), 1.0 + n(3.0)) };
+            let (u, v) = ((r % ROW) as f64, (r / ROW) as f64);
+            layer.lanes.set(r, &Strip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 });
+        }
+        for row in (0..ROW).filter(|row| number(round * ROW + row, 4.0) < 0.8) {
+            layer.lanes.ask_row(row);
+            for r in row * ROW..(row + 1) * ROW {
+                let n = |salt: f64| number(round * LANES + r, salt);
+                let from = 2.5 * n(5.0) - 0.5;
+                let cut = Cut { from, to: from + n(6.0), from_by: 3.0, to_by: 4.0, from_tau: n(7.0), to_tau: n(8.0) };
+                layer.lanes.answer(r, (n(9.0) < 0.7).then_some(&cut));
+            }
+        }
+        for row in 0..ROW {
+            layer.measure_row(row);
+        }
+        layer
+    }
+
+    #[test]
+    fn lanes_lose_what_single_strips_lose_on_any_processor() {
+        let (mut whole, mut divided) = (0, 0);
+        for round in 0..200 {
+            let run = |wide: bool| {
+                let mut cut = layer(round);
+                let (mut sum, mut counted, mut torn, mut gone) = (Partial::new(0), [0.0; LANES], Vec::new(), 0);
+                let call = CutLayer {
+                    layer: &mut cut,
+                    removes: true,
+                    sum: &mut sum,
+                    counted: &mut counted,
+                    torn: &mut torn,
+                    gone: &mut gone,
+                };
+                if wide {
+                    Arch::new().dispatch(call)
+                } else {
+                    call.with_simd(pulp::Scalar::new())
+                }
+                (cut, sum, torn, gone)
+            };
+            let ((cut, sum, torn, gone), other) = (run(true), run(false));
+            let text = |s: &(Layer, Partial, Vec<Strip>, u64)| format!("{:?} {:?} {:?} {}", s.1, s.2, s.0.row_lo, s.3);
+            let bits = |l: &Layer| l.lanes.lo.iter().chain(&l.lanes.hi).map(|x| x.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&cut), bits(&other.0));
+            let before = layer(round);
+            let mut want = Partial::new(0);
+            for r in 0..LANES {
+                let (strip, left) = (before.lanes.strip(r), cut.lanes.strip(r));
+                let taken = before.lanes.state[r] == TAKEN;
+                let Some(one) = taken.then(|| Left::of(&strip, &before.lanes.cut(r))).flatten() else {
+                    assert_eq!((left.lo.to_bits(), left.hi.to_bits()), (strip.lo.to_bits(), strip.hi.to_bits()));
+                    continue;
+                };
+                want.rays += 1;
+                want.add(&strip, one.met, one.gone);
+                match (one.below, one.above) {
+                    (None, None) => {
+                        whole += 1;
+                        assert!(!cut.lanes.holds(r) && gone >> r & 1 == 1);
+                    }
+                    (Some(below), above) => {
+                        assert_eq!((left.lo, left.hi, left.hi_by), (below.lo, below.hi, 3.0));
+                        let up = torn.iter().find(|s| usize::from(s.ray) == r);
+                        assert_eq!(above.map(|s| (s.lo, s.hi, s.lo_by)), up.map(|s| (s.lo, s.hi, s.lo_by)));
+                        divided += usize::from(above.is_some());
+                    }
+                    (None, Some(above)) => assert_eq!((left.lo, left.hi, left.lo_by), (above.lo, above.hi, 4.0)),
+                }
+            }
+            assert_eq!((sum.rays, sum.longest, sum.ray, sum.range), (want.rays, want.longest, want.ray, want.range));
+            assert_eq!((sum.columns, sum.rows, sum.middle), (want.columns, want.rows, want.middle));
+            // The order of addition differs.
+            assert!((sum.length - want.length).abs() < 1e-12 * 64.0);
+            assert_eq!(text(&(cut, sum, torn, gone)), text(&other));
+        }
+        assert!(whole > 50 && divided > 500, "{whole} {divided}");
     }
 }

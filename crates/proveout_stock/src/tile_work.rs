@@ -69,11 +69,13 @@ impl Batch<'_> {
             scratch.near.clear();
             for k in ready.steps.clone() {
                 let step = &self.steps[a][k];
-                let apart = step.high[0].min(hi) - step.low[0].max(lo) <= SLIVER
+                let (low, high) = (step.low[0].max(lo), step.high[0].min(hi));
+                let apart = high - low <= SLIVER
                     || step.low[1] > u[1]
                     || step.high[1] < u[0]
                     || step.low[2] > v[1]
-                    || step.high[2] < v[0];
+                    || step.high[2] < v[0]
+                    || (step.ball.is_none() && step.passes([low, high], u, v));
                 if apart {
                     continue;
                 }
@@ -229,7 +231,7 @@ impl Batch<'_> {
                     continue;
                 }
                 for part in 0..PARTS {
-                    let step = Step { piece: step.piece.part(part, PARTS), ..step.clone() };
+                    let step = step.part(part, PARTS);
                     self.on_lanes(&step, ready, Maker::part(k, part, PARTS), MORE_STEPS, again);
                 }
             }
