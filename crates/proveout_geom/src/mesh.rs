@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use thiserror::Error;
 
-use crate::{Aabb, Point, Pose, Vector};
+use crate::{Aabb, Crossing, Point, Pose, Vector};
 
 /// Why triangles do not bound a solid.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -58,23 +58,14 @@ pub enum MeshError {
     },
     /// An edge passes through a face.
     #[error(
-        "the mesh crosses itself at ({}): edge ({}) to ({}) of triangle {triangle} passes through triangle {through}",
-        show(at),
-        show(from),
-        show(to)
+        "the mesh crosses itself at ({}): edge ({}) to ({}) of triangle {} passes through triangle {}",
+        show(&.0.at),
+        show(&.0.edge[0]),
+        show(&.0.edge[1]),
+        .0.of,
+        .0.through
     )]
-    Crossing {
-        /// First end of the edge, mm.
-        from: Point,
-        /// Second end.
-        to: Point,
-        /// Triangle with the edge.
-        triangle: usize,
-        /// Triangle that it passes through.
-        through: usize,
-        /// Where, mm.
-        at: Point,
-    },
+    Crossing(Box<Crossing>),
     /// The faces look inward.
     #[error("the mesh is inside out: its volume is {volume_mm3:.3} mm3")]
     InsideOut {
@@ -200,10 +191,7 @@ impl TriMesh {
     /// # Errors
     /// [`MeshError::Crossing`] with the first one.
     pub fn check_uncrossed(&self) -> Result<(), MeshError> {
-        self.first_crossing().map_or(Ok(()), |c| {
-            let [from, to] = c.edge;
-            Err(MeshError::Crossing { from, to, triangle: c.of, through: c.through, at: c.at })
-        })
+        self.first_crossing().map_or(Ok(()), |crossing| Err(MeshError::Crossing(Box::new(crossing))))
     }
 
     /// Outward normal of a triangle, not of unit length: twice the area, mm².

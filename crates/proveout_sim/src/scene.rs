@@ -69,7 +69,7 @@ pub struct SceneFile {
 
 /// Edges of the cells of the stock, mm.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "write one length in mm, or three for x, y and z")]
 pub enum ResolutionFile {
     /// Cubes.
     Cube(f64),

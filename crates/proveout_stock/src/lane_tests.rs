@@ -1,7 +1,7 @@
 //! The kernels for many rays against those for one, and against themselves on other processors.
 #![allow(clippy::print_stdout, reason = "the share of proven lanes is worth seeing")]
 
-use proveout_geom::{Point, ToolPose, Vector};
+use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
 use pulp::{Arch, WithSimd};
 
@@ -224,7 +224,8 @@ fn rows_that_are_cleared_are_not_met() {
             let split = Split::of(&item(&profile, motion(k, turn)), &body);
             let items = [item(&profile, motion(k, turn))];
             let bodies = [body.clone()];
-            let batch = Batch::new(&items, &[0], &[split], &bodies);
+            let everywhere = Aabb { min: Point::new(-1e3, -1e3, -1e3), max: Point::new(1e3, 1e3, 1e3) };
+            let batch = Batch::new(&items, &[0], &[split], &bodies, &everywhere);
             for step in &batch.steps[a] {
                 let (u, v, lo, hi) = ([u0, u0 + 0.7], &v, &lo, &hi);
                 let rows = |wide: bool| match (&step.ball, wide) {

@@ -117,13 +117,20 @@ impl Split {
 }
 
 impl<'a> Batch<'a> {
-    pub(crate) fn new(items: &[SweepItem<'_>], index: &[usize], split: &[Split], bodies: &'a [Meridian]) -> Self {
+    /// `bounds`: box of the stock; what moves outside of it is not worked out.
+    pub(crate) fn new(
+        items: &[SweepItem<'_>],
+        index: &[usize],
+        split: &[Split],
+        bodies: &'a [Meridian],
+        bounds: &Aabb,
+    ) -> Self {
         let mut ready = Vec::with_capacity(items.len());
-        let count = split.iter().map(|s| s.steps.len()).sum();
-        let mut steps: [Vec<Step>; 3] = std::array::from_fn(|_| Vec::with_capacity(count));
+        let mut steps: [Vec<Step>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, ((item, &body), split)) in items.iter().zip(index).zip(split).enumerate() {
             let first = steps[0].len();
-            for (a, list) in steps.iter_mut().enumerate() {
+            let meets = (0..3).all(|i| split.region.min[i] < bounds.max[i] && split.region.max[i] > bounds.min[i]);
+            for (a, list) in steps.iter_mut().enumerate().filter(|_| meets) {
                 for (piece, ball, area) in &split.steps {
                     let piece = motion::permuted(piece, a);
                     let axes = [a, (a + 1) % 3, (a + 2) % 3];

@@ -100,7 +100,7 @@ impl TriDexel {
         for s in &split {
             self.sweep_bound = self.sweep_bound.max(s.bound);
         }
-        let mut batch = Batch::new(items, index, &split, bodies);
+        let mut batch = Batch::new(items, index, &split, bodies, &self.grid.bounds);
         batch.moves = self.watch_engagement.then(|| Moves::new(items, index));
         let mut first = 0;
         while first < batch.ready.len() {
