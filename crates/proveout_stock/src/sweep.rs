@@ -218,7 +218,8 @@ impl TriDexel {
                     report.overlap_mm = p.longest;
                     report.first_point = Some(Grid::point(a, p.middle, u(ray % TILE), v(ray / TILE)));
                 }
-                let ends = |bits: u8| [bits.trailing_zeros() as usize, 7 - bits.leading_zeros() as usize];
+                let ends =
+                    |bits: u8| [bits.trailing_zeros() as usize, 7_u32.saturating_sub(bits.leading_zeros()) as usize];
                 let (columns, rows) = (ends(p.columns), ends(p.rows));
                 let low = Grid::point(a, p.range[0], u(columns[0]), v(rows[0]));
                 let high = Grid::point(a, p.range[1], u(columns[1]), v(rows[1]));
