@@ -99,13 +99,16 @@ pub(crate) fn plan(
         let last = if finish { Node::end(n) } else { plan.split_before(n - n / UNKNOWN)? };
         let first_law = plan.law(&borders, last.border);
         let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
-        let until = if finish { first_law.planned } else { first_law.planned_time_at(borders[node.border], &mut Cursor::default()) };
+        let until = if finish {
+            first_law.planned
+        } else {
+            first_law.planned_time_at(borders[node.border], &mut Cursor::default())
+        };
         let mut rounds = Rounds::default();
         let mut round = 0;
         let rest = [v_start == 0.0, finish];
         loop {
-            let mut law =
-                rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
+            let mut law = rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
             // What goes on behind the committed part must keep the limits too: the next part begins with its state.
             let mut samples = measure(path, frame, clock, &law);
             let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };

@@ -135,9 +135,7 @@ fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
 }
 
 fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
-    run.iter()
-        .map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p })
-        .filter(|p| p.to > p.from)
+    run.iter().map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
 }
 
 /// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
