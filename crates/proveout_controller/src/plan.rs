@@ -25,13 +25,12 @@
 //!
 //! f passes from above w to below it only where both stand on the same V (f falls only onto V, and w rises only from
 //! V), so that nodes shared by both chains split the law into independent parts: there it does not matter how much
-//! path the look-ahead knows, and a run without stops can be planned window by window with the same result (before the
-//! refinement of `stretch.rs`, which looks at a window as a whole).
+//! path the look-ahead knows, and a run without stops can be planned window by window with the same result.
 //!
 //! The cost is linear in the number of cells: each is visited a bounded number of times by every pass.
 //!
 //! Limits of the method: acceleration is zero at anchors, so that a long stair of closely spaced V costs some time, and
-//! a ramp takes the smallest rates of the cells that it passes.
+//! a ramp takes the smallest rates of the cells that it passes. What that costs, `retime.rs` takes back.
 
 use crate::{
     profile::{Cursor, Law},

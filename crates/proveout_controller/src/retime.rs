@@ -1,9 +1,41 @@
 //! Runs a first law faster where the joints allow it.
+//!
+//! The chains of `plan.rs` know constants V, A and J a cell and have no acceleration at their anchors: a law that keeps all limits
+//! and wastes time at corners and in curves. Its own time p is a parameter in which the joints q(p) have finite derivatives even
+//! at rests. The law is run with a *tempo* dp/dt = sqrt(b(p)) (`tempo.rs`); the chain rule gives
+//!
+//! ```text
+//!   q. = q' sqrt(b)      q.. = q' b'/2 + q'' b      q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)      T = integral dp / sqrt(b)
+//! ```
+//!
+//! (Verscheure et al. 2009 for the first two, over the path instead of a time). b = 1 is the law as it is.
+//!
+//! ```text
+//!   b |      __            __          b cubic between knots, slope continuous: acceleration is continuous,
+//!     |  ___/  \__      __/  \___        jerk bounded and free to jump at knots
+//!   1 |_/         \____/         \__    b = 1 where the law runs at feed or joint speed already (held)
+//!     +--.--.--.--.----.--.--.--.--.--> p
+//!      region 1   held     region 2
+//! ```
+//!
+//! 1. *Regions* (`grid.rs`): all but the stretches that run at their highest speed for longer than a few intervals. They do not act
+//!    on each other. A program that runs at its feed costs nothing here.
+//! 2. *Grid*: knots at borders of phases and cells and between them, closer where the speed is low; limits at two to five points an
+//!    interval, on both sides of every jump.
+//! 3. *Solution* (`solver.rs`): an interior point method, chunk by chunk with an overlap.
+//! 4. *Samples*: the law is measured at the control samples. Where one passes a limit between the points of the grid, the rows of its
+//!    interval are tightened and the surroundings solved again, or, when little is left, the tempo is lowered there (`dip`).
+//!
+//! *Windows.* A part of a run is committed up to a node half a second before the last known one. The next part begins with the tempo
+//! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.
+//!
+//! *Limits of the method.* A local optimum; knots do not move to where the jerk switches. Against an independent optimum it loses up
+//! to 2 percent of the time (`tests/optimum.rs`).
 
 mod grid;
 mod solver;
 
-pub(crate) use self::grid::Spot;
+pub(crate) use self::grid::{Spot, jerk_along};
 use self::solver::{MARGIN, Problem};
 use crate::{
     path::{Frame, Path},
@@ -68,12 +100,19 @@ pub(crate) struct Rounds {
 }
 
 impl Rounds {
-    /// Tightens the rows at these places.
-    pub(crate) fn tighten(&mut self, spots: &[Spot]) {
-        for spot in spots {
-            if let Some(k) = self.known.iter_mut().find(|k| spot.at >= k.from && spot.at <= k.to) {
-                k.tighten(spot);
+    /// Tightens the rows at these places, to be solved again; with `dips` lowers the tempo there at once, which always
+    /// succeeds.
+    pub(crate) fn slow_down(&mut self, spots: &[Spot], dips: bool) {
+        for known in &mut self.known {
+            let own: Vec<&Spot> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();
+            if dips && !own.is_empty() {
+                known.dip(&own);
             } else {
+                own.iter().for_each(|s| known.tighten(s));
+            }
+        }
+        for spot in spots {
+            if !self.known.iter().any(|k| spot.at >= k.from && spot.at <= k.to) {
                 let at = self.spots.partition_point(|s| s.at < spot.at);
                 self.spots.insert(at, *spot);
             }
@@ -156,6 +195,8 @@ struct Solved {
     begun: bool,
     /// Intervals whose rows were tightened since.
     touched: Vec<usize>,
+    /// Lowered since, where samples passed limits by little.
+    dipped: bool,
 }
 
 impl Solved {
@@ -164,7 +205,7 @@ impl Solved {
         let mut c = problem.even();
         problem.set_start(&mut c, start);
         let forced = start != [1.0, 0.0];
-        let mut solved = Self { from, to, problem, c, forced, begun: false, touched: Vec::new() };
+        let mut solved = Self { from, to, problem, c, forced, begun: false, touched: Vec::new(), dipped: false };
         let mut begin = 0;
         while begin < n {
             let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
@@ -202,7 +243,7 @@ impl Solved {
             at >= spot.at
         });
         let Some(k) = k else { return };
-        self.problem.tighten(k, spot.factor);
+        self.problem.tighten(k, 1.0 + spot.excess);
         if self.touched.last() != Some(&k) {
             self.touched.push(k);
         }
@@ -233,6 +274,46 @@ impl Solved {
         self
     }
 
+    /// Lowers b around the spots, by a factor that leaves no kink and ends with zero slope at both sides:
+    ///
+    /// ```text
+    ///   b -> b (1 - e w),   w = cos^2(pi x / 2 W) for |x| < W,   W = 3.5 sqrt(v/J)
+    /// ```
+    ///
+    /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4, is below a third
+    /// of e J. A dip always exists, where rows that are tightened may contradict each other.
+    fn dip(&mut self, spots: &[&Spot]) {
+        let n = self.problem.lengths.len();
+        let mut factors = vec![[1.0, 0.0]; n + 1];
+        for spot in spots {
+            // Given ends stay as they are.
+            let room = [spot.at - self.from, self.to - spot.at];
+            let fixed = self.problem.fixed;
+            let width = [0, 1].map(|side| if fixed[side] { spot.width.min(room[side]) } else { spot.width });
+            let mut at = self.from;
+            for k in 0..=n {
+                let x = at - spot.at;
+                let w = width[usize::from(x > 0.0)];
+                if x.abs() < w {
+                    let (sin, cos) = (std::f64::consts::FRAC_PI_2 * x / w).sin_cos();
+                    let factor = 1.0 - spot.excess * cos * cos;
+                    if factor < factors[k][0] {
+                        factors[k] = [factor, spot.excess * std::f64::consts::PI * sin * cos / w];
+                    }
+                } else if x > w {
+                    break;
+                }
+                at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
+            }
+        }
+        for (k, [factor, slope]) in factors.into_iter().enumerate() {
+            let b = self.c[2 * k];
+            self.c[2 * k] = b * factor;
+            self.c[2 * k + 1] = self.c[2 * k + 1] * factor + b * slope * self.problem.scale;
+        }
+        self.dipped = true;
+    }
+
     /// The tempos; none where those of the law are kept.
     fn tempos(&self) -> Option<Vec<Tempo>> {
         if self.forced && !self.begun {
@@ -249,7 +330,7 @@ impl Solved {
             p = end;
         }
         let own = self.to - self.from;
-        let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || {
+        let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || self.dipped || {
             let even = self.problem.even();
             (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > 1.0003 * (1.0 + MARGIN))
         };

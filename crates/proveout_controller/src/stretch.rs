@@ -8,7 +8,7 @@ use crate::{
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
-    retime::{Course, Entry, Rounds, Spot},
+    retime::{Course, Entry, Rounds, Spot, jerk_along},
 };
 
 /// Part by which a sample may pass a limit before rows are tightened, and after several rounds of that; the promise is 0.1
@@ -17,10 +17,14 @@ const ALLOWED: f64 = 1.0005;
 const PROMISED: f64 = 1.0009;
 /// Rounds in which the rows of the tempo are tightened, before the cells of the first law are slowed down; four are usual.
 const TIGHTENINGS: i32 = 16;
+/// Rounds in which rows are tightened and solved again; later ones lower the tempo around what little is left.
+const SOLVED_AGAIN: i32 = 6;
 /// How often cells are slowed down.
 const SLOWINGS: usize = 2;
-/// How much more than the excess rows are tightened.
+/// How much more than the excess the tempo is lowered: the dip itself takes a third back.
 const TIGHTER: f64 = 1.2;
+/// Half width of a dip over the time sqrt(v/J), see `retime.rs`.
+const DIP: f64 = 3.5;
 /// Part of the known cells that do not count yet: what comes next may act on them.
 const UNKNOWN: usize = 4;
 /// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
@@ -43,6 +47,7 @@ pub(crate) struct Measured {
 struct Over {
     time: f64,
     s: f64,
+    v: f64,
     ratios: [f64; 3],
 }
 
@@ -94,13 +99,16 @@ pub(crate) fn plan(
         let last = if finish { Node::end(n) } else { plan.split_before(n - n / UNKNOWN)? };
         let first_law = plan.law(&borders, last.border);
         let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
-        let until = if finish { first_law.planned } else { first_law.planned_time_at(borders[node.border], &mut Cursor::default()) };
+        let until = if finish {
+            first_law.planned
+        } else {
+            first_law.planned_time_at(borders[node.border], &mut Cursor::default())
+        };
         let mut rounds = Rounds::default();
         let mut round = 0;
         let rest = [v_start == 0.0, finish];
         loop {
-            let mut law =
-                rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
+            let mut law = rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
             // What goes on behind the committed part must keep the limits too: the next part begins with its state.
             let mut samples = measure(path, frame, clock, &law);
             let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
@@ -127,12 +135,19 @@ pub(crate) fn plan(
             let mut cursor = Cursor::default();
             let spots: Vec<Spot> = over
                 .iter()
-                .map(|Over { time, ratios: [v, a, j], .. }| Spot {
-                    at: law.planned_time((time - clock.start).max(0.0), &mut cursor),
-                    factor: 1.0 + TIGHTER * (1.0 + 0.5 * f64::from(round)) * (a.max(*j).max(v * v) - 1.0),
+                .map(|Over { time, s, v, ratios: [velocity, a, j] }| {
+                    let t = (time - clock.start).max(0.0);
+                    let cell = path.cells.partition_point(|c| c.s1 < *s).min(n - 1);
+                    let pace = v / jerk_along(frame, &path.cells[cell]);
+                    // Widths are times of the first law, which passes faster by the tempo.
+                    let [at, ahead] = [t, t + 1e-3].map(|t| law.planned_time(t, &mut cursor));
+                    let tempo = ((ahead - at) / 1e-3).max(1.0);
+                    let excess = (a - 1.0).max(j - 1.0).max(2.0 * (velocity - 1.0)).max(0.0);
+                    let width = (DIP * tempo * pace.sqrt()).clamp(0.01, 1.0);
+                    Spot { at, excess: (TIGHTER * excess).min(0.3), width }
                 })
                 .collect();
-            rounds.tighten(&spots);
+            rounds.slow_down(&spots, round > SOLVED_AGAIN);
         }
     }
 }
@@ -185,10 +200,10 @@ fn over_limits(frame: &Frame<'_>, cycle: f64, samples: &[Measured], allowed: f64
             }
         }
         if mean > allowed && mean > ratios[2] {
-            over.push(Over { time: m.time - 0.5 * cycle, s: m.state.s, ratios: [0.0, 0.0, mean] });
+            over.push(Over { time: m.time - 0.5 * cycle, s: m.state.s, v: m.state.v, ratios: [0.0, 0.0, mean] });
         }
         if ratios.iter().any(|r| *r > allowed) {
-            over.push(Over { time: m.time, s: m.state.s, ratios });
+            over.push(Over { time: m.time, s: m.state.s, v: m.state.v, ratios });
         }
     }
     over

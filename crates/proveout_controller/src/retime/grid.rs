@@ -47,17 +47,21 @@ pub(super) struct Region {
     pieces: Vec<Piece>,
 }
 
-/// A place where a control sample passed a limit: time of the first law, and the factor by which rows are tightened there.
+/// A place where a control sample passed a limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spot {
+    /// Time of the first law.
     pub(crate) at: f64,
-    pub(crate) factor: f64,
+    /// Part by which b must fall there.
+    pub(crate) excess: f64,
+    /// Time of the first law over which it may fall, to either side.
+    pub(crate) width: f64,
 }
 
 /// Highest factor of the spots in an interval; `spots` are in the order of time.
 fn tight(spots: &[Spot], from: f64, to: f64) -> f64 {
     let first = spots.partition_point(|s| s.at < from);
-    spots[first..].iter().take_while(|s| s.at <= to).fold(1.0, |m, s| m.max(s.factor))
+    spots[first..].iter().take_while(|s| s.at <= to).fold(1.0, |m, s| m.max(1.0 + s.excess))
 }
 
 /// Longest interval, s.
@@ -131,13 +135,11 @@ fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
 }
 
 fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
-    run.iter()
-        .map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p })
-        .filter(|p| p.to > p.from)
+    run.iter().map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
 }
 
 /// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
-fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
+pub(crate) fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
     let first = &cell.limits.bounds.first;
     (0..frame.limits.count)
         .filter(|i| first[*i] > 0.0)
