@@ -25,6 +25,8 @@
 //! 3. *Solution* (`solver.rs`): an interior point method, chunk by chunk with an overlap.
 //! 4. *Samples*: the law is measured at the control samples. Where one passes a limit between the points of the grid, the rows of its
 //!    interval are tightened and the surroundings solved again, or, when little is left, the tempo is lowered there (`dip`).
+//! 5. *Last resort* (`settle`): what the rounds leave is taken away by plateaus of some percent, and where more is left the first law
+//!    is kept for some hundredths of a second. A tempo that would come near to rest is refused (`Tempo::is_sound`).
 //!
 //! *Windows.* A part of a run is committed up to a node half a second before the last known one. The next part begins with the tempo
 //! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.
@@ -75,6 +77,13 @@ const CHUNK: usize = 192;
 const COMMITTED: usize = 128;
 /// Part of an excess that must be left for a result to be kept that does not yet keep all rows.
 const BETTER: f64 = 0.8;
+/// Excess of b up to which a region is slowed down on plateaus, how often, the half length of a plateau and of its ramps, s.
+const LEVELED: f64 = 0.05;
+const LEVELS: usize = 6;
+const PLATEAU: f64 = 1.0;
+const LEVELING: f64 = 0.25;
+/// Time of the first law to either side of a sample that could not be brought below its limit over which the first law is kept, s.
+const AS_IT_WAS: f64 = 0.03;
 /// Intervals to either side of a tightened one that are solved again with it.
 const AROUND: usize = 32;
 /// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
@@ -91,12 +100,25 @@ pub(crate) struct Course<'a> {
     pub(crate) rest: [bool; 2],
 }
 
+/// What came of an attempt to settle what could not be mended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Settled {
+    /// Regions run slower.
+    Slower,
+    /// The first law is kept in places.
+    AsItWas,
+    /// There was nothing to change.
+    Nothing,
+}
+
 /// Results of earlier rounds, and the places where samples passed limits outside of all regions.
 #[derive(Default)]
 pub(crate) struct Rounds {
     known: Vec<Solved>,
     /// In the order of time.
     spots: Vec<Spot>,
+    /// Stretches of time that run as in the first law, rising.
+    cuts: Vec<[f64; 2]>,
 }
 
 impl Rounds {
@@ -119,6 +141,46 @@ impl Rounds {
         }
     }
 
+    /// Settles what rounds of [`Self::slow_down`] could not mend: regions that pass limits by little run slower on plateaus, and
+    /// the law is left as it was around other places.
+    pub(crate) fn settle(&mut self, spots: &[Spot]) -> Settled {
+        let mut settled = Settled::Nothing;
+        let mut times: Vec<f64> = Vec::new();
+        for known in &mut self.known {
+            let own: Vec<&Spot> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let far = own.iter().any(|s| s.excess > LEVELED);
+            if !far && known.levels < LEVELS {
+                known.level(&own);
+                settled = Settled::Slower;
+            } else {
+                times.extend(own.iter().filter(|s| !far || s.excess > LEVELED).map(|s| s.at));
+            }
+        }
+        for t in times {
+            if !self.cuts.iter().any(|c| (c[0]..=c[1]).contains(&t)) {
+                settled = Settled::AsItWas;
+                self.cut(t - AS_IT_WAS, t + AS_IT_WAS);
+            }
+        }
+        settled
+    }
+
+    /// Adds a cut; those that overlap become one.
+    fn cut(&mut self, mut from: f64, mut to: f64) {
+        self.cuts.retain(|c| {
+            let apart = c[1] < from || c[0] > to;
+            if !apart {
+                (from, to) = (from.min(c[0]), to.max(c[1]));
+            }
+            apart
+        });
+        let at = self.cuts.partition_point(|c| c[0] < from);
+        self.cuts.insert(at, [from, to]);
+    }
+
     /// The law with the fastest tempo that is found.
     pub(crate) fn retimed(&mut self, course: &Course<'_>) -> Law {
         let Course { path, frame, law, cells, entry, rest } = course;
@@ -127,7 +189,13 @@ impl Rounds {
         // What must be kept of the tail, where the begin cannot be solved.
         let mut kept_until = 0.0;
         let mut before = std::mem::take(&mut self.known);
-        for region in grid::regions(path, frame, law, *cells, moving, &self.spots) {
+        let tail_end = entry.tail.last().map_or(0.0, |t| t.begin + t.length);
+        if moving && self.cuts.first().is_some_and(|c| c[0] < tail_end) {
+            self.cut(0.0, tail_end);
+            found.push(entry.tail.clone());
+        }
+        let regions = grid::regions(path, frame, law, *cells, moving, &self.spots);
+        for region in regions.iter().flat_map(|r| r.without(&self.cuts)) {
             let at_begin = region.from <= 0.0;
             let same = before.iter().position(|k| k.from == region.from && k.to == region.to);
             let known = match same {
@@ -197,6 +265,8 @@ struct Solved {
     touched: Vec<usize>,
     /// Lowered since, where samples passed limits by little.
     dipped: bool,
+    /// How often it was slowed down on plateaus.
+    levels: usize,
 }
 
 impl Solved {
@@ -205,7 +275,8 @@ impl Solved {
         let mut c = problem.even();
         problem.set_start(&mut c, start);
         let forced = start != [1.0, 0.0];
-        let mut solved = Self { from, to, problem, c, forced, begun: false, touched: Vec::new(), dipped: false };
+        let mut solved =
+            Self { from, to, problem, c, forced, begun: false, touched: Vec::new(), dipped: false, levels: 0 };
         let mut begin = 0;
         while begin < n {
             let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
@@ -306,7 +377,51 @@ impl Solved {
                 at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
             }
         }
-        for (k, [factor, slope]) in factors.into_iter().enumerate() {
+        self.scale(&factors);
+    }
+
+    /// Lowers b on long plateaus around the spots: acceleration falls with their excess, jerk with 3/2 of it.
+    ///
+    /// ```text
+    ///            ____________       1 - e
+    ///   ___.-''  |    x     |  ''-.___     given ends stay
+    ///       0.25 s   1 s   1 s  0.25 s
+    /// ```
+    fn level(&mut self, spots: &[&Spot]) {
+        let n = self.problem.lengths.len();
+        let ramp = |x: f64, long: f64| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_2 * (x / long).clamp(0.0, 1.0)).sin_cos();
+            [sin * sin, if x < long { std::f64::consts::PI * sin * cos / long } else { 0.0 }]
+        };
+        let long = LEVELING.min(0.25 * (self.to - self.from));
+        let mut factors = Vec::with_capacity(n + 1);
+        let mut at = self.from;
+        for k in 0..=n {
+            let mut end = [1.0, 0.0];
+            for (side, distance, sense) in [(0, at - self.from, 1.0), (1, self.to - at, -1.0)] {
+                if self.problem.fixed[side] && distance < long {
+                    let [part, slope] = ramp(distance, long);
+                    end = [part, sense * slope];
+                }
+            }
+            let mut lowered = [0.0, 0.0];
+            for spot in spots {
+                let x = at - spot.at;
+                let [part, slope] = ramp(PLATEAU + LEVELING - x.abs(), LEVELING);
+                if spot.excess * part > lowered[0] {
+                    lowered = [spot.excess * part, -spot.excess * slope * x.signum()];
+                }
+            }
+            factors.push([1.0 - lowered[0] * end[0], -(lowered[1] * end[0] + lowered[0] * end[1])]);
+            at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
+        }
+        self.scale(&factors);
+        self.levels += 1;
+    }
+
+    /// Multiplies b by a function of time, given by value and slope at the knots.
+    fn scale(&mut self, factors: &[[f64; 2]]) {
+        for (k, [factor, slope]) in factors.iter().copied().enumerate() {
             let b = self.c[2 * k];
             self.c[2 * k] = b * factor;
             self.c[2 * k + 1] = self.c[2 * k + 1] * factor + b * slope * self.problem.scale;
@@ -325,6 +440,9 @@ impl Solved {
         for k in 0..n {
             let end = if k + 1 == n { self.to } else { p + self.problem.lengths[k] };
             let tempo = Tempo::new(p, end - p, self.problem.polynomial(&self.c, k), time);
+            if !tempo.is_sound() {
+                return None;
+            }
             time += tempo.duration;
             tempos.push(tempo);
             p = end;

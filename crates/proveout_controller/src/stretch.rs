@@ -8,15 +8,16 @@ use crate::{
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
-    retime::{Course, Entry, Rounds, Spot, jerk_along},
+    retime::{Course, Entry, Rounds, Settled, Spot, jerk_along},
 };
 
 /// Part by which a sample may pass a limit before rows are tightened, and after several rounds of that; the promise is 0.1
 /// percent.
 const ALLOWED: f64 = 1.0005;
 const PROMISED: f64 = 1.0009;
-/// Rounds in which the rows of the tempo are tightened, before the cells of the first law are slowed down; four are usual.
-const TIGHTENINGS: i32 = 16;
+/// Rounds in which the rows of the tempo are tightened, before the first law is kept where limits are still passed; four are
+/// usual.
+const TIGHTENINGS: i32 = 12;
 /// Rounds in which rows are tightened and solved again; later ones lower the tempo around what little is left.
 const SOLVED_AGAIN: i32 = 6;
 /// How often cells are slowed down.
@@ -127,11 +128,6 @@ pub(crate) fn plan(
                     samples,
                 });
             }
-            if round > TIGHTENINGS {
-                slow_cells(path, &borders, &over);
-                slowed += 1;
-                break;
-            }
             let mut cursor = Cursor::default();
             let spots: Vec<Spot> = over
                 .iter()
@@ -147,7 +143,21 @@ pub(crate) fn plan(
                     Spot { at, excess: (TIGHTER * excess).min(0.3), width }
                 })
                 .collect();
-            rounds.slow_down(&spots, round > SOLVED_AGAIN);
+            if round <= TIGHTENINGS {
+                rounds.slow_down(&spots, round > SOLVED_AGAIN);
+                continue;
+            }
+            match rounds.settle(&spots) {
+                Settled::Slower => {}
+                // Around what is as it was, tempos are found anew.
+                Settled::AsItWas => round = 0,
+                // The first law itself passes a limit: between the points at which its cells were looked at.
+                Settled::Nothing => {
+                    slow_cells(path, &borders, &over);
+                    slowed += 1;
+                    break;
+                }
+            }
         }
     }
 }

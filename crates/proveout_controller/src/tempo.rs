@@ -35,6 +35,10 @@ const GAUSS: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
 
+/// How many times slower than its first law a stretch may run. A tempo is there to run faster; where limits were passed by a few
+/// percent it falls a little below one, and never near this.
+const SLOWEST: f64 = 4.0;
+
 const EVEN: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 impl Tempo {
@@ -48,6 +52,15 @@ impl Tempo {
     /// The first law as it is.
     pub(crate) fn even(begin: f64, length: f64, time: f64) -> Self {
         Self { begin, length, square: EVEN, time, duration: length }
+    }
+
+    /// Whether the square of the tempo is above zero throughout, by its Bernstein coefficients, and the run takes no more than
+    /// [`SLOWEST`] times as long as the first law.
+    pub(crate) fn is_sound(&self) -> bool {
+        let h = self.length;
+        let [b0, b1, b2, b3] = [self.square[0], self.square[1] * h, self.square[2] * h * h, self.square[3] * h * h * h];
+        let bernstein = [b0, b0 + b1 / 3.0, b0 + (2.0 * b1 + b2) / 3.0, b0 + b1 + b2 + b3];
+        bernstein.iter().all(|b| *b > 0.0) && self.duration <= SLOWEST * self.length
     }
 
     fn square_at(&self, x: f64) -> f64 {
@@ -117,6 +130,7 @@ mod tests {
             [EVEN, [1.0, 3.0, 0.0, 0.0], [1.2, -2.0, 40.0, 200.0], [0.9, 5.0, -30.0, 100.0], [1.0, 0.01, 1e-4, 0.0]];
         for square in squares {
             let tempo = Tempo::new(2.0, 0.1, square, 7.0);
+            assert!(tempo.is_sound());
             // The sum of dx/sqrt(b) by the rule of midpoints.
             let n = 20_000;
             let sum: f64 = (0..n)
@@ -144,6 +158,16 @@ mod tests {
             assert!((left.duration + right.duration - tempo.duration).abs() < 1e-15);
             assert!((right.at(0.02)[0] - tempo.at(0.02 + left.duration)[0]).abs() < 1e-13);
             assert!((right.passed(right.length) - right.duration).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn a_tempo_that_comes_to_rest_is_not_sound() {
+        // Zero at the end, below zero in the middle, and nearly at rest all the way.
+        for square in
+            [[1.0, -10.0, 0.0, 0.0], [1.0, -50.0, 500.0, 0.0], [0.01, 0.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0, 0.0]]
+        {
+            assert!(!Tempo::new(0.0, 0.1, square, 0.0).is_sound(), "{square:?}");
         }
     }
 }

@@ -127,6 +127,23 @@ pub(super) fn regions(
     regions
 }
 
+impl Region {
+    /// What is left of the region outside of some stretches, which rise and do not overlap.
+    pub(super) fn without(&self, cuts: &[[f64; 2]]) -> Vec<Self> {
+        let (mut rest, mut from) = (Vec::new(), self.from);
+        let end = [self.to, self.to];
+        for [begin, behind] in cuts.iter().chain(std::iter::once(&end)) {
+            let to = begin.min(self.to);
+            if to > from {
+                let pieces: Vec<Piece> = clipped(&self.pieces, from, to).collect();
+                rest.push(Self { from, to, pieces });
+            }
+            from = from.max(*behind);
+        }
+        rest
+    }
+}
+
 fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
     let pieces = std::mem::take(open);
     if let (Some(first), Some(last)) = (pieces.first(), pieces.last()) {
