@@ -1,7 +1,7 @@
 //! Interior point method for the tempo over a grid.
 //!
-//! *Unknowns.* b is a cubic with continuous slope over intervals of length h_k, given by its values and slopes at their borders
-//! (Hermite): x = (b_0, b'_0 H, b_1, b'_1 H, ..) with the mean length H, so that interval k takes the four unknowns from 2 k on
+//! *Unknowns.* b is a cubic with continuous slope over intervals of length `h_k`, given by its values and slopes at their borders
+//! (Hermite): `x = (b_0, b'_0 H, b_1, b'_1 H, ..)` with the mean length H, so that interval k takes the four unknowns from 2 k on
 //! and all matrices have seven diagonals. Within an interval b'' is linear and free to jump at the borders: where b is a
 //! quadratic there, the jerk cannot stay at its limit while the speed changes, which costs 3 percent of the time at corners.
 //!

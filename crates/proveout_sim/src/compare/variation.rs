@@ -48,15 +48,15 @@ pub(crate) fn variations(nominal: Dynamics) -> Vec<TwinVariation> {
     for (factor, word) in halves {
         put(format!("path tolerance {word}"), "path tolerance", Model, Change::PathTolerance(factor));
     }
-    let limits: [(&str, fn(f64) -> Change); 3] = [
-        ("joint velocity limits", Change::Velocity),
-        ("joint acceleration limits", Change::Acceleration),
-        ("joint jerk limits", Change::Jerk),
-    ];
-    for (parameter, change) in limits {
+    for parameter in ["joint velocity limits", "joint acceleration limits", "joint jerk limits"] {
         for sign in [-1.0, 1.0] {
-            let name = format!("{parameter} {:+.0} %", 100.0 * sign * LIMIT_RANGE);
-            put(name, parameter, Model, change(1.0 + sign * LIMIT_RANGE));
+            let factor = 1.0 + sign * LIMIT_RANGE;
+            let change = match parameter {
+                "joint velocity limits" => Change::Velocity(factor),
+                "joint acceleration limits" => Change::Acceleration(factor),
+                _ => Change::Jerk(factor),
+            };
+            put(format!("{parameter} {:+.0} %", 100.0 * sign * LIMIT_RANGE), parameter, Model, change);
         }
     }
     for (dynamics, word) in
