@@ -104,9 +104,8 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
     assert!(error.is_finite() && error > 0.0 && gain.numerical_percent.expect("varied") < 0.5 * percent, "{gain:?}");
     assert!(gain.smallest_percent.expect("varied") <= percent && percent <= gain.largest_percent.expect("varied"));
     for variation in &c.variations {
-        let servo = variation.name.contains("drives");
-        assert_eq!(variation.unchecked.is_some(), servo, "{variation:?}");
-        assert_eq!(variation.times.len(), if servo { 0 } else { 3 });
+        assert!(variation.unchecked.is_none(), "the machine has limits and drives: {variation:?}");
+        assert_eq!(variation.times.len(), 3);
     }
     assert!(c.variations.iter().any(|v| v.kind == VariationKind::Numerical));
     // Motion pieces are cut from a plan that is made before them.
