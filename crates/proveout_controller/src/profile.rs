@@ -144,6 +144,19 @@ impl Law {
         self.tempos = tempos;
     }
 
+    /// Runs all of the law slower by a factor.
+    pub(crate) fn slow_down(&mut self, factor: f64) {
+        if self.tempos.is_empty() {
+            self.tempos.push(Tempo::even(0.0, self.planned, 0.0));
+        }
+        for tempo in &mut self.tempos {
+            tempo.square = tempo.square.map(|b| b / (factor * factor));
+            tempo.time *= factor;
+            tempo.duration *= factor;
+        }
+        self.duration *= factor;
+    }
+
     /// Keeps what lies before the time `p` of the phases (the border of two of them). The tempos behind it are handed
     /// back, their times counted from the cut.
     pub(crate) fn cut(&mut self, p: f64) -> Vec<Tempo> {

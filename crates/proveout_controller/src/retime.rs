@@ -26,7 +26,7 @@
 //! 4. *Samples*: the law is measured at the control samples. Where one passes a limit between the points of the grid, the rows of its
 //!    interval are tightened and the surroundings solved again, or, when little is left, the tempo is lowered there (`dip`).
 //! 5. *Last resort* (`settle`): what the rounds leave is taken away by plateaus of some percent, and where more is left the first law
-//!    is kept for some hundredths of a second. A tempo that would come near to rest is refused (`Tempo::is_sound`).
+//!    is kept for some hundredths of a second; a law from rest to rest that still passes a limit runs slower as a whole. A tempo that would come near to rest is refused (`Tempo::is_sound`).
 //!
 //! *Windows.* A part of a run is committed up to a node half a second before the last known one. The next part begins with the tempo
 //! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.

@@ -116,6 +116,9 @@ pub(crate) fn plan(
             let over = over_limits(frame, clock.cycle, &samples, allowed);
             round += 1;
             if over.is_empty() || round > TIGHTENINGS && slowed == SLOWINGS {
+                if rest == [true, true] {
+                    slow_throughout(path, frame, clock, &mut law, &mut samples);
+                }
                 let behind = law.cut(until);
                 let count = samples.partition_point(|m| m.time < clock.start + law.duration);
                 samples.truncate(count);
@@ -159,6 +162,21 @@ pub(crate) fn plan(
                 }
             }
         }
+    }
+}
+
+/// Runs a law from rest to rest slower as a whole, where samples pass limits that nothing else has brought down: speed falls with
+/// the factor, acceleration with its square, jerk with its cube.
+fn slow_throughout(path: &Path, frame: &Frame<'_>, clock: Clock, law: &mut Law, samples: &mut Vec<Measured>) {
+    // Samples fall elsewhere on the slower law: a second time is rare, a third was never seen.
+    for _ in 0..4 {
+        let over = over_limits(frame, clock.cycle, samples, PROMISED);
+        let factor = over.iter().map(|o| o.ratios).fold(1.0, |m: f64, [v, a, j]| m.max(v).max(a.sqrt()).max(j.cbrt()));
+        if over.is_empty() || !factor.is_finite() {
+            return;
+        }
+        law.slow_down(factor);
+        *samples = measure(path, frame, clock, law);
     }
 }
 
