@@ -159,8 +159,8 @@ fn a_comparison_that_cannot_be_made_is_refused_with_its_reason() {
         experiment.compare(baseline, 2).expect_err("refused").to_string()
     };
     let whole = Experiment::new(str::to_owned);
-    let error = refused(&whole, Some("orignal"));
-    assert!(error.contains("orignal"), "{error}");
+    let error = refused(&whole, Some("unheard-of"));
+    assert!(error.contains("unheard-of"), "{error}");
 
     let alone = Experiment::new(|text| {
         let (head, _) = text.split_once("[[program]]\nname = \"quaternion\"").expect("programs");

@@ -192,15 +192,15 @@ fn a_comparison_that_cannot_be_made() {
     small.write("scene.toml", &format!("{one}\n[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n"));
     small.refuses(&compare, &["other.mpf", "cannot be read"]);
     small.write("other.mpf", &PROGRAM.replace("F500", "F1000"));
-    small.refuses(&["compare", ".", "--baseline", "mian", "--out", "result"], &["mian", "main, other"]);
+    small.refuses(&["compare", ".", "--baseline", "third", "--out", "result"], &["third", "main, other"]);
     small.write("other.mpf", &PROGRAM.replace("G1 Z10", "G1 Z10 FROB=3"));
     small.refuses(&["compare", ".", "--baseline", "other", "--out", "result"], &["other.mpf:5", "FROB"]);
     let two = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
     small.write(
         "scene.toml",
-        &format!("{two}\n[[compare.expect]]\nname = \"fast\"\nprogram = \"othre\"\ngate = \"limits\"\n"),
+        &format!("{two}\n[[compare.expect]]\nname = \"fast\"\nprogram = \"third\"\ngate = \"limits\"\n"),
     );
-    small.refuses(&compare, &["scene.toml:24", "othre", "main, other"]);
+    small.refuses(&compare, &["scene.toml:24", "third", "main, other"]);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use proveout_sim::{PartOnTable, Prepared, SimError, programs};
 use proveout_tool::ToolLibrary;
 
 /// The scene of Li et al. 2022, of which each test spoils one thing.
-struct Spoilt {
+struct Spoiled {
     scene: Scene,
     machine: Machine,
     tools: ToolLibrary,
@@ -20,7 +20,7 @@ struct Spoilt {
     reschedule: RescheduleFile,
 }
 
-impl Spoilt {
+impl Spoiled {
     fn new() -> Self {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/li-2022-s-theta");
         let scene = Scene::read(&folder).unwrap();
@@ -64,7 +64,7 @@ fn first_block(text: &str) -> u32 {
 }
 
 /// All words are told, and the place is a motion of the program.
-fn told(error: &ControlError, code: &str, spoilt: &Spoilt, words: &[&str]) -> u32 {
+fn told(error: &ControlError, code: &str, spoiled: &Spoiled, words: &[&str]) -> u32 {
     let text = error.to_string();
     assert_eq!(error.code, code, "{text}");
     for word in words {
@@ -72,8 +72,8 @@ fn told(error: &ControlError, code: &str, spoilt: &Spoilt, words: &[&str]) -> u3
     }
     assert!(text.contains("(help: "), "{text}");
     let place = error.location.as_ref().unwrap();
-    assert!(Path::new(&*place.file).ends_with(spoilt.program.file_name().unwrap()), "{text}");
-    let program = spoilt.text();
+    assert!(Path::new(&*place.file).ends_with(spoiled.program.file_name().unwrap()), "{text}");
+    let program = spoiled.text();
     let line = program.lines().nth(place.line as usize - 1).unwrap();
     assert!(["G0 ", "G1 ", "X", "Y", "Z"].iter().any(|start| line.starts_with(start)), "{text}: {line}");
     place.line
@@ -81,51 +81,52 @@ fn told(error: &ControlError, code: &str, spoilt: &Spoilt, words: &[&str]) -> u3
 
 #[test]
 fn concave_turning_and_a_clearance_too_large_leave_no_channel() {
-    let mut spoilt = Spoilt::new();
-    spoilt.reschedule.clearance_deg = Some(62.0);
-    let error = spoilt.refused();
-    told(&error, "reschedule-channel", &spoilt, &["no channel", "62.0 degrees", "set the clearance to at most"]);
+    let mut spoiled = Spoiled::new();
+    spoiled.reschedule.clearance_deg = Some(62.0);
+    let error = spoiled.refused();
+    told(&error, "reschedule-channel", &spoiled, &["no channel", "62.0 degrees", "set the clearance to at most"]);
     // What the help says helps.
     let help = error.help.unwrap();
     let most: f64 = help.split_whitespace().find_map(|w| w.parse().ok()).unwrap();
-    spoilt.reschedule.clearance_deg = Some(most - 0.1);
-    assert_eq!(spoilt.made().unwrap().runs.len(), 1);
+    spoiled.reschedule.clearance_deg = Some(most - 0.1);
+    assert_eq!(spoiled.made().unwrap().runs.len(), 1);
 }
 
 #[test]
 fn a_path_of_less_than_a_turn_has_no_layers() {
-    let spoilt = Spoilt::new();
-    let text = spoilt.text();
+    let spoiled = Spoiled::new();
+    let text = spoiled.text();
     let first = first_block(&text) as usize;
     let end: Vec<&str> = text.lines().collect();
     // Approach and 200 blocks of half a millimeter round a section of 185 mm.
     let short: Vec<&str> = end[..first + 200].iter().chain(&["TRAFOOF", "M30"]).copied().collect();
-    let spoilt = spoilt.with("less_than_a_turn.mpf", &(short.join("\n") + "\n"));
-    let error = spoilt.refused();
-    let line = told(&error, "reschedule-layers", &spoilt, &["has no whole layer", "one turn or more"]);
+    let spoiled = spoiled.with("less_than_a_turn.mpf", &(short.join("\n") + "\n"));
+    let error = spoiled.refused();
+    let line = told(&error, "reschedule-layers", &spoiled, &["has no whole layer", "one turn or more"]);
     assert!(line as usize <= first + 1, "the first block of the path: {line}");
-    let spoilt = spoilt.with("no_run.mpf", "G17\nG0 X0 Y0 Z500\nM30\n");
-    assert_eq!(spoilt.refused().code, "reschedule-layers");
+    let spoiled = spoiled.with("no_run.mpf", "G17\nG0 X0 Y0 Z500\nM30\n");
+    assert_eq!(spoiled.refused().code, "reschedule-layers");
 }
 
 #[test]
 fn a_tool_that_is_no_ball_is_refused_at_the_first_block() {
-    let mut spoilt = Spoilt::new();
+    let mut spoiled = Spoiled::new();
     let text = "description = \"flat\"\n[[tool]]\nnumber = 1\nname = \"BALL_D16\"\nkind = \"flat\"\ndiameter_mm = 16\n\
                 flute_length_mm = 32\nshank_diameter_mm = 16\noverall_length_mm = 170\ngauge_length_mm = 150\nflutes = 4\n\
                 center_cutting = true\nsource = \"test\"\n";
-    spoilt.tools = ToolLibrary::from_text(Path::new("flat.toml"), text).unwrap();
+    spoiled.tools = ToolLibrary::from_text(Path::new("flat.toml"), text).unwrap();
     for method in [MethodFile::STheta, MethodFile::Quaternion] {
-        spoilt.reschedule.method = method;
-        let line = told(&spoilt.refused(), "reschedule-tool", &spoilt, &["not a ball end mill", "use a ball end mill"]);
-        assert_eq!(line, first_block(&spoilt.text()));
+        spoiled.reschedule.method = method;
+        let line =
+            told(&spoiled.refused(), "reschedule-tool", &spoiled, &["not a ball end mill", "use a ball end mill"]);
+        assert_eq!(line, first_block(&spoiled.text()));
     }
 }
 
 #[test]
 fn an_orientation_outside_of_the_joint_ranges_is_named_at_its_block() {
-    let mut spoilt = Spoilt::new();
-    let file = spoilt.scene.resolve(&spoilt.scene.file.machine).join("machine.toml");
+    let mut spoiled = Spoiled::new();
+    let file = spoiled.scene.resolve(&spoiled.scene.file.machine).join("machine.toml");
     let text = fs::read_to_string(&file).unwrap();
     // An A axis with end stops: the monotone plan turns once a layer.
     let a = text.find("name = \"A\"").unwrap();
@@ -135,17 +136,17 @@ fn an_orientation_outside_of_the_joint_ranges_is_named_at_its_block() {
         "travel_deg = \"Li",
         1,
     );
-    spoilt.machine = Machine::from_text(&file, &format!("{head}{stops}")).unwrap();
+    spoiled.machine = Machine::from_text(&file, &format!("{head}{stops}")).unwrap();
     let line = told(
-        &spoilt.refused(),
+        &spoiled.refused(),
         "reschedule-range",
-        &spoilt,
+        &spoiled,
         &["out of reach", "A stands at", "400.0 degrees", "wider range"],
     );
-    assert!(line > first_block(&spoilt.text()) + 100, "the first turns are in reach: {line}");
+    assert!(line > first_block(&spoiled.text()) + 100, "the first turns are in reach: {line}");
     // A head that cannot take the tilt of the program: the first motion with the tool center held already.
     let text = text.replacen("travel_deg = [-87, 87]", "travel_deg = [-87, 3]", 1);
-    spoilt.machine = Machine::from_text(&file, &text).unwrap();
-    let line = told(&spoilt.refused(), "reschedule-range", &spoilt, &["out of reach", "B", "3.0"]);
-    assert!(line <= first_block(&spoilt.text()), "{line}");
+    spoiled.machine = Machine::from_text(&file, &text).unwrap();
+    let line = told(&spoiled.refused(), "reschedule-range", &spoiled, &["out of reach", "B", "3.0"]);
+    assert!(line <= first_block(&spoiled.text()), "{line}");
 }
