@@ -106,6 +106,9 @@ impl Emitter {
                 if better && c.exact {
                     self.steady = Some((c.limits.steady, c.limits.steady_joint));
                 }
+                if c.s1 > block.end() {
+                    break; // the cell goes on in the next block
+                }
                 cell += 1;
             }
             let t1 = if scope.settings.dynamics == Dynamics::Servo {

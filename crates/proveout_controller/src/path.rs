@@ -9,21 +9,25 @@
 //!                 s - d   s    s + d                  the border s lies in the middle of the blend
 //! ```
 //!
-//! *Blend.* A polynomial of fifth degree in task coordinates that takes value, first and second derivative from both
+//! *Lines in feed.* All corners of a run of lines are rounded together (`fit.rs`, `curve.rs`): the rounded path is the exact one
+//! plus a sum over its kinks, with half widths that may reach over many short blocks.
+//!
+//! *Other corners* get a polynomial of fifth degree in task coordinates that takes value, first and second derivative from both
 //! exact paths at its ends. Between two lines with slopes u and w it has x' with Bezier points u, u, (u + w)/2, w, w:
 //! |x'| <= max(|u|, |w|), so that the tip is never faster than the feed; it leaves the corner by 3/16 d |w - u|, its
-//! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends).
-//!
-//! *Width.* No wider than the joints need at the programmed feed, nor than the tolerances of tip and orientation
-//! allow, nor than half of either block. Where a neighbor is no line the deviation is measured at points, and d shrinks
-//! until it fits.
+//! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no wider
+//! than the joints need at the programmed feed, nor than the tolerances of tip and orientation allow, nor than half of either
+//! block. Where a neighbor is no line the deviation is measured at points, and d shrinks until it fits.
 
 mod cells;
 mod corner;
+mod curve;
+mod fit;
 
 use self::{
     cells::{blend_cells, exact_cells},
     corner::{Corner, corner},
+    curve::Curve,
 };
 use crate::{
     jet::JointJet,
@@ -78,6 +82,7 @@ impl PathBlock {
 pub(crate) enum SpanShape {
     /// The exact path of the block.
     Exact,
+    /// A blend, or a stretch of a fitted run of lines.
     Blend(Box<Quintic>),
 }
 
@@ -86,7 +91,7 @@ pub(crate) enum SpanShape {
 pub(crate) struct Span {
     pub(crate) s0: f64,
     pub(crate) s1: f64,
-    /// Running number of the block (of the first of two for a blend).
+    /// Running number of the block in which it begins.
     pub(crate) block: u64,
     pub(crate) shape: SpanShape,
 }
@@ -96,9 +101,9 @@ pub(crate) struct Span {
 pub(crate) struct PathCell {
     pub(crate) s1: f64,
     pub(crate) limits: CellLimits,
-    /// Running number of the block.
+    /// Running number of the block in which it begins.
     pub(crate) block: u64,
-    /// False in blends.
+    /// False in blends of a single corner.
     pub(crate) exact: bool,
 }
 
@@ -114,6 +119,8 @@ pub(crate) struct Path {
     pub(crate) s_begin: f64,
     /// End of the finished spans.
     s_done: f64,
+    /// The fit of the run of lines under way.
+    curve: Curve,
     /// Largest rounding of the tip or linear joints, mm.
     pub(crate) max_rounding: f64,
 }
@@ -158,13 +165,22 @@ impl Path {
         block.s0 = self.end();
         if let Some(before) = self.blocks.last() {
             let Some(tolerance) = before.corner else { return false };
-            let corner = corner(frame, before, &block, tolerance);
             let number = self.first_block + self.blocks.len() as u64 - 1;
+            let corner = corner(frame, (number, before), &block, tolerance);
             match corner {
                 Corner::Stop => return false,
-                Corner::Smooth => self.finish_exact(frame, number, block.s0),
+                Corner::Kink(kink) => {
+                    self.blocks.push(block);
+                    self.round(frame, *kink);
+                    return true;
+                }
+                Corner::Smooth => {
+                    self.end_lines(frame, block.s0);
+                    self.curve = Curve::from(block.s0);
+                }
                 Corner::Blend { half_width, rounding, quintic } => {
-                    self.finish_exact(frame, number, block.s0 - half_width);
+                    self.end_lines(frame, block.s0 - half_width);
+                    self.curve = Curve::from(block.s0 + half_width);
                     self.max_rounding = self.max_rounding.max(rounding);
                     self.push_blend(frame, number, &block, quintic);
                 }
@@ -176,9 +192,8 @@ impl Path {
 
     /// Finishes the last block: the path ends with a stop.
     pub(crate) fn finish(&mut self, frame: &Frame<'_>) {
-        if let Some(last) = self.blocks.last() {
-            let (end, number) = (last.end(), self.first_block + self.blocks.len() as u64 - 1);
-            self.finish_exact(frame, number, end);
+        if !self.blocks.is_empty() {
+            self.end_lines(frame, self.end());
         }
     }
 

@@ -120,7 +120,7 @@ fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f6
     bounds
 }
 
-/// Cells of a corner blend that begins at s0: end and limits of each.
+/// Cells of a blend or fitted stretch that begins at s0: end and limits of each.
 pub(super) fn blend_cells(
     frame: &Frame<'_>,
     rapid: bool,
@@ -130,8 +130,17 @@ pub(super) fn blend_cells(
 ) -> Vec<(f64, CellLimits)> {
     let s1 = quintic.u1;
     if frame.kinematics.is_tcp() {
-        let b = point_bounds(frame, |s| quintic.jet(s), s0, s1, POINTS);
-        return vec![(s1, cell_limits(frame.limits, rapid, feed, s1 - s0, &b))];
+        let joints = frame.kinematics.machine.joints.iter().enumerate();
+        let fastest = quintic.bounds().first;
+        let turn = joints.filter(|(_, j)| j.kind == JointKind::Rotary).fold(0.0_f64, |m, (i, _)| m.max(fastest[i]));
+        let n = (turn * (s1 - s0) / CELL_TURN).ceil().max(1.0) as usize;
+        let at = |k: usize| if k == n { s1 } else { s0 + (s1 - s0) * k as f64 / n as f64 };
+        let cell = |k: usize| {
+            let (a, b) = (at(k), at(k + 1));
+            let bounds = point_bounds(frame, |s| quintic.jet(s), a, b, POINTS);
+            (b, cell_limits(frame.limits, rapid, feed, b - a, &bounds))
+        };
+        return (0..n).map(cell).collect();
     }
     let halves = quintic.halves();
     halves.iter().map(|h| (h.u1, cell_limits(frame.limits, rapid, feed, h.u1 - h.u0, &h.bounds()))).collect()

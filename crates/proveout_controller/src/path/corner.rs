@@ -1,15 +1,21 @@
-//! Rounding of the corner between two blocks.
+//! The corner between two blocks: what a fit needs to know about it, or its rounding.
 
 use proveout_machine::{JointKind, JointValues, Machine};
 
-use super::{Frame, PathBlock, Tolerance};
-use crate::{jet::JointJet, shape::Quintic};
+use super::{Frame, PathBlock, Tolerance, fit::Kink};
+use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 
 /// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend would be
 /// a stop in all but name.
 const NARROWEST: f64 = 1e-6;
 /// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
 const BLEND_SHARE: f64 = 0.5;
+/// Blocks that pass in less than this time (s) are the approximation of a curve, not a shape of their own: controls look at them
+/// together. Chosen: corners that come more often than 33 times a second only shake the machine.
+const SHORT: f64 = 0.03;
+/// Half width over length of short blocks: the second derivative of equal chords then waves by 4 percent of itself (the transform of
+/// the parabola at the spacing of the blocks is 3/(4 pi)^2, twice).
+const OVER_SHORT: f64 = 2.0;
 
 pub(super) enum Corner {
     /// Value, slope and curvature agree: nothing to do.
@@ -19,17 +25,30 @@ pub(super) enum Corner {
         rounding: f64,
         quintic: Box<Quintic>,
     },
+    /// Between two lines in feed: rounded together with its neighbors.
+    Kink(Box<Kink>),
     Stop,
 }
 
-/// Rounding of the corner between two blocks.
-pub(super) fn corner(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, tolerance: Tolerance) -> Corner {
+/// What to do with the corner at the end of block `a`, which has this running number.
+pub(super) fn corner(
+    frame: &Frame<'_>,
+    (number, a): (u64, &PathBlock),
+    b: &PathBlock,
+    tolerance: Tolerance,
+) -> Corner {
     let (end, start) = (a.shape.jet(a.length), b.shape.jet(0.0));
     let slope = start.first() - end.first();
     let bend = start.second() - end.second();
     let lines = a.shape.is_line() && b.shape.is_line();
     let scale = end.first().max_abs().max(start.first().max_abs());
     let kinked = slope.max_abs() > 1e-9 * scale;
+    let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
+    if !kinked && lines && feeds {
+        let none = Tolerance { tip: 0.0, angle: 0.0 };
+        let kink = Kink::new((number, b.s0), JointValues::ZERO, none, f64::INFINITY, tolerance);
+        return Corner::Kink(Box::new(kink));
+    }
     if !kinked && (lines || bend.max_abs() < 1e-9 * end.second().max_abs().max(start.second().max_abs())) {
         return Corner::Smooth;
     }
@@ -45,6 +64,16 @@ pub(super) fn corner(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, tolerance:
     if lines {
         if d.is_nan() || d <= NARROWEST * room {
             return Corner::Stop;
+        }
+        if feeds {
+            let (tip, angle) = size(machine, &slope);
+            let longest = a.length.max(b.length);
+            let wanted = if longest <= SHORT * feed { need.max(OVER_SHORT * longest) } else { need };
+            let b_tolerance = b.corner.unwrap_or(tolerance);
+            let tighter =
+                Tolerance { tip: tolerance.tip.min(b_tolerance.tip), angle: tolerance.angle.min(b_tolerance.angle) };
+            let size = Tolerance { tip, angle };
+            return Corner::Kink(Box::new(Kink::new((number, b.s0), slope, size, wanted.min(f64::MAX), tighter)));
         }
         let quintic = Box::new(blend(a, b, d));
         let (tip, _) = size(machine, &(slope * (3.0 / 16.0 * d)));
@@ -85,7 +114,7 @@ fn blend_deviation(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, quintic: &Qu
 }
 
 /// Euclidean size of the linear part (mm) and largest rotary part (radian) of a difference of task coordinates.
-fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
+pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
     let (mut linear, mut angle) = (0.0_f64, 0.0_f64);
     for (i, joint) in machine.joints.iter().enumerate() {
         match joint.kind {
