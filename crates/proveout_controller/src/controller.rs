@@ -383,6 +383,7 @@ where
             index,
             length: path.length,
             shape: path.shape,
+            chord: None,
             s0: 0.0,
             kind,
             feed,

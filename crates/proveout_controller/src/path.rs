@@ -24,9 +24,11 @@ mod corner;
 mod curve;
 mod fit;
 
+use proveout_machine::Machine;
+
 use self::{
     cells::{blend_cells, exact_cells},
-    corner::{Corner, corner},
+    corner::{Corner, corner, size},
     curve::Curve,
 };
 use crate::{
@@ -37,6 +39,13 @@ use crate::{
     shape::{Quintic, Shape},
 };
 
+
+/// Blocks that pass in less than this time (s) are the approximation of a curve, not a shape of their own: controls look at them
+/// together. Chosen: corners that come more often than 33 times a second only shake the machine.
+const SHORT: f64 = 0.03;
+/// Part of the tolerance by which a short curved block may leave its chord to be taken for a line.
+const OFF_CHORD: f64 = 0.1;
+
 /// How far corners may be rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tolerance {
@@ -44,6 +53,12 @@ pub(crate) struct Tolerance {
     pub(crate) tip: f64,
     /// Rotary joints, radian.
     pub(crate) angle: f64,
+}
+
+impl Tolerance {
+    fn min(self, other: Self) -> Self {
+        Self { tip: self.tip.min(other.tip), angle: self.angle.min(other.angle) }
+    }
 }
 
 /// One block of a run.
@@ -62,6 +77,8 @@ pub(crate) struct PathBlock {
     pub(crate) feed_programmed: f64,
     /// Rounding at its end; none: exact stop.
     pub(crate) corner: Option<Tolerance>,
+    /// The line that stands for a short curved block, see [`Path::push`].
+    pub(crate) chord: Option<Shape>,
     /// False when the parameter is in degrees since the tip stands.
     pub(crate) tip_moves: bool,
     pub(crate) file: std::sync::Arc<str>,
@@ -71,6 +88,30 @@ pub(crate) struct PathBlock {
 impl PathBlock {
     pub(crate) fn end(&self) -> f64 {
         self.s0 + self.length
+    }
+
+    /// What the rounded path follows: the exact path, or the line that stands for it.
+    fn course(&self) -> &Shape {
+        self.chord.as_ref().unwrap_or(&self.shape)
+    }
+
+    /// Replaces a short block that hardly leaves its chord (a great circle of the tool axis, mostly) by it, so that it is fitted with
+    /// its neighbors; the tolerance gives what this takes.
+    ///
+    /// Returns how far it leaves the tip's exact path, mm.
+    fn straighten(&mut self, machine: &Machine) -> f64 {
+        let Some(tolerance) = self.corner.filter(|_| self.kind == MoveKind::Feed && self.length <= SHORT * self.feed)
+        else {
+            return 0.0;
+        };
+        let Some((line, off)) = self.shape.chord(self.length) else { return 0.0 };
+        let (tip, angle) = size(machine, &off);
+        if tip > OFF_CHORD * tolerance.tip || angle > OFF_CHORD * tolerance.angle {
+            return 0.0;
+        }
+        self.chord = Some(line);
+        self.corner = Some(Tolerance { tip: tolerance.tip - tip, angle: tolerance.angle - angle });
+        tip
     }
 
     fn is_rapid(&self) -> bool {
@@ -123,6 +164,8 @@ pub(crate) struct Path {
     curve: Curve,
     /// Largest rounding of the tip or linear joints, mm.
     pub(crate) max_rounding: f64,
+    /// Largest way between a short curved block and its chord, mm.
+    off_chord: f64,
 }
 
 /// What the geometry of a path needs to know about machine and control.
@@ -163,6 +206,8 @@ impl Path {
     /// a blend: the control must stop there first.
     pub(crate) fn push(&mut self, frame: &Frame<'_>, mut block: PathBlock) -> bool {
         block.s0 = self.end();
+        let off = block.straighten(frame.kinematics.machine);
+        self.off_chord = self.off_chord.max(off);
         if let Some(before) = self.blocks.last() {
             let Some(tolerance) = before.corner else { return false };
             let number = self.first_block + self.blocks.len() as u64 - 1;
@@ -181,7 +226,7 @@ impl Path {
                 Corner::Blend { half_width, rounding, quintic } => {
                     self.end_lines(frame, block.s0 - half_width);
                     self.curve = Curve::from(block.s0 + half_width);
-                    self.max_rounding = self.max_rounding.max(rounding);
+                    self.max_rounding = self.max_rounding.max(rounding + self.off_chord);
                     self.push_blend(frame, number, &block, quintic);
                 }
             }
@@ -237,7 +282,7 @@ impl Path {
         match &span.shape {
             SpanShape::Exact => {
                 let block = self.block(span.block);
-                block.shape.jet((s - block.s0).clamp(0.0, block.length))
+                block.course().jet((s - block.s0).clamp(0.0, block.length))
             }
             SpanShape::Blend(q) => q.jet(s.clamp(q.u0, q.u1)),
         }

@@ -90,6 +90,23 @@ impl Shape {
         }
     }
 
+    /// The line between the ends of a spline of this length, and how far the spline leaves it at equal parameter, at most.
+    pub(crate) fn chord(&self, length: f64) -> Option<(Self, JointValues)> {
+        let Self::Spline(pieces) = self else { return None };
+        let (first, last) = (pieces.first()?, pieces.last()?);
+        let from = first.control[0];
+        let slope = (last.control[5] - from) * (1.0 / length);
+        // The line has control points on itself, at equal parts of each piece; the spline lies in the hull of its own.
+        let mut off = JointValues::ZERO;
+        for p in pieces {
+            for (k, control) in p.control.iter().enumerate() {
+                let u = p.u0 + (p.u1 - p.u0) * k as f64 / 5.0;
+                off = off.zip_map(*control - (from + slope * u), |m, d| m.max(d.abs()));
+            }
+        }
+        Some((Self::Line { from, slope }, off))
+    }
+
     /// True when all derivatives of the coordinates above the first vanish.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self, Self::Line { .. })

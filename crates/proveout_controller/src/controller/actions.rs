@@ -187,6 +187,7 @@ where
             let block = PathBlock {
                 index,
                 shape: path.shape,
+                chord: None,
                 length: path.length,
                 s0: 0.0,
                 kind: MoveKind::Handling,

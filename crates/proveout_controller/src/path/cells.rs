@@ -37,16 +37,16 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             (at(i), at(i + 1))
         })
     };
-    match &block.shape {
+    match block.course() {
         Shape::Line { slope, .. } => {
             let turn = turn(slope);
             if !tcp || turn == 0.0 {
-                let q = frame.kinematics.joints(&block.shape.jet(u0)).first().map(f64::abs);
+                let q = frame.kinematics.joints(&block.course().jet(u0)).first().map(f64::abs);
                 let zero = JointValues::ZERO;
                 return vec![limits(u0, u1, &DerivativeBounds { first: q, first_low: q, second: zero, third: zero })];
             }
             let n = (turn / CELL_TURN).ceil().max(1.0) as usize;
-            cut(n).map(|(a, b)| limits(a, b, &point_bounds(frame, |u| block.shape.jet(u), a, b, 3))).collect()
+            cut(n).map(|(a, b)| limits(a, b, &point_bounds(frame, |u| block.course().jet(u), a, b, 3))).collect()
         }
         // Independent joints: their own laws keep the limits, the parameter is time.
         Shape::Timed(_) => Vec::new(),
@@ -55,7 +55,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             cut(n)
                 .map(|(a, b)| {
                     let bounds =
-                        if tcp { point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS) } else { arc.bounds(a, b) };
+                        if tcp { point_bounds(frame, |u| block.course().jet(u), a, b, POINTS) } else { arc.bounds(a, b) };
                     limits(a, b, &bounds)
                 })
                 .collect()
@@ -67,7 +67,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
                 for i in 0..n {
                     let at = |k: usize| if k == n { w[1] } else { w[0] + (w[1] - w[0]) * k as f64 / n as f64 };
                     let (a, b) = (at(i), at(i + 1));
-                    cells.push(limits(a, b, &point_bounds(frame, |u| block.shape.jet(u), a, b, POINTS)));
+                    cells.push(limits(a, b, &point_bounds(frame, |u| block.course().jet(u), a, b, POINTS)));
                 }
             }
             cells

@@ -2,7 +2,7 @@
 
 use proveout_machine::{JointKind, JointValues, Machine};
 
-use super::{Frame, PathBlock, Tolerance, fit::Kink};
+use super::{Frame, PathBlock, SHORT, Tolerance, fit::Kink};
 use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 
 /// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend would be
@@ -10,12 +10,11 @@ use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 const NARROWEST: f64 = 1e-6;
 /// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
 const BLEND_SHARE: f64 = 0.5;
-/// Blocks that pass in less than this time (s) are the approximation of a curve, not a shape of their own: controls look at them
-/// together. Chosen: corners that come more often than 33 times a second only shake the machine.
-const SHORT: f64 = 0.03;
 /// Half width over length of short blocks: the second derivative of equal chords then waves by 4 percent of itself (the transform of
 /// the parabola at the spacing of the blocks is 3/(4 pi)^2, twice).
 const OVER_SHORT: f64 = 2.0;
+/// Half width over feed of short blocks, s: waves of many tiny blocks are to die out as well.
+const SMOOTHED: f64 = 0.01;
 
 pub(super) enum Corner {
     /// Value, slope and curvature agree: nothing to do.
@@ -37,10 +36,12 @@ pub(super) fn corner(
     b: &PathBlock,
     tolerance: Tolerance,
 ) -> Corner {
-    let (end, start) = (a.shape.jet(a.length), b.shape.jet(0.0));
+    // What a chord has taken of its block's tolerance is missing at both of its ends.
+    let tolerance = b.corner.filter(|_| b.chord.is_some()).map_or(tolerance, |other| tolerance.min(other));
+    let (end, start) = (a.course().jet(a.length), b.course().jet(0.0));
     let slope = start.first() - end.first();
     let bend = start.second() - end.second();
-    let lines = a.shape.is_line() && b.shape.is_line();
+    let lines = a.course().is_line() && b.course().is_line();
     let scale = end.first().max_abs().max(start.first().max_abs());
     let kinked = slope.max_abs() > 1e-9 * scale;
     let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
@@ -68,10 +69,8 @@ pub(super) fn corner(
         if feeds {
             let (tip, angle) = size(machine, &slope);
             let longest = a.length.max(b.length);
-            let wanted = if longest <= SHORT * feed { need.max(OVER_SHORT * longest) } else { need };
-            let b_tolerance = b.corner.unwrap_or(tolerance);
-            let tighter =
-                Tolerance { tip: tolerance.tip.min(b_tolerance.tip), angle: tolerance.angle.min(b_tolerance.angle) };
+            let wanted = if longest <= SHORT * feed { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
+            let tighter = b.corner.map_or(tolerance, |other| tolerance.min(other));
             let size = Tolerance { tip, angle };
             return Corner::Kink(Box::new(Kink::new((number, b.s0), slope, size, wanted.min(f64::MAX), tighter)));
         }
@@ -96,7 +95,7 @@ pub(super) fn corner(
 }
 
 fn blend(a: &PathBlock, b: &PathBlock, d: f64) -> Quintic {
-    Quintic::hermite(b.s0 - d, b.s0 + d, &a.shape.jet(a.length - d), &b.shape.jet(d))
+    Quintic::hermite(b.s0 - d, b.s0 + d, &a.course().jet(a.length - d), &b.course().jet(d))
 }
 
 /// Largest distance between blend and exact path at equal parameter, tip (or linear joints) and rotary joints.
@@ -105,7 +104,7 @@ fn blend_deviation(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, quintic: &Qu
     let mut worst = (0.0_f64, 0.0_f64);
     for i in 1..STEPS {
         let x = d * (2.0 * f64::from(i) / f64::from(STEPS) - 1.0);
-        let exact = if x < 0.0 { a.shape.jet(a.length + x) } else { b.shape.jet(x) };
+        let exact = if x < 0.0 { a.course().jet(a.length + x) } else { b.course().jet(x) };
         let difference = quintic.jet(b.s0 + x).0[0] - exact.0[0];
         let (tip, angle) = size(frame.kinematics.machine, &difference);
         worst = (worst.0.max(tip), worst.1.max(angle));

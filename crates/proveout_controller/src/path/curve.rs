@@ -100,7 +100,9 @@ impl Path {
             self.exact_to(frame, limit);
         }
         let rounding = self.curve.fit.rounding(self.s_done);
-        self.max_rounding = self.max_rounding.max(rounding);
+        if rounding > 0.0 {
+            self.max_rounding = self.max_rounding.max(rounding + self.off_chord);
+        }
         let before = self.curve.fit.kinks().len();
         self.curve.fit.forget_before(self.s_done);
         self.curve.past = self.curve.past.saturating_sub(before - self.curve.fit.kinks().len());
@@ -162,7 +164,7 @@ impl Path {
     fn fitted(&self, s: f64) -> JointJet {
         let i = self.blocks.partition_point(|b| b.end() < s).min(self.blocks.len() - 1);
         let (block, number) = (&self.blocks[i], self.first_block + i as u64);
-        let mut jet = block.shape.jet(s - block.s0);
+        let mut jet = block.course().jet(s - block.s0);
         for kink in self.acting(s).filter(|k| !k.is_flat()) {
             let lift = lift_jet(s - kink.s, kink.half_width(), number > kink.number);
             for (sum, part) in jet.0.iter_mut().zip(lift) {
@@ -176,11 +178,7 @@ impl Path {
     fn keeps_tolerance(&self, frame: &Frame<'_>, span: &Quintic) -> bool {
         let machine = frame.kinematics.machine;
         let inner = self.acting(span.u1).map(|k| k.s).filter(|s| *s > span.u0 && *s < span.u1);
-        let tolerance = self.acting(span.u1).map(|k| k.tolerance).reduce(|a, b| Tolerance {
-            tip: a.tip.min(b.tip),
-            angle: a.angle.min(b.angle),
-        });
-        let Some(tolerance) = tolerance else { return false };
+        let Some(tolerance) = self.acting(span.u1).map(|k| k.tolerance).reduce(Tolerance::min) else { return false };
         let bend = size(machine, &span.bounds().second);
         let mut from = span.u0;
         for to in inner.chain([span.u1]) {
@@ -189,7 +187,7 @@ impl Path {
             let i = self.blocks.partition_point(|b| b.end() < middle).min(self.blocks.len() - 1);
             let block = &self.blocks[i];
             for s in [from, middle, to] {
-                let off: JointValues = span.jet(s).0[0] - block.shape.jet(s - block.s0).0[0];
+                let off: JointValues = span.jet(s).0[0] - block.course().jet(s - block.s0).0[0];
                 let (tip, angle) = size(machine, &off);
                 let between = h * h / 8.0;
                 if tip + between * bend.0 > tolerance.tip || angle + between * bend.1 > tolerance.angle {
