@@ -28,7 +28,7 @@
 //!
 //! # Algorithm
 //!
-//! [`Controller`] collects blocks between two stops into a path in task coordinates, with quintic corner blends
+//! [`Controller`] collects blocks between two stops into a path in task coordinates, with fitted runs of lines (`path/fit.rs`) and quintic corner blends
 //! (`path.rs`), derives limits along the path from those of the joints (`limits.rs`, derivatives through the kinematics
 //! by Taylor arithmetic, `rig.rs`), plans a first time law (`plan.rs`, closed forms in `scurve.rs`), runs it as fast as the joints
 //! allow (`retime.rs`), measures the law at the control samples and slows down where one passes a limit (`stretch.rs`), and cuts
@@ -45,8 +45,8 @@
 //!
 //! # Limits
 //!
-//! Corners are rounded block by block: runs of short blocks are not fitted by one curve, so that curves chorded more finely than
-//! the tolerance asks for are throttled by their corners. Against an independent optimum with jerk limits (`tests/optimum.rs`)
+//! Curved blocks that are not short (arcs, splines, long great circles) are rounded corner by corner, not fitted together.
+//! Against an independent optimum with jerk limits (`tests/optimum.rs`)
 //! plans lose below 0.1 percent at feed and 1 to 2 percent at corners and in curves. Not executed and refused by name:
 //! a contour that is not yet the path of the tool center, delta values of the tool length. A machine without
 //! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill

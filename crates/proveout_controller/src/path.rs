@@ -39,7 +39,6 @@ use crate::{
     shape::{Quintic, Shape},
 };
 
-
 /// Blocks that pass in less than this time (s) are the approximation of a curve, not a shape of their own: controls look at them
 /// together. Chosen: corners that come more often than 33 times a second only shake the machine.
 const SHORT: f64 = 0.03;

@@ -54,8 +54,11 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             let n = (arc.omega.abs() * (u1 - u0) / CELL_ARC).max(turn(&arc.slope) / CELL_TURN).ceil().max(1.0) as usize;
             cut(n)
                 .map(|(a, b)| {
-                    let bounds =
-                        if tcp { point_bounds(frame, |u| block.course().jet(u), a, b, POINTS) } else { arc.bounds(a, b) };
+                    let bounds = if tcp {
+                        point_bounds(frame, |u| block.course().jet(u), a, b, POINTS)
+                    } else {
+                        arc.bounds(a, b)
+                    };
                     limits(a, b, &bounds)
                 })
                 .collect()

@@ -30,12 +30,7 @@ pub(super) enum Corner {
 }
 
 /// What to do with the corner at the end of block `a`, which has this running number.
-pub(super) fn corner(
-    frame: &Frame<'_>,
-    (number, a): (u64, &PathBlock),
-    b: &PathBlock,
-    tolerance: Tolerance,
-) -> Corner {
+pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &PathBlock, tolerance: Tolerance) -> Corner {
     // What a chord has taken of its block's tolerance is missing at both of its ends.
     let tolerance = b.corner.filter(|_| b.chord.is_some()).map_or(tolerance, |other| tolerance.min(other));
     let (end, start) = (a.course().jet(a.length), b.course().jet(0.0));
@@ -69,7 +64,8 @@ pub(super) fn corner(
         if feeds {
             let (tip, angle) = size(machine, &slope);
             let longest = a.length.max(b.length);
-            let wanted = if longest <= SHORT * feed { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
+            let wanted =
+                if longest <= SHORT * feed { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
             let tighter = b.corner.map_or(tolerance, |other| tolerance.min(other));
             let size = Tolerance { tip, angle };
             return Corner::Kink(Box::new(Kink::new((number, b.s0), slope, size, wanted.min(f64::MAX), tighter)));
