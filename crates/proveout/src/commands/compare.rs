@@ -94,7 +94,11 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
     let c = &compared.comparison;
     say!("\n{}: {}  (baseline {})\n", word(c.verdict).to_uppercase(), c.scene, c.baseline);
     say!("  {:<16} {:<10} {:>10} {:>10} {:>10}", "program", "verdict", "total, s", "feed, s", "stretch, s");
-    let number = |v: Option<f64>, digits: usize| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"));
+    let number = |v: Option<f64>, digits: usize| {
+        // What rounds to zero has no sign.
+        let zero = 0.5 * 0.1_f64.powi(digits as i32);
+        v.map_or_else(|| "-".to_owned(), |v| format!("{:.digits$}", if v.abs() < zero { 0.0 } else { v }))
+    };
     for (name, p) in c.order.iter().filter_map(|n| c.programs.get_key_value(n)) {
         let stretch = number(p.stretch.as_ref().map(|s| s.time_s), 3);
         say!("  {name:<16} {:<10} {:>10.3} {:>10.3} {stretch:>10}", word(p.verdict), p.time.total_s, p.time.cutting_s);

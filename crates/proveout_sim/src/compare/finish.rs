@@ -1,0 +1,297 @@
+//! Puts the results of all programs together.
+
+use std::collections::BTreeMap;
+
+use proveout_machine::{JointKind, JointValues, Machine};
+
+use super::{
+    AxisGain, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures, ProgramFigures,
+    ProgramPicture, Ran, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime, judge,
+    motion::{self, Extremes, Motion},
+    surface::{SCALLOP_RULE, difference},
+    uncertainty::{VariedGain, saved, time_gain},
+};
+use crate::{
+    finding::Severity,
+    gates,
+    verdict::{Gate, State},
+};
+
+impl Comparing {
+    /// Puts everything together; none when a program was not run.
+    pub fn finish(mut self) -> Option<Compared> {
+        let baseline = self.entries[self.baseline].run.as_ref()?.deviation.clone();
+        let differences: Vec<Vec<f64>> = self
+            .entries
+            .iter()
+            .enumerate()
+            .map(|(i, entry)| {
+                let own = entry.run.as_ref().filter(|_| i != self.baseline);
+                own.map_or_else(Vec::new, |run| run.deviation.iter().zip(&baseline).map(|(a, b)| a - b).collect())
+            })
+            .collect();
+        let mut programs = BTreeMap::new();
+        for (i, entry) in self.entries.iter().enumerate() {
+            programs.insert(entry.name.clone(), self.figures(i, entry.run.as_ref()?, &differences[i]));
+        }
+        let base = &self.entries[self.baseline];
+        let mut comparison = Comparison {
+            schema_version: SCHEMA_VERSION,
+            scene: self.scene.clone(),
+            description: self.description.clone(),
+            experiment: self.file.experiment.clone(),
+            machine: base.case.machine.name.clone(),
+            baseline: base.name.clone(),
+            order: self.entries.iter().map(|e| e.name.clone()).collect(),
+            verdict: State::Unchecked,
+            gains: self.gains(&programs),
+            programs,
+            variations: std::mem::take(&mut self.variations),
+            published: Vec::new(),
+            expectations: Vec::new(),
+            rules: rules(self.file.run_ends_s),
+        };
+        comparison.published = judge::published(&self.file, &comparison);
+        comparison.expectations = judge::expectations(&self.file, &comparison);
+        comparison.verdict = overall(&comparison);
+        let pictures = self.pictures(differences);
+        Some(Compared { comparison, pictures })
+    }
+
+    fn figures(&self, index: usize, run: &Ran, difference_to: &[f64]) -> ProgramFigures {
+        let (entry, v) = (&self.entries[index], &run.verdict);
+        let errors = v.findings.iter().filter(|f| f.severity == Severity::Error).count() as u64;
+        let compared = index != self.baseline && self.part.is_some();
+        ProgramFigures {
+            folder: self.folder(&entry.name),
+            verdict: v.verdict,
+            gates: v.gates.clone(),
+            errors,
+            digests: v.digests.clone(),
+            made: entry.made.as_ref().map(|(method, source, from)| Made {
+                method: method.clone(),
+                source: source.clone(),
+                from: from.clone(),
+                center_shift_mm: self.center_shift(entry, from),
+                figures: entry.studies.first().map_or_else(Vec::new, |s| s.figures.clone()),
+            }),
+            time: v.time.clone(),
+            axes: v.axes.clone(),
+            stretch: self.stretch(entry),
+            deviation: v.deviation.clone(),
+            surface: run.surface.clone(),
+            difference: compared.then(|| difference(difference_to)),
+            clearance: v.clearance.clone(),
+        }
+    }
+
+    fn center_shift(&self, entry: &Entry, from: &str) -> Option<f64> {
+        let source = self.entries.iter().find(|e| e.name == from)?;
+        entry.ideal.as_ref()?.center_shift(source.ideal.as_ref()?)
+    }
+
+    fn stretch(&self, entry: &Entry) -> Option<Stretch> {
+        let (motion, ideal) = (entry.motion.as_ref()?, entry.ideal.as_ref()?);
+        let ranges = motion.stretch(self.file.run_ends_s);
+        let blocks = ranges.iter().map(|r| r.len() as u64).sum();
+        if blocks == 0 {
+            return None;
+        }
+        let demand = ideal.demand(&ideal.stretch(self.file.run_ends_s));
+        let largest = |of: &dyn Fn(&motion::DemandPoint) -> Option<f64>| {
+            demand.iter().filter_map(of).map(f64::abs).reduce(f64::max)
+        };
+        let joints = entry.case.machine.joints.iter().zip(motion.extremes(&ranges)).enumerate();
+        let axes = joints.map(|(j, (joint, Extremes { velocity, acceleration, jerk, reversals }))| {
+            let (unit, factor) = unit_of(joint.kind);
+            let axis = StretchAxis {
+                unit: unit.into(),
+                max_velocity: velocity * factor,
+                max_acceleration: acceleration * factor,
+                max_jerk: jerk * factor,
+                reversals: reversals.into(),
+                demand_velocity: largest(&|d| Some(d.velocity[j])).map(|v| v * factor),
+                demand_acceleration: largest(&|d| d.acceleration.map(|a| a[j])).map(|a| a * factor),
+            };
+            (joint.name.clone(), axis)
+        });
+        let programmed = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).map(|b| b.programmed).sum();
+        Some(Stretch { blocks, time_s: motion.stretch_time(&ranges), programmed_s: programmed, axes: axes.collect() })
+    }
+
+    fn gains(&self, programs: &BTreeMap<String, ProgramFigures>) -> BTreeMap<String, Gain> {
+        let base = &self.entries[self.baseline];
+        let base_time = self.nominal_time(base);
+        let Some(base_figures) = programs.get(&base.name) else { return BTreeMap::new() };
+        let mut out = BTreeMap::new();
+        for entry in self.entries.iter().filter(|e| e.name != base.name) {
+            let Some(figures) = programs.get(&entry.name) else { continue };
+            let time = self.nominal_time(entry);
+            let gain = |of: fn(&VariedTime) -> f64, varied: fn(&VariedGains) -> Option<f64>| {
+                let all: Vec<VariedGain<'_>> = self
+                    .variations
+                    .iter()
+                    .filter_map(|v| {
+                        let percent = varied(v.gains.get(&entry.name)?)?;
+                        Some(VariedGain { parameter: &v.parameter, kind: v.kind, percent })
+                    })
+                    .collect();
+                time_gain(of(&base_time), of(&time), &all)
+            };
+            let cycle_time = gain(|t| t.total_s, |g| g.cycle_time_percent);
+            let change =
+                |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| 100.0 * (a / b - 1.0)).filter(|p| p.is_finite());
+            out.insert(
+                entry.name.clone(),
+                Gain {
+                    cycle_time_percent: cycle_time.percent,
+                    error_percent: cycle_time.error_percent,
+                    cycle_time,
+                    cutting_time: gain(|t| t.cutting_s, |g| g.cutting_time_percent),
+                    stretch_time: gain(|t| t.stretch_s, |g| g.stretch_time_percent),
+                    axes: axis_gains(base_figures, figures),
+                    scallop_max_change_percent: change(
+                        figures.surface.scallop_max_um,
+                        base_figures.surface.scallop_max_um,
+                    ),
+                    scallop_mean_change_percent: change(
+                        figures.surface.scallop_mean_um,
+                        base_figures.surface.scallop_mean_um,
+                    ),
+                },
+            );
+        }
+        out
+    }
+
+    fn pictures(mut self, differences: Vec<Vec<f64>>) -> Pictures {
+        let joints: Vec<JointPicture> = joints_of(&self.entries[self.baseline].case.machine);
+        let (ends, shown) = (self.file.run_ends_s, self.file.shown_s);
+        if let Some(part) = &mut self.part {
+            part.difference = differences;
+            for (values, entry) in part.deviation.iter_mut().zip(&mut self.entries) {
+                *values = entry.run.take().map_or_else(Vec::new, |r| r.deviation);
+            }
+        }
+        let picture = |entry: &mut Entry| {
+            let demand = entry.ideal.as_ref().map_or_else(Vec::new, |m| m.demand(&m.stretch(ends)));
+            let row = |j: usize, joint: &JointPicture| {
+                let f = joint.factor;
+                let of = |q: &JointValues| q[j] * f;
+                let row = |d: &motion::DemandPoint| DemandRow {
+                    time_s: d.time,
+                    position: of(&d.position),
+                    velocity: of(&d.velocity),
+                    acceleration: d.acceleration.as_ref().map_or(f64::NAN, of),
+                };
+                demand.iter().map(row).collect()
+            };
+            ProgramPicture {
+                name: entry.name.clone(),
+                windows: entry.motion.as_ref().and_then(|m| windows(m, ends, shown)),
+                demand: joints.iter().enumerate().map(|(j, joint)| row(j, joint)).collect(),
+                studies: std::mem::take(&mut entry.studies),
+            }
+        };
+        let programs = self.entries.iter_mut().map(picture).collect();
+        Pictures { programs, joints, part: self.part, shown_s: shown }
+    }
+}
+
+pub(super) fn windows(motion: &Motion, ends: f64, shown: Option<[f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    let ranges = motion.stretch(ends);
+    let blocks: Vec<&motion::FeedBlock> = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).collect();
+    let whole = [blocks.first()?.time[0], blocks.last()?.time[1]];
+    let Some([from, to]) = shown else { return Some([whole; 2]) };
+    let mut close: Option<[f64; 2]> = None;
+    let mut time = 0.0;
+    for block in blocks {
+        if time + block.programmed > from && time < to {
+            close = Some([close.map_or(block.time[0], |c| c[0]), block.time[1]]);
+        }
+        time += block.programmed;
+    }
+    Some([whole, close.unwrap_or(whole)])
+}
+
+fn unit_of(kind: JointKind) -> (&'static str, f64) {
+    if kind == JointKind::Rotary { ("deg", 1_f64.to_degrees()) } else { ("mm", 1.0) }
+}
+
+fn joints_of(machine: &Machine) -> Vec<JointPicture> {
+    let joint = |j: &proveout_machine::Joint| {
+        let (unit, factor) = unit_of(j.kind);
+        let limits = [j.max_velocity, j.max_acceleration, j.max_jerk].map(|l| l.map(|l| l * factor));
+        JointPicture { name: j.name.clone(), unit, factor, limits }
+    };
+    machine.joints.iter().map(joint).collect()
+}
+
+fn axis_gains(base: &ProgramFigures, own: &ProgramFigures) -> BTreeMap<String, AxisGain> {
+    let (Some(base), Some(own)) = (&base.stretch, &own.stretch) else { return BTreeMap::new() };
+    let pairs = own.axes.iter().filter_map(|(name, axis)| Some((name, axis, base.axes.get(name)?)));
+    let gain = |(name, own, base): (&String, &StretchAxis, &StretchAxis)| {
+        let axis = AxisGain {
+            velocity_percent: saved(base.max_velocity, own.max_velocity),
+            acceleration_percent: saved(base.max_acceleration, own.max_acceleration),
+            jerk_percent: saved(base.max_jerk, own.max_jerk),
+            demand_velocity_percent: base.demand_velocity.zip(own.demand_velocity).and_then(|(b, o)| saved(b, o)),
+            demand_acceleration_percent: base
+                .demand_acceleration
+                .zip(own.demand_acceleration)
+                .and_then(|(b, o)| saved(b, o)),
+        };
+        (name.clone(), axis)
+    };
+    pairs.map(gain).collect()
+}
+
+/// Fail beats unchecked beats pass, over the programs and the criteria.
+fn overall(comparison: &Comparison) -> State {
+    let programs = comparison.programs.values().map(|p| p.verdict);
+    let states = programs.chain(comparison.expectations.iter().map(|e| e.state));
+    let gates: Vec<Gate> = states.map(|state| Gate { name: String::new(), state, reason: String::new() }).collect();
+    gates::overall(&gates)
+}
+
+fn rules(ends: f64) -> BTreeMap<String, String> {
+    let rules = [
+        (
+            "gain",
+            "100 (1 - time / time of the baseline); both times from the same twin, which differs in the program alone".to_owned(),
+        ),
+        (
+            "error",
+            "Sum over the numerical parameters of the largest change of the gain, plus 2 times the root of a third of the sum of \
+             squares of the largest changes of the model parameters (bounds as rectangular distributions, independent, \
+             coverage factor 2: JCGM 100:2008, 4.3.7, 5.1.2, 6.3.3)"
+                .to_owned(),
+        ),
+        (
+            "stretch",
+            format!(
+                "Cutting stretch: blocks in feed without those within {ends} s of programmed time from both ends of their run"
+            ),
+        ),
+        (
+            "demand",
+            "Demand: differences of joint positions at the ends of the program's blocks over their programmed times: what the \
+             program asks for, whatever the joint can do. The step is the block of the program"
+                .to_owned(),
+        ),
+        (
+            "reversals",
+            "Over the cutting stretch a joint reverses where it turns back by more than 0.001 mm or 1e-6 rad; over the whole \
+             program, as in the verdict, wherever its speed changes sign"
+                .to_owned(),
+        ),
+        ("scallop", SCALLOP_RULE.to_owned()),
+        (
+            "difference",
+            "Deviation of this program less that of the baseline at the vertices of the baseline's cut part, each the mean of the \
+             exact points in the cells round the vertex"
+                .to_owned(),
+        ),
+    ];
+    rules.into_iter().map(|(name, words)| (name.to_owned(), words)).collect()
+}
