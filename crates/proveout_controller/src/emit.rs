@@ -16,6 +16,7 @@ use crate::{
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
     stretch::{Clock, Measured, Stretch},
+    watch::REACH,
 };
 
 /// Events that wait for the block before which they stand.
@@ -47,6 +48,8 @@ pub(crate) struct Emitter {
     /// Highest steady speed that joints allow in the block under way, and the joint that limits.
     steady: Option<(f64, Option<usize>)>,
     over_travel: [Option<OverTravel>; MAX_JOINTS],
+    /// Set points at the last times of the grid, whether emitted or left out of a standstill.
+    before: [JointValues; REACH],
 }
 
 /// What does not change while a stretch is emitted.
@@ -69,11 +72,12 @@ impl Emitter {
             block_start: None,
             steady: None,
             over_travel: [None; MAX_JOINTS],
+            before: [*start; REACH],
         }
     }
 
     pub(crate) fn grid(&self) -> Clock {
-        Clock { cycle: self.cycle, start: self.clock }
+        Clock { cycle: self.cycle, start: self.clock, before: self.before }
     }
 
     /// Emits a stretch that begins at the path's `s_begin` at the present time; `open` tells whether it begins and ends
@@ -155,6 +159,14 @@ impl Emitter {
             };
             self.meter.sample(&sample);
             self.chunk.samples.push(sample);
+            self.set_point(&m.q, 1.0);
+        }
+    }
+
+    /// Takes note of a set point that holds at some times of the grid.
+    fn set_point(&mut self, q: &JointValues, times: f64) {
+        for _ in 0..times.clamp(0.0, REACH as f64) as usize {
+            self.before = [self.before[1], self.before[2], *q];
         }
     }
 
@@ -321,6 +333,7 @@ impl Emitter {
         if last * self.cycle >= end {
             last -= 1.0;
         }
+        self.set_point(q, last - first + 1.0);
         if last >= first {
             self.still_sample(scope, q, block, first * self.cycle);
             if last > first {

@@ -81,6 +81,7 @@ mod shape;
 mod stretch;
 mod summary;
 mod tempo;
+mod watch;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};

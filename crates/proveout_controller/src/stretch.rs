@@ -9,6 +9,7 @@ use crate::{
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
     retime::{Course, Entry, Rounds, Settled, Spot, jerk_along},
+    watch::{Over, REACH, over_limits},
 };
 
 /// Part by which a sample may pass a limit before rows are tightened, and after several rounds of that; the promise is 0.1
@@ -44,14 +45,6 @@ pub(crate) struct Measured {
     pub(crate) jerk: JointValues,
 }
 
-/// A place where a limit is passed.
-struct Over {
-    time: f64,
-    s: f64,
-    v: f64,
-    ratios: [f64; 3],
-}
-
 /// A planned stretch from the begin of the path's first cell.
 pub(crate) struct Stretch {
     pub(crate) law: Law,
@@ -65,18 +58,40 @@ pub(crate) struct Stretch {
     pub(crate) samples: Vec<Measured>,
 }
 
-/// Control cycle and the time at which a law begins.
+/// Control cycle, the time at which a law begins, and the set points at the last three times of the grid before it.
 #[derive(Clone, Copy)]
 pub(crate) struct Clock {
     pub(crate) cycle: f64,
     pub(crate) start: f64,
+    pub(crate) before: [JointValues; REACH],
 }
 
 impl Clock {
+    /// Number of the first time of the grid from the start on.
+    fn first(&self) -> f64 {
+        (self.start / self.cycle).ceil()
+    }
+
     /// Sample times within `duration` from the start, on the grid of the cycle.
     pub(crate) fn samples(self, duration: f64) -> impl Iterator<Item = f64> {
-        let first = (self.start / self.cycle).ceil();
+        let first = self.first();
         (0_u64..).map(move |k| (first + k as f64) * self.cycle).take_while(move |t| *t < self.start + duration)
+    }
+
+    /// What passes a part `allowed` of the limits; `finish` tells that the machine stands at the end of the path then.
+    fn over_limits(
+        &self,
+        path: &Path,
+        frame: &Frame<'_>,
+        samples: &[Measured],
+        finish: bool,
+        allowed: f64,
+    ) -> Vec<Over> {
+        let end = path.cells.last().map_or(path.s_begin, |c| c.s1);
+        let stands =
+            finish.then(|| frame.kinematics.position(&path.rounded(end, &mut path.spans.len().saturating_sub(1)).0[0]));
+        let times = [self.cycle, self.first() * self.cycle];
+        over_limits(frame.limits, times, &self.before, samples, stands.as_ref(), allowed)
     }
 }
 
@@ -113,7 +128,7 @@ pub(crate) fn plan(
             // What goes on behind the committed part must keep the limits too: the next part begins with its state.
             let mut samples = measure(path, frame, clock, &law);
             let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
-            let over = over_limits(frame, clock.cycle, &samples, allowed);
+            let over = clock.over_limits(path, frame, &samples, finish, allowed);
             round += 1;
             if over.is_empty() || round > TIGHTENINGS && slowed == SLOWINGS {
                 if rest == [true, true] {
@@ -170,7 +185,7 @@ pub(crate) fn plan(
 fn slow_throughout(path: &Path, frame: &Frame<'_>, clock: Clock, law: &mut Law, samples: &mut Vec<Measured>) {
     // Samples fall elsewhere on the slower law: a second time is rare, a third was never seen.
     for _ in 0..4 {
-        let over = over_limits(frame, clock.cycle, samples, PROMISED);
+        let over = clock.over_limits(path, frame, samples, true, PROMISED);
         let factor = over.iter().map(|o| o.ratios).fold(1.0, |m: f64, [v, a, j]| m.max(v).max(a.sqrt()).max(j.cbrt()));
         if over.is_empty() || !factor.is_finite() {
             return;
@@ -210,31 +225,6 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -
             }
         })
         .collect()
-}
-
-/// Samples that pass a limit, by themselves or in the mean jerk from the one before, with their highest parts of the limits of
-/// velocity, acceleration and jerk.
-fn over_limits(frame: &Frame<'_>, cycle: f64, samples: &[Measured], allowed: f64) -> Vec<Over> {
-    let l = frame.limits;
-    let mut over = Vec::new();
-    for (k, m) in samples.iter().enumerate() {
-        let (mut ratios, mut mean) = ([0.0_f64; 3], 0.0_f64);
-        for i in 0..l.count {
-            ratios[0] = ratios[0].max(m.velocity[i].abs() / l.velocity[i]);
-            ratios[1] = ratios[1].max(m.acceleration[i].abs() / l.acceleration[i]);
-            ratios[2] = ratios[2].max(m.jerk[i].abs() / l.jerk[i]);
-            if k > 0 {
-                mean = mean.max((m.acceleration[i] - samples[k - 1].acceleration[i]).abs() / (cycle * l.jerk[i]));
-            }
-        }
-        if mean > allowed && mean > ratios[2] {
-            over.push(Over { time: m.time - 0.5 * cycle, s: m.state.s, v: m.state.v, ratios: [0.0, 0.0, mean] });
-        }
-        if ratios.iter().any(|r| *r > allowed) {
-            over.push(Over { time: m.time, s: m.state.s, v: m.state.v, ratios });
-        }
-    }
-    over
 }
 
 /// Slows down the cells of samples that pass a limit, and their neighbors.

@@ -221,6 +221,25 @@ impl Random {
     }
 }
 
+/// Calls `check` for every seed, spread over the cores; a failed assertion in one fails the test.
+pub(crate) fn for_all(seeds: std::ops::Range<u64>, check: impl Fn(u64) + Sync) {
+    let next = std::sync::atomic::AtomicU64::new(seeds.start);
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                    if seed >= seeds.end {
+                        break;
+                    }
+                    check(seed);
+                }
+            });
+        }
+    });
+}
+
 /// Worst use of the limits over all samples, of the planner's own derivatives and of differences of the set points.
 #[derive(Debug, Default)]
 pub(crate) struct Use {

@@ -1,0 +1,167 @@
+//! Judges control samples by the promise: no joint passes velocity, acceleration or jerk by more than 0.1 percent.
+//!
+//! The promise is about what the drives get: positions q on the grid of the control's cycle h. Their differences
+//!
+//! ```text
+//!   q1 - q0        q2 - 2 q1 + q0        q3 - 3 q2 + 3 q1 - q0          over h, h^2, h^3
+//!   o---o          o---o---o             o---o---o---o
+//! ```
+//!
+//! are means of velocity, acceleration and jerk over one, two and three cycles, weighted by the spline of that order. A short
+//! excess between two samples shows there and in no state at a sample; a short one at a sample shows in its state alone. Both
+//! are looked at, and the differences reach back over the border to what was emitted before.
+
+use proveout_machine::JointValues;
+
+use crate::{limits::JointLimits, profile::PathState, stretch::Measured};
+
+/// The set points at the last three times of the grid before a law, and after it the three at which the machine stands.
+pub(crate) const REACH: usize = 3;
+
+/// A place where a limit is passed.
+pub(crate) struct Over {
+    pub(crate) time: f64,
+    pub(crate) s: f64,
+    pub(crate) v: f64,
+    /// Parts of the limits of velocity, acceleration and jerk.
+    pub(crate) ratios: [f64; 3],
+}
+
+/// Rounding of positions in a difference, as part of the largest of them: the weights of the third one add up to eight.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Places where samples pass a part `allowed` of the limits, by their states or by differences. The first lies at the time
+/// `first`, or would; `before` are the last set points before it; with `stands` the machine stands after the last.
+pub(crate) fn over_limits(
+    limits: &JointLimits,
+    [cycle, first]: [f64; 2],
+    before: &[JointValues; REACH],
+    samples: &[Measured],
+    stands: Option<&JointValues>,
+    allowed: f64,
+) -> Vec<Over> {
+    let mut over = Vec::new();
+    let mut row = [before[0], before[0], before[1], before[2]];
+    let after = if stands.is_some() { REACH } else { 0 };
+    let last = samples.len().saturating_sub(1);
+    for k in 0..samples.len() + after {
+        let Some(q) = samples.get(k).map(|m| &m.q).or(stands) else { break };
+        row = [row[1], row[2], row[3], *q];
+        let state = samples.get(k).map_or([0.0; 3], |m| states(limits, m));
+        let mut ratios = differences(limits, cycle, &row);
+        // Middles of the differences: half a cycle behind for each order.
+        let mut back = 0;
+        for order in 0..3 {
+            if ratios[order] > allowed && ratios[order] > state[order] {
+                back = back.max(order + 1);
+            } else {
+                ratios[order] = 0.0;
+            }
+        }
+        if back > 0 {
+            let state = samples.get(k.saturating_sub(back / 2).min(last)).map_or(PathState::default(), |m| m.state);
+            let time = first + cycle * (k as f64 - 0.5 * back as f64);
+            over.push(Over { time, s: state.s, v: state.v, ratios });
+        }
+        if let Some(m) = samples.get(k).filter(|_| state.iter().any(|r| *r > allowed)) {
+            over.push(Over { time: m.time, s: m.state.s, v: m.state.v, ratios: state });
+        }
+    }
+    over
+}
+
+/// Highest parts of the limits of a state.
+fn states(limits: &JointLimits, m: &Measured) -> [f64; 3] {
+    let mut ratios = [0.0_f64; 3];
+    for i in 0..limits.count {
+        ratios[0] = ratios[0].max(m.velocity[i].abs() / limits.velocity[i]);
+        ratios[1] = ratios[1].max(m.acceleration[i].abs() / limits.acceleration[i]);
+        ratios[2] = ratios[2].max(m.jerk[i].abs() / limits.jerk[i]);
+    }
+    ratios
+}
+
+/// Highest parts of the limits of the first, second and third difference that end at the last of four set points.
+fn differences(limits: &JointLimits, cycle: f64, row: &[JointValues; 4]) -> [f64; 3] {
+    let per = [1.0 / cycle, 1.0 / (cycle * cycle), 1.0 / (cycle * cycle * cycle)];
+    let mut ratios = [0.0_f64; 3];
+    for i in 0..limits.count {
+        let q = row.map(|q| q[i]);
+        let (d0, d1, d2) = (q[1] - q[0], q[2] - q[1], q[3] - q[2]);
+        let rounding = ROUNDING * q[3].abs().max(1.0);
+        let mut take = |order: usize, value: f64, limit: f64| {
+            ratios[order] = ratios[order].max((value.abs() - rounding) * per[order] / limit);
+        };
+        take(0, d2, limits.velocity[i]);
+        take(1, d2 - d1, limits.acceleration[i]);
+        take(2, (d2 - d1) - (d1 - d0), limits.jerk[i]);
+    }
+    ratios
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jet::JointJet;
+
+    /// Samples of x = t^3, whose third difference is 6 h^3 exactly, of a joint alone.
+    fn cubic(cycle: f64, n: usize, state_jerk: f64) -> Vec<Measured> {
+        (0..n)
+            .map(|k| {
+                let t = k as f64 * cycle;
+                let one = |x: f64| {
+                    let mut q = JointValues::ZERO;
+                    q[0] = x;
+                    q
+                };
+                Measured {
+                    time: 5.0 + t,
+                    state: PathState { s: t, v: 1.0, a: 0.0, j: 0.0 },
+                    task: JointJet::constant(JointValues::ZERO),
+                    q: one(t * t * t),
+                    velocity: one(3.0 * t * t),
+                    acceleration: one(6.0 * t),
+                    jerk: one(state_jerk),
+                }
+            })
+            .collect()
+    }
+
+    fn limits(jerk: f64) -> JointLimits {
+        let free = [f64::INFINITY; proveout_machine::MAX_JOINTS];
+        let mut l = JointLimits { count: 1, velocity: free, rapid: free, acceleration: free, jerk: free };
+        l.jerk[0] = jerk;
+        l
+    }
+
+    #[test]
+    fn third_differences_tell_what_states_do_not() {
+        let before = [JointValues::ZERO; REACH];
+        let samples = cubic(0.01, 12, 0.0);
+        assert!(over_limits(&limits(6.0), [0.01, 5.0], &before, &samples, None, 1.0 + 1e-6).is_empty());
+        // From the fourth set point on, each difference is 6; those that reach back to the standstill are 1, 5 and 6 parts of it.
+        let over = over_limits(&limits(5.5), [0.01, 5.0], &before, &samples, None, 1.0 + 1e-6);
+        assert_eq!(over.len(), 9);
+        for (k, o) in over.iter().enumerate() {
+            assert!((o.ratios[2] - 6.0 / 5.5).abs() < 1e-6 && o.ratios[..2] == [0.0, 0.0], "{:?}", o.ratios);
+            assert!((o.time - (5.015 + 0.01 * k as f64)).abs() < 1e-12, "{}", o.time);
+        }
+    }
+
+    #[test]
+    fn differences_reach_over_both_ends() {
+        let samples = cubic(0.01, 6, 6.0);
+        let stop = samples[5].q;
+        let over = |before: f64, stands: Option<&JointValues>| {
+            let mut q = JointValues::ZERO;
+            q[0] = before;
+            over_limits(&limits(7.0), [0.01, 5.0], &[q; REACH], &samples, stands, 1.0).len()
+        };
+        assert_eq!(over(0.0, None), 0);
+        assert_eq!(over(1e-4, None), 3, "a step before the first sample");
+        assert_eq!(over(0.0, Some(&stop)), 2, "a stop in no time");
+        // A motion between two times of the grid has no sample of its own.
+        let none = over_limits(&limits(7.0), [0.01, 5.0], &[JointValues::ZERO; REACH], &[], Some(&stop), 1.0);
+        assert_eq!(none.len(), 3);
+    }
+}
