@@ -8,8 +8,9 @@
 //! ```
 //!
 //! are means of velocity, acceleration and jerk over one, two and three cycles, weighted by the spline of that order. A short
-//! excess between two samples shows there and in no state at a sample; a short one at a sample shows in its state alone. Both
-//! are looked at, and the differences reach back over the border to what was emitted before.
+//! excess between two samples shows there and in no state at a sample; a short one at a sample shows in its state alone. The
+//! differences of velocity and acceleration from one sample to the next, means over one cycle, are sharper where they are known. All
+//! are looked at, and the differences of positions reach back over the border to what was emitted before.
 
 use proveout_machine::JointValues;
 
@@ -48,6 +49,13 @@ pub(crate) fn over_limits(
         let Some(q) = samples.get(k).map(|m| &m.q).or(stands) else { break };
         row = [row[1], row[2], row[3], *q];
         let state = samples.get(k).map_or([0.0; 3], |m| states(limits, m));
+        if let Some([a, b]) = k.checked_sub(1).and_then(|before| samples.get(before..=k)?.first_chunk()) {
+            let [acceleration, jerk] = means(limits, cycle, a, b);
+            if acceleration > allowed && acceleration > state[1] || jerk > allowed && jerk > state[2] {
+                let PathState { s, v, .. } = b.state;
+                over.push(Over { time: b.time - 0.5 * cycle, s, v, ratios: [0.0, acceleration, jerk] });
+            }
+        }
         let mut ratios = differences(limits, cycle, &row);
         // Middles of the differences: half a cycle behind for each order.
         let mut back = 0;
@@ -77,6 +85,16 @@ fn states(limits: &JointLimits, m: &Measured) -> [f64; 3] {
         ratios[0] = ratios[0].max(m.velocity[i].abs() / limits.velocity[i]);
         ratios[1] = ratios[1].max(m.acceleration[i].abs() / limits.acceleration[i]);
         ratios[2] = ratios[2].max(m.jerk[i].abs() / limits.jerk[i]);
+    }
+    ratios
+}
+
+/// Highest parts of the limits of mean acceleration and mean jerk between two samples.
+fn means(limits: &JointLimits, cycle: f64, a: &Measured, b: &Measured) -> [f64; 2] {
+    let mut ratios = [0.0_f64; 2];
+    for i in 0..limits.count {
+        ratios[0] = ratios[0].max((b.velocity[i] - a.velocity[i]).abs() / (cycle * limits.acceleration[i]));
+        ratios[1] = ratios[1].max((b.acceleration[i] - a.acceleration[i]).abs() / (cycle * limits.jerk[i]));
     }
     ratios
 }
@@ -137,7 +155,8 @@ mod tests {
     #[test]
     fn third_differences_tell_what_states_do_not() {
         let before = [JointValues::ZERO; REACH];
-        let samples = cubic(0.01, 12, 0.0);
+        let mut samples = cubic(0.01, 12, 0.0);
+        samples.iter_mut().for_each(|m| m.acceleration = JointValues::ZERO);
         assert!(over_limits(&limits(6.0), [0.01, 5.0], &before, &samples, None, 1.0 + 1e-6).is_empty());
         // From the fourth set point on, each difference is 6; those that reach back to the standstill are 1, 5 and 6 parts of it.
         let over = over_limits(&limits(5.5), [0.01, 5.0], &before, &samples, None, 1.0 + 1e-6);
@@ -146,6 +165,14 @@ mod tests {
             assert!((o.ratios[2] - 6.0 / 5.5).abs() < 1e-6 && o.ratios[..2] == [0.0, 0.0], "{:?}", o.ratios);
             assert!((o.time - (5.015 + 0.01 * k as f64)).abs() < 1e-12, "{}", o.time);
         }
+    }
+
+    #[test]
+    fn the_mean_jerk_of_a_cycle_is_the_difference_of_its_accelerations() {
+        let samples = cubic(0.01, 12, 0.0);
+        let over = over_limits(&limits(5.5), [0.01, 5.0], &[samples[0].q; REACH], &samples, None, 1.0 + 1e-6);
+        let means: Vec<&Over> = over.iter().filter(|o| ((o.time - 5.0) * 100.0).fract().abs() > 0.4).collect();
+        assert!(means.len() >= 11 && means.iter().all(|o| (o.ratios[2] - 6.0 / 5.5).abs() < 1e-6));
     }
 
     #[test]

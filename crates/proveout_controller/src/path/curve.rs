@@ -127,14 +127,17 @@ impl Path {
         if left_out.is_empty() || self.keeps_tolerance(frame, &whole) {
             self.push_span(frame, whole, overlaps);
         } else {
+            // Places may coincide with each other and with the ends.
+            let apart = 1e-9 * s.abs().max(1.0);
             let mut before = (from, start);
-            for at in left_out.into_iter().chain([s]) {
-                let jet = if at == s { end } else { self.fitted(at) };
-                if at - before.0 > 1e-9 * at.abs().max(1.0) || at == s {
+            for at in left_out.into_iter().filter(|at| s - at > apart) {
+                if at - before.0 > apart {
+                    let jet = self.fitted(at);
                     self.push_span(frame, Quintic::hermite(before.0, at, &before.1, &jet), overlaps);
                     before = (at, jet);
                 }
             }
+            self.push_span(frame, Quintic::hermite(before.0, s, &before.1, &end), overlaps);
         }
         let curve = &mut self.curve;
         curve.most = curve.active;
