@@ -37,6 +37,8 @@ pub(crate) struct Rig {
     tool: Vec<Link>,
     work: Vec<Link>,
     gauge_pose: Pose,
+    /// From a point to the followed linear joints, where no rotary joint turns their directions.
+    inverse: Option<Matrix3<f64>>,
     /// The linear joints that follow the tip; entry k of task coordinates stands for x, y, z of K in this order.
     pub(crate) slots: [usize; 3],
 }
@@ -65,18 +67,61 @@ impl Rig {
             tool: machine.tool_chain.iter().map(link).collect(),
             work: machine.work_chain.iter().map(link).collect(),
             gauge_pose: machine.spindle.gauge_pose,
+            inverse: None,
             slots,
         };
+        let inverse = rig.fixed_directions().and_then(|m| m.try_inverse());
+        let rig = Self { inverse, ..rig };
         let directions = slots.map(|i| machine.joints[i].direction);
         let volume = directions[0].cross(&directions[1]).dot(&directions[2]);
         debug_assert!(machine.joints.iter().all(|j| j.carries == Carries::Tool || j.carries == Carries::Workpiece));
         (volume.abs() > 1e-9).then_some(rig)
     }
 
+    /// Directions of the followed linear joints, the tool's less the workpiece's, if no rotary joint carries any of them.
+    fn fixed_directions(&self) -> Option<Matrix3<f64>> {
+        let mut columns = [Vector::zeros(); 3];
+        for (chain, sign) in [(&self.tool, 1.0), (&self.work, -1.0)] {
+            // From the base outward: what follows a rotary joint is turned by it.
+            let first_rotary = chain.iter().position(|l| l.rotary).unwrap_or(chain.len());
+            for (at, link) in chain.iter().enumerate() {
+                if let Some(k) = self.slots.iter().position(|&j| j == link.joint) {
+                    if at > first_rotary {
+                        return None;
+                    }
+                    columns[k] = link.direction * sign;
+                }
+            }
+        }
+        Some(Matrix3::from_columns(&columns))
+    }
+
     /// Joint positions and derivatives from task coordinates and their derivatives, for a tool of length `length`.
     /// None where the linear directions become dependent (a machine with linear joints above rotary ones).
     pub(crate) fn joints(&self, task: &JointJet, length: f64) -> Option<JointJet> {
-        let tip = VectorJet(std::array::from_fn(|k| {
+        let x = self.linear::<4>(task, length)?;
+        let mut out = *task;
+        for (values, x) in out.0.iter_mut().zip(&x) {
+            for (slot, &joint) in self.slots.iter().enumerate() {
+                values[joint] = x[slot];
+            }
+        }
+        Some(out)
+    }
+
+    /// Joint positions alone, the same to the last bit.
+    pub(crate) fn position(&self, task: &JointValues, length: f64) -> Option<JointValues> {
+        let [x] = self.linear::<1>(&JointJet::constant(*task), length)?;
+        let mut out = *task;
+        for (slot, &joint) in self.slots.iter().enumerate() {
+            out[joint] = x[slot];
+        }
+        Some(out)
+    }
+
+    /// The followed linear joints, up to order N - 1.
+    fn linear<const N: usize>(&self, task: &JointJet, length: f64) -> Option<[Vector; N]> {
+        let tip = VectorJet::<N>(std::array::from_fn(|k| {
             let t = &task.0[k];
             Vector::new(t[self.slots[0]], t[self.slots[1]], t[self.slots[2]])
         }));
@@ -84,41 +129,38 @@ impl Rig {
         let (p_work, d_work) = self.run(&self.work, tip, task);
         let (p_tool, d_tool) = self.run(&self.tool, VectorJet::constant(end), task);
         let rest = p_work.minus(&p_tool);
-        let mut columns = [VectorJet::constant(Vector::zeros()); 3];
-        for k in 0..3 {
-            columns[k] = d_tool[k].minus(&d_work[k]);
+        if let Some(inverse) = &self.inverse {
+            return Some(rest.0.map(|r| inverse * r));
         }
+        let columns: [VectorJet<N>; 3] = std::array::from_fn(|k| d_tool[k].minus(&d_work[k]));
         let matrix = |m: usize| Matrix3::from_columns(&[columns[0].0[m], columns[1].0[m], columns[2].0[m]]);
         let inverse = matrix(0).try_inverse()?;
-        let mut x = [inverse * rest.0[0], Vector::zeros(), Vector::zeros(), Vector::zeros()];
-        let fixed = columns.iter().all(VectorJet::is_constant);
-        for k in 1..4 {
+        let mut x = [Vector::zeros(); N];
+        for k in 0..N {
             let mut r = rest.0[k];
-            if !fixed {
-                for m in 1..=k {
-                    r -= matrix(m) * x[k - m];
-                }
+            for m in 1..=k {
+                r -= matrix(m) * x[k - m];
             }
             x[k] = inverse * r;
         }
-        let mut out = *task;
-        for k in 0..4 {
-            for (slot, &joint) in self.slots.iter().enumerate() {
-                out.0[k][joint] = x[k][slot];
-            }
-        }
-        Some(out)
+        Some(x)
     }
 
     /// Carries a point through a chain, from its end to the base, with all followed linear joints at zero, and the
-    /// directions of those joints likewise.
-    fn run(&self, chain: &[Link], mut p: VectorJet, task: &JointJet) -> (VectorJet, [VectorJet; 3]) {
+    /// directions of those joints likewise where rotary joints turn them.
+    #[inline]
+    fn run<const N: usize>(
+        &self,
+        chain: &[Link],
+        mut p: VectorJet<N>,
+        task: &JointJet,
+    ) -> (VectorJet<N>, [VectorJet<N>; 3]) {
         let mut d = [VectorJet::constant(Vector::zeros()); 3];
         let mut met = [false; 3];
+        let turns = self.inverse.is_none();
         for link in chain.iter().rev() {
-            let q = task.joint(link.joint);
             if link.rotary {
-                let (s, c) = q.sin_cos();
+                let (s, c) = task.joint::<N>(link.joint).sin_cos();
                 p.0[0] -= link.point;
                 p = p.turned(&link.direction, &s, &c);
                 p.0[0] += link.point;
@@ -128,15 +170,17 @@ impl Rig {
                     p = p.plus(&VectorJet::constant(shift).times(&drop));
                 }
                 for k in 0..3 {
-                    if met[k] {
+                    if turns && met[k] {
                         d[k] = d[k].turned(&link.direction, &s, &c);
                     }
                 }
             } else if let Some(k) = self.slots.iter().position(|&j| j == link.joint) {
-                d[k] = VectorJet::constant(link.direction);
-                met[k] = true;
+                if turns {
+                    d[k] = VectorJet::constant(link.direction);
+                    met[k] = true;
+                }
             } else {
-                p = p.plus(&VectorJet::constant(link.direction).times(&q));
+                p = p.plus(&VectorJet::constant(link.direction).times(&task.joint(link.joint)));
             }
         }
         (p, d)
@@ -247,6 +291,7 @@ mod tests {
                 m.inverse_with_rotary(&tip, &t, length)
             };
             let q = rig.joints(&task(0.3), length).expect("regular");
+            assert_eq!(rig.position(&task(0.3).0[0], length), Some(q.0[0]));
             assert!((q.0[0] - position(0.3)).max_abs() < 1e-11);
             let back = rig.task(m, &q.0[0], length);
             assert!((back - task(0.3).0[0]).max_abs() < 1e-11);
