@@ -23,6 +23,7 @@ pub mod scene;
 mod scene_blade;
 mod scene_compare;
 mod scene_limits;
+mod scene_patch;
 pub mod verdict;
 
 mod bodies;
@@ -45,6 +46,6 @@ pub use error::SimError;
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
 pub use prepare::{Choice, Prepared, tool_radii};
-pub use raw_stock::STOCK_FILE;
+pub use raw_stock::{STOCK_FILE, patch_file};
 pub use run_folder::RunFolder;
-pub use surface_map::{MapPoint, SurfaceMap};
+pub use surface_map::{MapPoint, PatchMap, SurfaceMap};
