@@ -16,6 +16,7 @@ pub mod config;
 pub mod finding;
 pub mod gates;
 pub mod log;
+pub mod measure;
 pub mod observer;
 pub mod programs;
 pub mod run;

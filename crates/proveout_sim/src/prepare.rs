@@ -30,7 +30,7 @@ use crate::{
 /// is never smaller than it is.
 const FIXTURE_SECTORS: usize = 96;
 /// Memory that a stock may take unless the call says otherwise, bytes.
-const STOCK_MEMORY: u64 = 4 << 30;
+pub(crate) const STOCK_MEMORY: u64 = 4 << 30;
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]

@@ -50,7 +50,9 @@ pub(crate) fn check(path: &Path, text: &str, patches: &[Spanned<PatchFile>]) -> 
             let help = "use 1 to 40 letters, digits, `-` and `_`: the name becomes part of a file name";
             return fault(format!("{name:?} is no name of a patch"), help);
         }
-        if let Some(k) = (0..3).find(|&k| !(patch.min_mm[k] < patch.max_mm[k])) {
+        if let Some(k) =
+            (0..3).find(|&k| patch.min_mm[k] >= patch.max_mm[k] || (patch.max_mm[k] - patch.min_mm[k]).is_nan())
+        {
             let message = format!(
                 "patch {name:?}: its box holds nothing: along {} it goes from {} to {} mm",
                 ['x', 'y', 'z'][k],

@@ -135,7 +135,9 @@ fn a_patch_has_the_rays_of_a_whole_stock_of_its_cells() {
         assert!(unmet * 1000 <= mine.len() && same * 2 > mine.len(), "{unmet} missing, {same} equal of {}", mine.len());
         let (have, want) = (patch.surface(), whole.surface().inside(patch.window()));
         let off = (volume(&have) - volume(&want)).abs();
-        assert!(off <= whole.sweep_bound_mm() * area(&want), "{off} mm³");
+        // A node within the bound of a face may count to either side, so that cells at sharp edges come out otherwise.
+        let cells = 10.0 * FINE.powi(3);
+        assert!(off <= whole.sweep_bound_mm() * area(&want) + cells, "{off} mm³");
         assert!(patch.stock().sweep_bound_mm() <= whole.sweep_bound_mm());
         // What the patch costs is its box, not that of the stock.
         assert!(patch.stock().rays() * 4 < whole.rays());
