@@ -28,6 +28,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Write a program of a scene with new tool axes: contact points, feeds and structure stay
     Reschedule(RescheduleArgs),
+    /// Measure the stock that a run left: section, distance, wall thickness
+    Measure(MeasureArgs),
     /// What changed between two run folders: findings gone, new, changed; numbers
     Diff(DiffArgs),
     /// Open the recording of a run folder in the Rerun viewer
@@ -211,6 +213,34 @@ pub(crate) struct RescheduleArgs {
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    proveout measure out/part-main --section z=-12.5 --out section.svg\n  \
+    proveout measure out/part-main --section x=0 --design part.stl --out section.json\n  \
+    proveout measure out/part-main --distance 10,0,5 --distance 10,0,-5\n  \
+    proveout measure out/part-main/stock.dexel --wall 0,-3,-1,0,1,0 --design part.stl\n\n\
+    Coordinates are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
+    curvature radius r it is off by about cell²/8r. A distance is negative in material.")]
+pub(crate) struct MeasureArgs {
+    /// Run folder, or a stock file (.dexel) in it
+    pub(crate) stock: PathBuf,
+    /// Section with a plane across an axis, such as z=12.5 (mm)
+    #[arg(long, value_name = "AXIS=MM", allow_hyphen_values = true)]
+    pub(crate) section: Option<String>,
+    /// Distance of a place from the surface, mm; may be repeated
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    pub(crate) distance: Vec<String>,
+    /// Thickness of the wall that a line from a place along a direction goes through first; may be repeated
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true)]
+    pub(crate) wall: Vec<String>,
+    /// Closed mesh in the workpiece frame, mm (STL, OBJ, glTF): measured beside the stock
+    #[arg(long, value_name = "MESH")]
+    pub(crate) design: Option<PathBuf>,
+    /// File for the result: .json everything, .svg and .csv the section
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -34,6 +34,7 @@ pub(crate) fn run_info(result: &RunResult, threads: usize) -> RunInfo {
         peak_rss_mib: first_value("/proc/self/status", "VmHWM")
             .and_then(|v| v.trim_end_matches("kB").trim().parse::<f64>().ok())
             .map(|kib| kib / 1024.0),
+        stock_mib: result.stock_memory.iter().map(|(n, b)| (n.clone(), *b as f64 / f64::from(1 << 20))).collect(),
         simulated_s: simulated,
         realtime_factor: simulated / wall,
         moves_per_s: result.pieces as f64 / wall,

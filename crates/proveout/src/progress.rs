@@ -51,6 +51,10 @@ impl Observer for Progress {
             cells[2],
             setup.stock.memory_bytes() as f64 / f64::from(1 << 20)
         );
+        for patch in setup.patches {
+            let ([x, y, z], mib) = (patch.stock().counts(), patch.stock().memory_bytes() as f64 / f64::from(1 << 20));
+            tell!("patch {}: {x} x {y} x {z} cells, {mib:.0} MiB", patch.name());
+        }
         Ok(())
     }
 

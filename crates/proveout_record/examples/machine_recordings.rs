@@ -98,6 +98,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         machine: &machine,
         tools: &tools,
         stock: &stock,
+        patches: &[],
         part: None,
         fixtures: &[],
         table_from_work,
@@ -134,10 +135,12 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         time: 1.0,
         stock: &stock,
         changed_tiles: &[],
+        patches: &[],
+        changed_in_patches: &[],
     };
     let verdict = support::verdict(1.0, 0.0, "a picture of a machine is no prove-out");
     let surface = SurfaceMap::default();
-    let outcome = Outcome { verdict: &verdict, stock: &stock, surface: &surface, folder };
+    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &[], surface: &surface, folder };
     for observer in observers(&RerunMode::File)?.iter_mut().filter(|o| o.name() == "rerun") {
         observer.begin(&setup, folder)?;
         observer.batch(&setup, &batch)?;

@@ -33,6 +33,8 @@ pub struct RunInfo {
     pub threads: usize,
     /// Largest resident memory, MiB; none where the host does not tell.
     pub peak_rss_mib: Option<f64>,
+    /// Memory of the stock, and of each patch by its name, at the end of the run, MiB.
+    pub stock_mib: BTreeMap<String, f64>,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Simulated over wall time.
@@ -116,6 +118,7 @@ mod tests {
                 "cpu_s",
                 "threads",
                 "peak_rss_mib",
+                "stock_mib",
                 "simulated_s",
                 "realtime_factor",
                 "moves_per_s",

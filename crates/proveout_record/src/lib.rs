@@ -13,11 +13,12 @@
 //! | [`JsonObserver`] | `verdict.json` | the verdict as it is |
 //! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
 //! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
-//! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece |
-//! | [`StockObserver`] | `stock.dexel` | the stock that is left, bit for bit, as raw stock of the next setup; W, mm |
+//! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch |
+//! | [`StockObserver`] | `stock.dexel`, `stock-patch-NAME.dexel` | the stock that is left and its patches, bit for bit, as raw stock of the next setup; W, mm |
 //! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
+//! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
 //! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
 //!
 //! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of the run
@@ -53,6 +54,7 @@ mod picture;
 #[cfg(feature = "rerun")]
 mod recording;
 mod report;
+mod section;
 mod set;
 mod stock;
 mod table;
@@ -67,6 +69,7 @@ pub use part::{GltfObserver, write_part_files};
 #[cfg(feature = "rerun")]
 pub use recording::RerunObserver;
 pub use report::ReportObserver;
+pub use section::{write_section_csv, write_section_svg};
 pub use set::observers;
 pub use stock::{StockObserver, write_stock};
 pub use tables::{TableObserver, write_surface_table};

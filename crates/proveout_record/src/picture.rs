@@ -100,7 +100,6 @@ impl Picture {
     }
 
     /// Adds another mesh; values stay only when both have them or one is empty.
-    #[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "for the recording"))]
     pub(crate) fn append(&mut self, other: &Self) {
         let base = self.positions.len() as u32;
         if self.positions.is_empty() || (self.values.is_empty() == other.values.is_empty()) {

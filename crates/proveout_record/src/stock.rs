@@ -1,4 +1,4 @@
-//! `stock.dexel`: the stock that is left, for the next setup.
+//! `stock.dexel` and `stock-patch-NAME.dexel`: the stock that is left, for the next setup.
 
 use std::{
     fs::File,
@@ -9,6 +9,7 @@ use std::{
 use proveout_sim::{
     Observer, STOCK_FILE,
     observer::{Batch, ObserverError, Outcome, Setup},
+    patch_file,
 };
 use proveout_stock::{StockFileError, TriDexel};
 
@@ -28,7 +29,7 @@ pub fn write_stock(path: &Path, stock: &TriDexel) -> Result<(), RecordError> {
     })
 }
 
-/// Writes `stock.dexel` at the end of the run.
+/// Writes `stock.dexel` at the end of the run, and one file more for each patch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StockObserver;
 
@@ -46,6 +47,10 @@ impl Observer for StockObserver {
     }
 
     fn end(&mut self, _setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
-        Ok(write_stock(&outcome.folder.join(STOCK_FILE), outcome.stock)?)
+        write_stock(&outcome.folder.join(STOCK_FILE), outcome.stock)?;
+        for patch in outcome.patches {
+            write_stock(&outcome.folder.join(patch_file(patch.name())), patch.stock())?;
+        }
+        Ok(())
     }
 }

@@ -7,7 +7,7 @@ use std::{path::Path, sync::Arc};
 use proveout_controller::{MoveKind, Sample};
 use proveout_geom::Pose;
 use proveout_sim::{
-    MapPoint, Observer,
+    Observer, SurfaceMap,
     observer::{Batch, BlockRow, ObserverError, Outcome, SampleSignals, Setup},
 };
 use proveout_tool::Tool;
@@ -148,21 +148,25 @@ pub(crate) fn surface_columns() -> Vec<Column> {
         Column::real("deviation_mm", "mm"),
         Column::real("scallop_mm", "mm"),
         Column::index("made_by_piece"),
+        Column::text("patch"),
     ]);
     columns
 }
 
-/// Writes the points of a surface map, in their order.
+/// Writes the points of a surface map, in their order; `patch` names the patch whose cells gave the point.
 ///
 /// # Errors
 /// [`RecordError`] with the path.
-pub fn write_surface_table(path: &Path, points: &[MapPoint]) -> Result<(), RecordError> {
+pub fn write_surface_table(path: &Path, surface: &SurfaceMap) -> Result<(), RecordError> {
     let notes =
         [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
     let mut table = Table::create(path, &surface_columns(), &notes)?;
-    for p in points {
+    let names: Vec<Arc<str>> = surface.patches.iter().map(|p| p.name.as_str().into()).collect();
+    for (k, p) in surface.points.iter().enumerate() {
+        let patch = surface.patches.iter().position(|patch| patch.points.contains(&k));
         let mut row = table.row()?;
         row.reals(p.position).reals(p.normal).real(p.deviation).real(p.scallop).index(p.made_by);
+        row.text(patch.map(|k| Arc::clone(&names[k])));
     }
     table.finish()
 }
@@ -213,6 +217,6 @@ impl Observer for TableObserver {
             open.signals.finish()?;
             open.blocks.finish()?;
         }
-        Ok(write_surface_table(&outcome.folder.join("surface.parquet"), &outcome.surface.points)?)
+        Ok(write_surface_table(&outcome.folder.join("surface.parquet"), outcome.surface)?)
     }
 }

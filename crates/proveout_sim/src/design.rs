@@ -2,17 +2,18 @@
 
 use std::collections::HashMap;
 
-use proveout_geom::{Point, Vector, rad};
-use proveout_stock::TriDexel;
+use proveout_geom::{Aabb, Point, Vector, rad};
+use proveout_stock::{Patch, SurfaceMesh, SurfacePoint, TriDexel};
 use proveout_surface::{
-    ConeFlank, ConeFrustum, DesignMesh, DesignSurface, DeviationSettings, SurfaceSample, measure as deviation_of,
+    ConeFlank, ConeFrustum, DesignMesh, DesignSurface, Deviation as DeviationOf, DeviationSettings, SurfaceSample,
+    measure_where,
 };
 use rayon::prelude::*;
 
 use crate::{
     prepare::Prepared,
     scene::ConeFrustumFile,
-    surface_map::{MapPoint, SurfaceMap},
+    surface_map::{MapPoint, PatchMap, SurfaceMap},
     verdict::Deviation,
 };
 
@@ -44,42 +45,95 @@ struct Design {
     name: &'static str,
 }
 
-/// Extracts the surface of the cut part and measures it where the scene has a design.
-pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Option<Measured>) {
-    let extracted = stock.surface();
-    let samples: Vec<SurfaceSample> = stock
-        .surface_points()
-        .map(|p| SurfaceSample { point: p.point, normal: p.normal, axis: p.axis, made_by: p.made_by })
+/// Surface of the stock or of a patch, measured.
+struct Part {
+    surface: SurfaceMesh,
+    points: Vec<MapPoint>,
+    vertex_deviation: Vec<f64>,
+    result: Option<DeviationOf>,
+}
+
+/// Measures the surface of a stock; only points with `counts` are part of the result. `cut` takes the part of the mesh that
+/// is shown.
+fn part(
+    stock: &TriDexel,
+    surface: SurfaceMesh,
+    samples: &[SurfaceSample],
+    design: Option<&Design>,
+    settings: &DeviationSettings,
+    counts: impl Fn(&SurfaceSample) -> bool,
+) -> Part {
+    let settings = DeviationSettings { cells: stock.cells_mm(), ..*settings };
+    let result = design.map(|d| measure_where(samples, d.surface.as_ref(), &settings, counts));
+    let value = |k: usize| result.as_ref().and_then(|r| r.values.get(k).copied()).filter(|v| v.is_finite());
+    let points: Vec<MapPoint> = samples
+        .iter()
+        .enumerate()
+        .map(|(k, s)| MapPoint {
+            position: s.point.coords.into(),
+            normal: s.normal.unwrap_or_else(Vector::zeros).into(),
+            deviation: value(k),
+            scallop: None,
+            made_by: s.made_by,
+        })
         .collect();
-    let to_map = |s: &SurfaceSample, deviation: Option<f64>| MapPoint {
-        position: s.point.coords.into(),
-        normal: s.normal.unwrap_or_else(Vector::zeros).into(),
-        deviation,
-        scallop: None,
-        made_by: s.made_by,
+    let vertex_deviation = match design {
+        Some(_) => deviation_at(&surface.mesh.positions, &points, stock.cell_mm()),
+        None => Vec::new(),
     };
-    let mut map = SurfaceMap {
-        mesh: extracted.mesh,
-        normals: extracted.normals,
-        vertex_deviation: Vec::new(),
-        points: Vec::new(),
-    };
-    let Some(design) = design(prepared) else {
-        map.points = samples.iter().map(|s| to_map(s, None)).collect();
-        return (map, None);
-    };
-    let floor = design.floor + stock.sweep_bound_mm() + stock.regrid_bound().map_or(0.0, |r| r.surface_mm);
+    Part { surface, points, vertex_deviation, result }
+}
+
+/// Extracts the surface of the cut part and measures it where the scene has a design: in the windows of the patches on their
+/// points, elsewhere on those of the stock.
+pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel, patches: &[Patch]) -> (SurfaceMap, Option<Measured>) {
+    let design = design(prepared);
+    let bound = |s: &TriDexel| s.sweep_bound_mm() + s.regrid_bound().map_or(0.0, |r| r.surface_mm);
+    let finest = patches.iter().map(|p| bound(p.stock())).fold(bound(stock), f64::max);
+    let floor = design.as_ref().map_or(0.0, |d| d.floor) + finest;
     let settings = DeviationSettings {
-        range: design.reach,
+        range: design.as_ref().map_or(f64::INFINITY, |d| d.reach),
         region: prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb()),
         only_cut: false,
         tolerance_floor: floor,
         cells: stock.cells_mm(),
     };
-    let result = deviation_of(&samples, design.surface.as_ref(), &settings);
-    map.points =
-        samples.iter().zip(&result.values).map(|(s, v)| to_map(s, Some(*v).filter(|v| v.is_finite()))).collect();
-    map.vertex_deviation = deviation_at(&map.mesh.positions, &map.points, stock.cell_mm());
+    let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
+    // The first patch has a point on the face between two.
+    let outside = |point: &Point, windows: &[Aabb]| !windows.iter().any(|w| w.contains(point));
+
+    // Points of the stock under a patch are measured too: vertices at the windows have them as neighbors.
+    let samples: Vec<SurfaceSample> = stock.surface_points().map(SurfaceSample::from).collect();
+    let own = stock.surface().outside(&windows);
+    let whole = part(stock, own, &samples, design.as_ref(), &settings, |s| outside(&s.point, &windows));
+    let mut map = SurfaceMap {
+        mesh: whole.surface.mesh,
+        normals: whole.surface.normals,
+        vertex_deviation: whole.vertex_deviation,
+        points: whole.points,
+        cells_mm: stock.cells_mm(),
+        patches: Vec::new(),
+    };
+    map.points.retain(|p| outside(&Point::from(p.position), &windows));
+    let mut result = whole.result;
+    for (k, patch) in patches.iter().enumerate() {
+        let mine = |p: &SurfacePoint| outside(&p.point, &windows[..k]);
+        let samples: Vec<SurfaceSample> = patch.surface_points().filter(mine).map(SurfaceSample::from).collect();
+        let fine = part(patch.stock(), patch.surface(), &samples, design.as_ref(), &settings, |_| true);
+        let first = map.points.len();
+        map.points.extend(fine.points);
+        map.patches.push(PatchMap {
+            name: patch.name().into(),
+            window: *patch.window(),
+            cells_mm: patch.stock().cells_mm(),
+            mesh: fine.surface.mesh,
+            normals: fine.surface.normals,
+            vertex_deviation: fine.vertex_deviation,
+            points: first..map.points.len(),
+        });
+        result = result.zip(fine.result).map(|(all, more)| all.joined(&more));
+    }
+    let (Some(design), Some(result)) = (design, result) else { return (map, None) };
 
     let counted = || map.points.iter().filter(|p| p.deviation.is_some());
     let by = |p: &&MapPoint| p.deviation.unwrap_or(0.0);
@@ -119,6 +173,8 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel) -> (SurfaceMap, Opt
 /// Deviation at places of the surface, such as the vertices of the extracted mesh: mean of the exact points in the
 /// cell of the place and the cells round it; NaN where there is none. The vertices themselves lie up to some hundredths of a cell beside the exact surface and
 /// would color the picture with the error of the extraction.
+///
+/// See [`deviation_on`] for places of another surface.
 pub(crate) fn deviation_at(places: &[Point], points: &[MapPoint], cell: f64) -> Vec<f64> {
     let key = |p: &[f64; 3]| p.map(|v| (v / cell).floor() as i64);
     let mut cells: HashMap<[i64; 3], (f64, u32)> = HashMap::new();
@@ -141,6 +197,20 @@ pub(crate) fn deviation_at(places: &[Point], points: &[MapPoint], cell: f64) -> 
         if count > 0 { sum / f64::from(count) } else { f64::NAN }
     };
     places.par_iter().map(around).collect()
+}
+
+/// The same at places that stock and patches of a surface share among each other.
+pub(crate) fn deviation_on(places: &[Point], surface: &SurfaceMap) -> Vec<f64> {
+    let mut out = vec![f64::NAN; places.len()];
+    for part in 0..=surface.patches.len() {
+        let mine: Vec<usize> = (0..places.len()).filter(|&i| surface.part_at(&places[i]) == part).collect();
+        let at: Vec<Point> = mine.iter().map(|&i| places[i]).collect();
+        let (points, cell) = surface.part(part);
+        for (i, value) in mine.into_iter().zip(deviation_at(&at, points, cell)) {
+            out[i] = value;
+        }
+    }
+    out
 }
 
 fn design(prepared: &Prepared) -> Option<Design> {

@@ -6,7 +6,7 @@ use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveK
 use proveout_geom::{Pose, deg};
 use proveout_machine::{JointKind, JointValues};
 use proveout_nc::SpindleDirection;
-use proveout_stock::{SweepItem, SweepReport, TileId, TriDexel};
+use proveout_stock::{Patch, SweepItem, SweepReport, TileId, TriDexel};
 use proveout_tool::{Role, Tool};
 
 use crate::{
@@ -32,6 +32,8 @@ pub(crate) struct Stretch {
     pub(crate) blocks: Vec<BlockRow>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) changed_tiles: Vec<TileId>,
+    /// The same for each patch.
+    pub(crate) changed_in_patches: Vec<Vec<TileId>>,
     pub(crate) time: f64,
 }
 
@@ -69,6 +71,8 @@ pub(crate) struct Engine<'a> {
     prepared: &'a Prepared,
     work_from_table: Pose,
     stock: TriDexel,
+    /// Cut like the stock; everything is judged on the stock alone.
+    patches: Vec<Patch>,
     bodies: BodyCheck<'a>,
     log: FindingLog,
     /// Breach of the bodies, and the finding that tells of it.
@@ -87,11 +91,12 @@ pub(crate) struct Engine<'a> {
 }
 
 impl<'a> Engine<'a> {
-    pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel) -> Result<Self, SimError> {
+    pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel, patches: Vec<Patch>) -> Result<Self, SimError> {
         Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
             stock,
+            patches,
             bodies: BodyCheck::new(prepared)?,
             log: FindingLog::default(),
             breaches: Vec::new(),
@@ -110,6 +115,10 @@ impl<'a> Engine<'a> {
 
     pub(crate) fn stock(&self) -> &TriDexel {
         &self.stock
+    }
+
+    pub(crate) fn patches(&self) -> &[Patch] {
+        &self.patches
     }
 
     pub(crate) fn pieces(&self) -> u64 {
@@ -137,9 +146,13 @@ impl<'a> Engine<'a> {
                 sweeps(i, first_id + i as u32, piece, tool, zones, &self.work_from_table, &mut items, &mut parts);
             }
         }
-        let (stock, bodies) = (&mut self.stock, &mut self.bodies);
+        let (stock, patches, bodies) = (&mut self.stock, &mut self.patches, &mut self.bodies);
+        let cut = || {
+            patches.iter_mut().for_each(|p| p.sweep(&items));
+            stock.sweep(&items)
+        };
         let ((reports, removal), (hits, collision)) =
-            rayon::join(|| timed(|| stock.sweep(&items)), || timed(|| bodies.check(&chunk.pieces, &states)));
+            rayon::join(|| timed(cut), || timed(|| bodies.check(&chunk.pieces, &states)));
         stages.removal += removal;
         stages.collision += collision;
 
@@ -161,12 +174,13 @@ impl<'a> Engine<'a> {
             blocks,
             findings: self.log.all()[known..].to_vec(),
             changed_tiles: self.stock.take_changed_tiles(),
+            changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
             time: self.time,
         }
     }
 
     /// Closes the run.
-    pub(crate) fn finish(mut self) -> (TriDexel, Facts) {
+    pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
         self.tool_out(self.time);
         for (breach, finding) in std::mem::take(&mut self.breaches) {
             if let Some((penetration, distance)) = self.bodies.worst(breach) {
@@ -195,7 +209,7 @@ impl<'a> Engine<'a> {
             excluded_bodies: self.bodies.excluded(),
             checked_pairs: self.bodies.checked_pairs(),
         };
-        (self.stock, facts)
+        (self.stock, self.patches, facts)
     }
 
     fn place(&mut self, block: &BlockRecord) {
@@ -250,11 +264,13 @@ impl<'a> Engine<'a> {
 
     /// Notes when the pieces ended; gives the history up when it has grown too large.
     fn keep_history(&mut self, chunk: &Chunk, first_id: u32) {
+        let patches = self.patches.iter_mut().map(Patch::stock_mut);
+        let mut all: Vec<&mut TriDexel> = std::iter::once(&mut self.stock).chain(patches).collect();
         for (i, piece) in chunk.pieces.iter().enumerate() {
-            self.stock.note_end(first_id + i as u32, piece.time[1]);
+            all.iter_mut().for_each(|s| s.note_end(first_id + i as u32, piece.time[1]));
         }
-        if self.stock.history_bytes() > HISTORY_MEMORY {
-            self.stock.drop_history();
+        if all.iter().map(|s| s.history_bytes()).sum::<u64>() > HISTORY_MEMORY {
+            all.iter_mut().for_each(|s| s.drop_history());
             let message = format!(
                 "the history of the stock is given up: it has grown past {} MiB (leave `history` out, or take a coarser resolution_mm)",
                 HISTORY_MEMORY >> 20

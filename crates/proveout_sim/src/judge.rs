@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
 use proveout_machine::JointKind;
-use proveout_stock::TriDexel;
+use proveout_stock::{Patch, TriDexel};
 
 use crate::{
     design::{self, Measured},
@@ -15,17 +15,23 @@ use crate::{
     log::FindingLog,
     prepare::Prepared,
     surface_map::SurfaceMap,
-    verdict::{Axis, Deviation, Gate, Inspected, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
+    verdict::{Axis, Deviation, Gate, Inspected, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
 };
 
 /// Measures the part and judges the run.
-pub(crate) fn judge(prepared: &Prepared, stock: &TriDexel, facts: &Facts, summary: &Summary) -> (Verdict, SurfaceMap) {
+pub(crate) fn judge(
+    prepared: &Prepared,
+    stock: &TriDexel,
+    patches: &[Patch],
+    facts: &Facts,
+    summary: &Summary,
+) -> (Verdict, SurfaceMap) {
     let mut log = facts.log.clone();
-    let (map, measured) = design::measure(prepared, stock);
+    let (map, measured) = design::measure(prepared, stock, patches);
     if let Some(m) = &measured {
         judge_deviation(prepared, facts, m, &mut log);
     }
-    let inspection = inspect::inspect(&prepared.scene.file.inspect, stock);
+    let inspection = inspect::inspect(&prepared.scene.file.inspect, stock, patches);
     for finding in inspect::judge(&inspection) {
         log.push(finding);
     }
@@ -63,6 +69,7 @@ pub(crate) fn judge(prepared: &Prepared, stock: &TriDexel, facts: &Facts, summar
             cells_mm: stock.cells_mm(),
             regrid_bound_mm: stock.regrid_bound().map(|r| r.surface_mm),
             regrid_edge_bound_mm: stock.regrid_bound().map(|r| r.edge_mm),
+            patches: patches_used(prepared, patches, &map),
         },
         deviation: measured.map_or_else(Deviation::default, |m| m.deviation),
         surface: Surface::default(),
@@ -71,6 +78,24 @@ pub(crate) fn judge(prepared: &Prepared, stock: &TriDexel, facts: &Facts, summar
         inspection,
     };
     (verdict, map)
+}
+
+fn patches_used(prepared: &Prepared, patches: &[Patch], map: &SurfaceMap) -> Vec<PatchUsed> {
+    let asked = prepared.scene.file.stock.get_ref().patch.iter().map(|p| p.get_ref());
+    asked
+        .zip(patches)
+        .zip(&map.patches)
+        .map(|((asked, patch), shown)| PatchUsed {
+            name: asked.name.clone(),
+            min_mm: asked.min_mm,
+            max_mm: asked.max_mm,
+            cells_mm: patch.stock().cells_mm(),
+            sweep_bound_mm: patch.stock().sweep_bound_mm(),
+            regrid_bound_mm: patch.stock().regrid_bound().map(|r| r.surface_mm),
+            regrid_edge_bound_mm: patch.stock().regrid_bound().map(|r| r.edge_mm),
+            points: shown.points.len() as u64,
+        })
+        .collect()
 }
 
 fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {

@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc};
 use proveout_controller::{Dynamics, Event, MoveKind, Piece, Sample, servo::Plant};
 use proveout_geom::{Pose, TriMesh};
 use proveout_machine::Machine;
-use proveout_stock::{TileId, TriDexel};
+use proveout_stock::{Patch, TileId, TriDexel};
 use proveout_tool::ToolLibrary;
 use thiserror::Error;
 
@@ -36,6 +36,8 @@ pub struct Setup<'a> {
     pub tools: &'a ToolLibrary,
     /// Stock before the first cut, workpiece frame.
     pub stock: &'a TriDexel,
+    /// Patches of the stock with finer cells, before the first cut.
+    pub patches: &'a [Patch],
     /// Design part, workpiece frame, where the scene has one as a mesh.
     pub part: Option<&'a TriMesh>,
     /// Fixtures and platforms: name and mesh in the table frame.
@@ -109,6 +111,10 @@ pub struct Batch<'a> {
     pub stock: &'a TriDexel,
     /// Tiles of the stock that changed within the stretch.
     pub changed_tiles: &'a [TileId],
+    /// Patches of the stock after the stretch.
+    pub patches: &'a [Patch],
+    /// Tiles of each patch that changed within the stretch.
+    pub changed_in_patches: &'a [Vec<TileId>],
 }
 
 /// The end of a run.
@@ -118,6 +124,8 @@ pub struct Outcome<'a> {
     pub verdict: &'a Verdict,
     /// Stock as it is left, workpiece frame.
     pub stock: &'a TriDexel,
+    /// Its patches as they are left.
+    pub patches: &'a [Patch],
     /// Surface of the cut part with what was measured on it.
     pub surface: &'a SurfaceMap,
     /// Folder for the files of the run; it exists.

@@ -10,7 +10,7 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
-use proveout_stock::TriDexel;
+use proveout_stock::{Patch, TriDexel};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
@@ -30,7 +30,7 @@ use crate::{
 /// is never smaller than it is.
 const FIXTURE_SECTORS: usize = 96;
 /// Memory that a stock may take unless the call says otherwise, bytes.
-const STOCK_MEMORY: u64 = 4 << 30;
+pub(crate) const STOCK_MEMORY: u64 = 4 << 30;
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]
@@ -79,6 +79,8 @@ pub struct Prepared {
     pub holder_zones: Vec<Vec<Profile>>,
     /// Stock before the first cut, workpiece frame.
     pub stock: TriDexel,
+    /// Its patches with finer cells, in the order of the scene.
+    pub patches: Vec<Patch>,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
     /// Fixtures: name and closed mesh in the table frame.
@@ -120,7 +122,7 @@ impl Prepared {
         ];
 
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
-        let stock = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs)?;
+        let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
@@ -163,6 +165,7 @@ impl Prepared {
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,
             stock,
+            patches,
             part_mesh,
             fixtures,
             table_from_work,

@@ -8,6 +8,7 @@ use std::{path::Path, time::Instant};
 
 use proveout_controller::{Chunk, Controller, RunError};
 use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Settings};
+use proveout_stock::TriDexel;
 
 use crate::{
     engine::Engine,
@@ -54,6 +55,8 @@ pub struct RunResult {
     pub pieces: u64,
     /// Surface of the cut part with what was measured on it.
     pub surface: SurfaceMap,
+    /// Memory of the stock, and of each patch by its name, at the end, bytes.
+    pub stock_memory: Vec<(String, u64)>,
 }
 
 /// Runs a prepared program and tells the observers, which may write into `folder`.
@@ -64,7 +67,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     let begin = Instant::now();
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
     let stock = &prepared.stock;
-    let mut engine = Engine::new(&prepared, stock.clone())?;
+    let mut engine = Engine::new(&prepared, stock.clone(), prepared.patches.clone())?;
     let setup = Setup {
         scene: &prepared.scene,
         program: &prepared.program_name,
@@ -72,6 +75,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
         machine: &prepared.machine,
         tools: &prepared.tools,
         stock,
+        patches: &prepared.patches,
         part: prepared.part_mesh.as_ref(),
         fixtures: &prepared.fixtures,
         table_from_work: prepared.table_from_work,
@@ -109,6 +113,8 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
                 time: batch.time,
                 stock: engine.stock(),
                 changed_tiles: &batch.changed_tiles,
+                patches: engine.patches(),
+                changed_in_patches: &batch.changed_in_patches,
             };
             for observer in observers.iter_mut() {
                 observer.batch(&setup, &batch)?;
@@ -120,18 +126,21 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     let judging = Instant::now();
     let summary = controller.summary();
     let pieces = engine.pieces();
-    let (stock, facts) = engine.finish();
-    let (verdict, surface) = judge::judge(&prepared, &stock, &facts, &summary);
+    let (stock, patches, facts) = engine.finish();
+    let (verdict, surface) = judge::judge(&prepared, &stock, &patches, &facts, &summary);
     stages.surface += judging.elapsed().as_secs_f64();
 
     let telling = Instant::now();
-    let outcome = Outcome { verdict: &verdict, stock: &stock, surface: &surface, folder };
+    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &surface, folder };
     for observer in observers.iter_mut() {
         observer.end(&setup, &outcome)?;
     }
     stages.record += telling.elapsed().as_secs_f64();
     let wall = prepared.read_time + begin.elapsed().as_secs_f64();
-    Ok(RunResult { verdict, stages, wall, pieces, surface })
+    let memory = |name: &str, s: &TriDexel| (name.to_owned(), s.memory_bytes());
+    let stock_memory =
+        std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
+    Ok(RunResult { verdict, stages, wall, pieces, surface, stock_memory })
 }
 
 /// Refuses a work offset that the scene does not give: it would silently count as zero.

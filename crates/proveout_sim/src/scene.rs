@@ -14,6 +14,7 @@ use crate::config::{ConfigError, parse_toml, read_text};
 pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile, ThetaUnitFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
+pub use crate::scene_patch::PatchFile;
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -116,6 +117,10 @@ pub struct StockFile {
     /// such a mesh is refused. A mesh with holes is refused in any case.
     #[serde(default)]
     pub repair: bool,
+    /// Boxes in which the surface is wanted finer. Motions, findings and volumes are judged on the stock itself.
+    #[serde(default)]
+    #[schemars(with = "Vec<PatchFile>")]
+    pub patch: Vec<Spanned<PatchFile>>,
     /// Where the numbers come from.
     #[serde(default)]
     pub source: String,
@@ -392,6 +397,14 @@ impl Scene {
         self.folder.join(path)
     }
 
+    /// A fault at a byte offset of the scene file.
+    pub(crate) fn fault(&self, offset: usize, message: impl Into<String>, help: impl Into<String>) -> ConfigError {
+        match read_text(&self.path) {
+            Ok(text) => ConfigError::at(&self.path, &text, offset, message, help),
+            Err(_) => ConfigError::file(&self.path, message, help),
+        }
+    }
+
     /// The program with this name, or the first one.
     pub fn program(&self, name: Option<&str>) -> Option<&ProgramFile> {
         match name {
@@ -530,6 +543,7 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             return fault(at, format!("two programs are named {:?}", program.name), "give each its own name");
         }
     }
+    crate::scene_patch::check(path, text, &stock.patch)?;
     crate::scene_compare::check(path, text, file)
 }
 

@@ -169,6 +169,31 @@ pub struct Removal {
     /// The same within a cell of edges and of details thinner than a cell, mm.
     #[serde(default)]
     pub regrid_edge_bound_mm: Option<f64>,
+    /// Boxes in which the surface was taken from finer cells.
+    #[serde(default)]
+    pub patches: Vec<PatchUsed>,
+}
+
+/// A patch of the stock: deviation, gouge and excess, inspection and surface inside of its box are those of its cells. Volume,
+/// process, collision and near-miss are judged on the stock.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PatchUsed {
+    /// Name in the scene.
+    pub name: String,
+    /// Smallest coordinates of its box, workpiece frame, mm.
+    pub min_mm: [f64; 3],
+    /// Largest coordinates.
+    pub max_mm: [f64; 3],
+    /// Edges of its cells along x, y and z, mm.
+    pub cells_mm: [f64; 3],
+    /// Largest error of the surface that the sweeps left in it, mm.
+    pub sweep_bound_mm: f64,
+    /// As `regrid_bound_mm` of the stock.
+    pub regrid_bound_mm: Option<f64>,
+    /// As `regrid_edge_bound_mm` of the stock.
+    pub regrid_edge_bound_mm: Option<f64>,
+    /// Exact surface points in the box.
+    pub points: u64,
 }
 
 /// Cut part against the design part. Positive is material left, negative is gouge.

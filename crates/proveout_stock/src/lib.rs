@@ -11,6 +11,8 @@
 //! * [`Cells`] – edges of the cells, along each axis its own where wanted.
 //! * [`TriDexel::surface`], [`TriDexel::tile_surface`] – triangles with sharp edges; [`TriDexel::take_changed_tiles`] tells
 //!   which blocks to show anew.
+//! * [`Patch`] – finer cells over a box, from one [`RawBody`] with the stock; [`SurfaceMesh::inside`], [`SurfaceMesh::outside`]
+//!   cut the meshes at its window, [`patched_intervals`] reads rays through both.
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
@@ -63,6 +65,7 @@
 //! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
+mod clip;
 mod codec;
 mod contact;
 mod dexel;
@@ -86,8 +89,10 @@ mod meridian;
 mod mesh_rays;
 mod motion;
 mod parts;
+mod patch;
 mod qef;
 mod raw;
+mod raw_body;
 mod ray;
 mod ray_ball;
 mod ray_translate;
@@ -113,7 +118,9 @@ pub use file::StockFileError;
 pub use history::HistoryError;
 pub use measure::{Nearest, Outline, Probe, Wall};
 pub use parts::StockPart;
+pub use patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use raw::Cells;
+pub use raw_body::RawBody;
 pub use regrid::Regrid;
 pub use surface::{SurfaceMesh, TileId};
 pub use sweep::{Action, SweepItem, SweepMotion, SweepReport};

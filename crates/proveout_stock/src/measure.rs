@@ -4,7 +4,7 @@
 //! taken (dual contouring of the exact crossings, see `surface`), whose error on faces is about cell² / 8 of the radius of
 //! curvature; [`Probe`] holds it with a grid of its triangles, so that many questions cost one extraction.
 
-use proveout_geom::{Point, TriMesh, Vector};
+use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
 use crate::{dexel::TriDexel, regrid::nearest_on_triangle, section};
 
@@ -66,10 +66,16 @@ const MOST_CELLS: f64 = 4e6;
 impl Probe {
     /// Extracts the surface of a stock.
     pub fn new(stock: &TriDexel) -> Self {
-        let mesh = stock.surface().mesh;
-        let bounds = if mesh.positions.is_empty() { stock.bounds() } else { mesh.aabb() };
+        Self::of_mesh(stock.surface().mesh, COARSE * stock.cell_mm())
+    }
+
+    /// Asks a closed mesh, such as a design, instead; `cell_mm` is about the size of its smallest features and bounds only time and
+    /// memory.
+    pub fn of_mesh(mesh: TriMesh, cell_mm: f64) -> Self {
+        let bounds =
+            if mesh.positions.is_empty() { Aabb { min: Point::origin(), max: Point::origin() } } else { mesh.aabb() };
         let size = bounds.size();
-        let mut cell = (COARSE * stock.cell_mm()).max(1e-6);
+        let mut cell = if cell_mm.is_finite() { cell_mm.max(1e-6) } else { 1.0 };
         let count = |cell: f64| [0, 1, 2].map(|k| (size[k] / cell).floor().max(0.0) + 1.0);
         while count(cell).iter().product::<f64>() > MOST_CELLS {
             cell *= 1.5;

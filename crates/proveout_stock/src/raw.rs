@@ -107,10 +107,13 @@ impl TriDexel {
     /// # Errors
     /// [`StockError`] for a cell size or box that makes no grid, or one that needs more than `limit_bytes`.
     pub fn from_box(bounds: &Aabb, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
-        let grid = Self::plan(bounds, cells.into(), limit_bytes)?;
-        let b = *bounds;
+        Ok(Self::block_on(Self::plan(bounds, cells.into(), limit_bytes)?, bounds))
+    }
+
+    /// The rays of a grid through a block; the grid may be smaller than the block.
+    pub(crate) fn block_on(grid: Grid, b: &Aabb) -> Self {
         let centers = grid.clone();
-        Ok(Self::filled(grid, |a, i, j| {
+        Self::filled(grid, |a, i, j| {
             let (u, v) = ((a + 1) % 3, (a + 2) % 3);
             // The last cell may reach past the box; a center on the upper face is outside, on the lower face inside.
             if centers.center(u, i) >= b.max[u] || centers.center(v, j) >= b.max[v] {
@@ -124,7 +127,7 @@ impl TriDexel {
                 lo_mark: Mark::new(INITIAL, n.map(|x| -x)),
                 hi_mark: Mark::new(INITIAL, n),
             }]
-        }))
+        })
     }
 
     /// A bar of `radius` and `length` (mm) from `base` along the unit vector `axis`.
@@ -139,24 +142,17 @@ impl TriDexel {
         cells: impl Into<Cells>,
         limit_bytes: u64,
     ) -> Result<Self, StockError> {
-        let norm = axis.norm();
-        if !(radius > 0.0 && length > 0.0 && norm > 0.0 && (radius + length + norm).is_finite()) {
-            let what = format!("cylinder of radius {radius} mm, length {length} mm, axis of length {norm}");
-            return Err(StockError::Degenerate { what });
-        }
-        let w = axis / norm;
-        let mut bounds = Aabb::empty();
-        let half = w.map(|x| radius * (1.0 - x * x).max(0.0).sqrt());
-        for c in [*base, base + w * length] {
-            bounds.grow(&(c - half));
-            bounds.grow(&(c + half));
-        }
-        let grid = Self::plan(&bounds, cells.into(), limit_bytes)?;
+        let bar = Bar::new(base, axis, radius, length)?;
+        Ok(Self::bar_on(Self::plan(&bar.bounds, cells.into(), limit_bytes)?, &bar))
+    }
+
+    /// The rays of a grid through a bar.
+    pub(crate) fn bar_on(grid: Grid, bar: &Bar) -> Self {
         let centers = grid.clone();
-        Ok(Self::filled(grid, |a, i, j| {
+        Self::filled(grid, |a, i, j| {
             let p = Grid::point(a, 0.0, centers.center((a + 1) % 3, i), centers.center((a + 2) % 3, j));
-            cylinder_span(base, &w, radius, length, a, &p).into_iter().collect()
-        }))
+            cylinder_span(&bar.base, &bar.axis, bar.radius, bar.length, a, &p).into_iter().collect()
+        })
     }
 
     /// The inside of a closed mesh.
@@ -177,12 +173,7 @@ impl TriDexel {
     /// # Errors
     /// [`StockError::Mesh`] for holes and faces that are turned against their neighbors; also as [`Self::from_box`].
     pub fn from_mesh_repaired(mesh: &TriMesh, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
-        let mut mesh = mesh.merge_equal_vertices();
-        if let Err(MeshError::InsideOut { .. }) = mesh.check_solid() {
-            mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-        }
-        mesh.check_solid()?;
-        Self::from_shells(&mesh, cells.into(), Shells::Union, limit_bytes)
+        Self::from_shells(&mended(mesh)?, cells.into(), Shells::Union, limit_bytes)
     }
 
     pub(crate) fn from_shells(
@@ -191,13 +182,56 @@ impl TriDexel {
         shells: Shells,
         limit_bytes: u64,
     ) -> Result<Self, StockError> {
-        let grid = Self::plan(&mesh.aabb(), cells, limit_bytes)?;
+        Self::shells_on(Self::plan(&mesh.aabb(), cells, limit_bytes)?, mesh, shells)
+    }
+
+    /// The rays of a grid through a mesh.
+    pub(crate) fn shells_on(grid: Grid, mesh: &TriMesh, shells: Shells) -> Result<Self, StockError> {
         let mut sets = Vec::new();
         for a in 0..3 {
             sets.push(mesh_intervals(mesh, &grid, a, shells)?);
         }
         let columns = grid.n;
         Ok(Self::filled(grid, |a, i, j| std::mem::take(&mut sets[a][j * columns[(a + 1) % 3] + i])))
+    }
+}
+
+/// A closed mesh with its faults mended, see [`TriDexel::from_mesh_repaired`].
+pub(crate) fn mended(mesh: &TriMesh) -> Result<TriMesh, StockError> {
+    let mut mesh = mesh.merge_equal_vertices();
+    if let Err(MeshError::InsideOut { .. }) = mesh.check_solid() {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    }
+    mesh.check_solid()?;
+    Ok(mesh)
+}
+
+/// A round bar.
+#[derive(Clone, Debug)]
+pub(crate) struct Bar {
+    base: Point,
+    /// Unit vector from the base.
+    axis: Vector,
+    radius: f64,
+    length: f64,
+    pub bounds: Aabb,
+}
+
+impl Bar {
+    pub(crate) fn new(base: &Point, axis: &Vector, radius: f64, length: f64) -> Result<Self, StockError> {
+        let norm = axis.norm();
+        if !(radius > 0.0 && length > 0.0 && norm > 0.0 && (radius + length + norm).is_finite()) {
+            let what = format!("cylinder of radius {radius} mm, length {length} mm, axis of length {norm}");
+            return Err(StockError::Degenerate { what });
+        }
+        let w = axis / norm;
+        let mut bounds = Aabb::empty();
+        let half = w.map(|x| radius * (1.0 - x * x).max(0.0).sqrt());
+        for c in [*base, base + w * length] {
+            bounds.grow(&(c - half));
+            bounds.grow(&(c + half));
+        }
+        Ok(Self { base: *base, axis: w, radius, length, bounds })
     }
 }
 

@@ -21,7 +21,7 @@
 //! hit far better. Material or gaps that lie between two nodes of the old grid are left out; the longest counts for the edge
 //! bound, too. What no ray of the old stock has met is unknown to it and to the bound.
 
-use proveout_geom::{Aabb, Point, Pose, Vector};
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
 
 use crate::{
     StockError,
@@ -46,7 +46,7 @@ pub struct Regrid {
 }
 
 /// A turn by right angles: coordinate `k` comes from coordinate `from[k]` with `sign[k]`.
-struct Turn {
+pub(crate) struct Turn {
     from: [usize; 3],
     sign: [f64; 3],
 }
@@ -88,15 +88,8 @@ impl TriDexel {
         limit_bytes: u64,
     ) -> Result<Self, StockError> {
         let cells = cells.into();
-        if !new_from_old.is_finite() {
-            return Err(StockError::Degenerate { what: "its pose is not finite".into() });
-        }
-        if self.is_empty() {
-            return Err(StockError::Degenerate { what: "no material is left in it".into() });
-        }
-        let mut new = match Turn::of(new_from_old)
-            .filter(|t| (0..3).all(|k| (self.grid.cells[t.from[k]] - cells.0[k]).abs() <= SAME_CELL * cells.0[k]))
-        {
+        self.check_left(new_from_old)?;
+        let mut new = match self.exact_turn(new_from_old, cells) {
             Some(turn) => self.turned(&turn, &new_from_old.translation, limit_bytes)?,
             None => self.through_mesh(new_from_old, cells, limit_bytes)?,
         };
@@ -104,7 +97,25 @@ impl TriDexel {
         Ok(new)
     }
 
-    fn turned(&self, turn: &Turn, shift: &Vector, limit_bytes: u64) -> Result<Self, StockError> {
+    /// Refuses to be taken over where nothing is left, or to nowhere.
+    pub(crate) fn check_left(&self, new_from_old: &Pose) -> Result<(), StockError> {
+        if !new_from_old.is_finite() {
+            return Err(StockError::Degenerate { what: "its pose is not finite".into() });
+        }
+        if self.is_empty() {
+            return Err(StockError::Degenerate { what: "no material is left in it".into() });
+        }
+        Ok(())
+    }
+
+    /// The turn by right angles that brings this grid exactly onto one with the given cells, if the pose is one.
+    pub(crate) fn exact_turn(&self, new_from_old: &Pose, cells: Cells) -> Option<Turn> {
+        let same = |t: &Turn, k: usize| (self.grid.cells[t.from[k]] - cells.0[k]).abs() <= SAME_CELL * cells.0[k];
+        Turn::of(new_from_old).filter(|t| (0..3).all(|k| same(t, k)))
+    }
+
+    /// Box of the grid after a turn by right angles.
+    pub(crate) fn turned_bounds(&self, turn: &Turn, shift: &Vector) -> Aabb {
         let old = &self.grid;
         let mut bounds = Aabb { min: Point::origin(), max: Point::origin() };
         for k in 0..3 {
@@ -117,6 +128,12 @@ impl TriDexel {
                 (shift[k] - end, shift[k] - old.bounds.min[a])
             };
         }
+        bounds
+    }
+
+    pub(crate) fn turned(&self, turn: &Turn, shift: &Vector, limit_bytes: u64) -> Result<Self, StockError> {
+        let old = &self.grid;
+        let bounds = self.turned_bounds(turn, shift);
         let grid = Self::plan(&bounds, Cells(turn.from.map(|a| old.cells[a])), limit_bytes)?;
         let identity = (0..3).all(|k| turn.from[k] == k && turn.sign[k] > 0.0);
         let end = |e: End, k: usize| {
@@ -151,19 +168,25 @@ impl TriDexel {
     }
 
     fn through_mesh(&self, new_from_old: &Pose, cells: Cells, limit_bytes: u64) -> Result<Self, StockError> {
+        let (mesh, off) = self.moved_mesh(new_from_old)?;
+        let mut new = Self::from_shells(&mesh, cells, Shells::Union, limit_bytes)?;
+        new.regrid = Some(off);
+        Ok(new)
+    }
+
+    /// The extracted surface in another pose, and how far a stock made from it may be off.
+    pub(crate) fn moved_mesh(&self, new_from_old: &Pose) -> Result<(TriMesh, Regrid), StockError> {
         let (mesh, off) = self.measured_mesh();
         if mesh.triangles.is_empty() {
             return Err(StockError::Degenerate { what: "all that is left of it is thinner than its cells".into() });
         }
-        let mesh = mesh.transformed(new_from_old);
-        let mut new = Self::from_shells(&mesh, cells, Shells::Union, limit_bytes)?;
         let before = self.regrid.unwrap_or_default();
         let edge = off.edge_mm.max(self.longest_lost());
-        new.regrid = Some(Regrid {
+        let bound = Regrid {
             surface_mm: before.surface_mm + off.surface_mm + ROUNDING,
             edge_mm: before.edge_mm + edge + ROUNDING,
-        });
-        Ok(new)
+        };
+        Ok((mesh.transformed(new_from_old), bound))
     }
 
     /// Length of the longest interval of material, or gap between two, without a node of the grid, mm.

@@ -176,7 +176,7 @@ fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3], meas
 
 impl SurfaceMesh {
     /// Drops vertices that no triangle names: those of cells that belong to a neighboring block.
-    fn without_loose_vertices(self) -> Self {
+    pub(crate) fn without_loose_vertices(self) -> Self {
         let mut used = vec![false; self.mesh.positions.len()];
         for t in &self.mesh.triangles {
             for &v in t {

@@ -72,7 +72,7 @@ pub struct Deviation {
     pub samples: u64,
     /// Points inside of the region that the design does not answer for or that are out of range.
     pub out_of_range: u64,
-    /// Points that the region or `only_cut` leaves out.
+    /// Points that the region, `only_cut` or the caller of [`measure_where`] leaves out.
     pub masked: u64,
     /// Point of largest magnitude, the first one if there are several; none when no point counts.
     pub worst: Option<WorstPoint>,
@@ -106,6 +106,17 @@ pub fn measure(
     design: &(impl DesignSurface + ?Sized),
     settings: &DeviationSettings,
 ) -> Deviation {
+    measure_where(samples, design, settings, |_| true)
+}
+
+/// The same where only some points count: the others get their value and are left out of all sums, as where a finer surface
+/// takes their place.
+pub fn measure_where(
+    samples: &[SurfaceSample],
+    design: &(impl DesignSurface + ?Sized),
+    settings: &DeviationSettings,
+    counts: impl Fn(&SurfaceSample) -> bool,
+) -> Deviation {
     let verdicts: Vec<Verdict> = samples.par_iter().map(|s| judge(s, design, settings)).collect();
     let mut result = Deviation {
         tolerance_floor: settings.tolerance_floor,
@@ -124,6 +135,11 @@ pub fn measure(
             Verdict::OutOfRange => {
                 result.out_of_range += 1;
                 result.values.push(f64::NAN);
+                continue;
+            }
+            Verdict::Counts { deviation, .. } if !counts(sample) => {
+                result.masked += 1;
+                result.values.push(deviation);
                 continue;
             }
             Verdict::Counts { deviation, weight } => (deviation, weight),
@@ -149,6 +165,28 @@ pub fn measure(
         result.rms = (second.value() / result.area).max(0.0).sqrt();
     }
     result
+}
+
+impl Deviation {
+    /// Both parts of a surface as one; `values` stay those of `self`.
+    #[must_use]
+    pub fn joined(mut self, other: &Self) -> Self {
+        let area = self.area + other.area;
+        let mean = |a: f64, b: f64| if area > 0.0 { (a * self.area + b * other.area) / area } else { 0.0 };
+        (self.mean, self.rms) = (mean(self.mean, other.mean), mean(self.rms * self.rms, other.rms * other.rms).sqrt());
+        self.area = area;
+        self.gouge_area += other.gouge_area;
+        self.gouge_max = self.gouge_max.max(other.gouge_max);
+        self.excess_max = self.excess_max.max(other.excess_max);
+        self.samples += other.samples;
+        self.out_of_range += other.out_of_range;
+        self.masked += other.masked;
+        let farther = |w: &WorstPoint| self.worst.is_none_or(|mine| w.deviation.abs() > mine.deviation.abs());
+        if let Some(worst) = other.worst.filter(farther) {
+            self.worst = Some(worst);
+        }
+        self
+    }
 }
 
 fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings: &DeviationSettings) -> Verdict {

@@ -5,7 +5,8 @@
 //!
 //! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`Plane`], [`Sphere`], [`ConeFrustum`]
 //!   and [`ConeFlank`] in closed form.
-//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map.
+//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`measure_where`] and
+//!   [`Deviation::joined`] where parts of a surface have finer cells.
 //!
 //! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by angle-weighted
 //! pseudo-normals (Baerentzen and Aanaes 2005).
@@ -21,5 +22,5 @@ mod mesh;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
 pub use design::{DesignSurface, Nearest};
-pub use deviation::{Deviation, DeviationSettings, SurfaceSample, WorstPoint, measure};
+pub use deviation::{Deviation, DeviationSettings, SurfaceSample, WorstPoint, measure, measure_where};
 pub use mesh::{DesignError, DesignMesh};

@@ -4,6 +4,7 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod diff;
 pub(crate) mod kinematics;
+pub(crate) mod measure;
 pub(crate) mod nc;
 pub(crate) mod plan;
 pub(crate) mod run;

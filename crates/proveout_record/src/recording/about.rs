@@ -24,11 +24,18 @@ pub(crate) fn boxes(setup: &Setup<'_>) -> (Aabb, Aabb) {
 }
 
 /// What the recording shows and leaves out, in Markdown.
-pub(crate) fn about(setup: &Setup<'_>, tiles: &StockTiles) -> String {
+pub(crate) fn about(setup: &Setup<'_>, tiles: &[StockTiles]) -> String {
+    let mut patches = String::new();
+    for (patch, tiles) in setup.patches.iter().zip(tiles.iter().skip(1)) {
+        let cell = patch.stock().cell_mm();
+        patches +=
+            &format!(" In the patch {} it is drawn from every {} node of {cell} mm.", patch.name(), nth(tiles.step()));
+    }
+    let step = tiles.first().map_or(1, StockTiles::step);
     let cell = setup.stock.cell_mm();
     format!(
         "# {}\n\nScene {}, machine {}.\n\nLengths in mm, angles in degrees; the timeline is simulated time.\n\n\
-         - The stock is drawn from every {}th node of {cell} mm; what is thinner than {} mm may be missing here.\n\
+         - The stock is drawn from every {} node of {cell} mm; what is thinner than {} mm may be missing here.{patches}\n\
          - Poses: at most 50 a second. Plots: smallest and largest sample of stretches of 40 ms. Both spacings double \
          after every 15 000 rows.\n\
          - At the end the measured surface takes the place of the stock; red is gouge, blue is material left.\n\
@@ -36,7 +43,17 @@ pub(crate) fn about(setup: &Setup<'_>, tiles: &StockTiles) -> String {
         setup.program,
         setup.scene.file.name,
         setup.machine.name,
-        tiles.step(),
-        cell * tiles.step() as f64,
+        nth(step),
+        cell * step as f64,
     )
+}
+
+/// First, second, fourth and so on: steps are powers of two.
+fn nth(step: usize) -> String {
+    match step {
+        1 => "single".into(),
+        2 => "2nd".into(),
+        32 => "32nd".into(),
+        n => format!("{n}th"),
+    }
 }

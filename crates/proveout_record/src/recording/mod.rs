@@ -9,6 +9,7 @@
 //!     /fixtures/<name>
 //!     /work                     workpiece frame W, fixed on the table
 //!       /stock/<i_j_k>          tiles of the stock, logged again when they change
+//!       /stock/patch_<name>/<i_j_k>  the same of a patch, in its window instead of the stock
 //!       /part                   design part
 //!       /path/{feed,rapid}/<n>  path of the tip, growing with time
 //!       /findings               places of the findings

@@ -9,8 +9,9 @@ use proveout_sim::{
     finding::{Finding, Severity},
     observer::{Batch, ObserverError, Outcome, Setup},
 };
+use proveout_stock::{Patch, TriDexel};
 use proveout_tool::Tool;
-use rerun::RecordingStreamBuilder;
+use rerun::{EntityPath, RecordingStreamBuilder};
 
 use crate::{
     color::{Rgba, STEEL},
@@ -89,7 +90,9 @@ struct Open {
     drives: Vec<[Signal; 3]>,
     process: [Signal; 4],
     tool: Option<usize>,
-    tiles: StockTiles,
+    /// Of the stock, then of each patch.
+    tiles: Vec<StockTiles>,
+    patches: Vec<String>,
     frames: Frames<Picture>,
     trace: Trace,
     marks: Vec<([f64; 3], String)>,
@@ -149,6 +152,11 @@ impl Observer for RerunObserver {
     }
 }
 
+fn stock_path(group: u32, patches: &[String]) -> EntityPath {
+    let name = StockTiles::name(group, patches);
+    path(["machine", "table", "work", "stock"].into_iter().chain(name.iter().map(String::as_str)))
+}
+
 impl Open {
     fn begin(sink: Sink, live: bool, setup: &Setup<'_>) -> Result<Self, RecordError> {
         let machine = setup.machine;
@@ -201,7 +209,7 @@ impl Open {
         for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
             sink.signal_style(signal.path(), name, color, name != names[0])?;
         }
-        let tiles = StockTiles::new(setup.stock);
+        let tiles = StockTiles::all(setup.stock, setup.patches);
         sink.document(path(["about"]), about(setup, &tiles))?;
         let (machine_box, work_box) = boxes(setup);
         blueprint::send(&sink, &units, servo, &machine_box, &work_box)?;
@@ -216,12 +224,13 @@ impl Open {
             process,
             tool: None,
             tiles,
+            patches: setup.patches.iter().map(|p| p.name().to_owned()).collect(),
             frames: Frames::default(),
             trace: Trace::default(),
             marks: Vec::new(),
             last_joints: None,
         };
-        open.stock_frame(0.0, true, setup.stock)?;
+        open.stock_frame(0.0, true, setup.stock, setup.patches)?;
         Ok(open)
     }
 
@@ -269,10 +278,11 @@ impl Open {
         for finding in batch.findings {
             self.finding(finding, finding.time_s.unwrap_or(batch.time))?;
         }
-        self.tiles.mark(batch.changed_tiles);
+        let changed = std::iter::once(batch.changed_tiles).chain(batch.changed_in_patches.iter().map(Vec::as_slice));
+        self.tiles.iter_mut().zip(changed).for_each(|(tiles, changed)| tiles.mark(changed));
         let tool_change = batch.events.iter().any(|e| matches!(e, Event::ToolChange { .. }));
         if tool_change || self.frames.due(batch.time) {
-            self.stock_frame(batch.time, tool_change, batch.stock)?;
+            self.stock_frame(batch.time, tool_change, batch.stock, batch.patches)?;
         }
         self.send(CHUNK)
     }
@@ -288,7 +298,7 @@ impl Open {
         }
         self.limits(setup, end)?;
         self.send(1)?;
-        self.stock_frame(end, true, outcome.stock)?;
+        self.stock_frame(end, true, outcome.stock, outcome.patches)?;
         self.send_frames()?;
         self.send_path(end)?;
         // Findings of the judgement (gouge, excess, inspection) have no time: they belong to the end.
@@ -368,8 +378,9 @@ impl Open {
         Ok(())
     }
 
-    fn stock_frame(&mut self, time: f64, keep: bool, stock: &proveout_stock::TriDexel) -> Result<(), RecordError> {
-        let parts = self.tiles.take_changed(stock);
+    fn stock_frame(&mut self, time: f64, keep: bool, stock: &TriDexel, patches: &[Patch]) -> Result<(), RecordError> {
+        let stocks = std::iter::once(stock).chain(patches.iter().map(Patch::stock));
+        let parts = self.tiles.iter_mut().zip(stocks).flat_map(|(tiles, stock)| tiles.take_changed(stock)).collect();
         self.frames.push(Frame { time, keep, parts });
         if self.live { self.send_frames() } else { Ok(()) }
     }
@@ -377,7 +388,7 @@ impl Open {
     fn send_frames(&mut self) -> Result<(), RecordError> {
         for frame in self.frames.drain() {
             for (group, picture) in &frame.parts {
-                let entity = path(["machine", "table", "work", "stock", &StockTiles::name(*group)]);
+                let entity = stock_path(*group, &self.patches);
                 self.sink.mesh(entity, Some(frame.time), picture, STEEL, &[])?;
             }
         }
@@ -400,14 +411,14 @@ impl Open {
 
     /// Puts the measured surface in the place of the stock's tiles.
     fn surface(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>, end: f64) -> Result<(), RecordError> {
-        let (picture, _) = picture_of(outcome.surface).reduced(SURFACE_TRIANGLES);
+        let (picture, _) = picture_of(outcome.surface, SURFACE_TRIANGLES);
         if picture.triangles.is_empty() {
             return Ok(());
         }
         let colors = colors_of(&picture, map_of(outcome.surface, range_floor(setup)));
         self.sink.mesh(path(["machine", "table", "work", "surface"]), Some(end), &picture, STEEL, &colors)?;
-        for group in self.tiles.groups() {
-            let entity = path(["machine", "table", "work", "stock", &StockTiles::name(group)]);
+        for group in self.tiles.iter().flat_map(StockTiles::groups) {
+            let entity = stock_path(group, &self.patches);
             self.sink.mesh(entity, Some(end), &Picture::default(), STEEL, &[])?;
         }
         Ok(())

@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use proveout_stock::{TileId, TriDexel};
+use proveout_geom::Aabb;
+use proveout_stock::{Patch, SurfaceMesh, TileId, TriDexel};
 
 use crate::picture::Picture;
 
@@ -11,11 +12,26 @@ const TRIANGLES: f64 = 150_000.0;
 /// Groups along the longest edge: each is an entity of the recording.
 const GROUPS: f64 = 6.0;
 
+/// Numbers of groups that a stock or a patch has to itself.
+const GROUPS_OF_ONE: u32 = 1000;
+
+/// The part of the surface of a stock that is shown.
+#[derive(Debug, Default)]
+enum Shown {
+    #[default]
+    Whole,
+    /// Outside of the windows of its patches.
+    Outside(Vec<Aabb>),
+    /// In the window of a patch.
+    Inside(Aabb),
+}
+
 /// Keeps the surface of each tile and joins tiles to groups, which are re-logged when one of their tiles changes.
 #[derive(Debug, Default)]
 pub(crate) struct StockTiles {
     /// Every `step`-th node of the stock is used.
     step: usize,
+    shown: Shown,
     /// Group of each tile.
     group_of: Vec<u32>,
     tiles: Vec<Picture>,
@@ -23,7 +39,19 @@ pub(crate) struct StockTiles {
 }
 
 impl StockTiles {
-    pub(crate) fn new(stock: &TriDexel) -> Self {
+    /// Of a stock with its patches: the stock outside of their windows first, then each patch.
+    pub(crate) fn all(stock: &TriDexel, patches: &[Patch]) -> Vec<Self> {
+        let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
+        let own = if windows.is_empty() { Shown::Whole } else { Shown::Outside(windows) };
+        let mut all = vec![Self::new(stock, 0, own)];
+        for (patch, number) in patches.iter().zip(1..) {
+            all.push(Self::new(patch.stock(), number, Shown::Inside(*patch.window())));
+        }
+        all
+    }
+
+    /// `number`: 0 of the stock, else the place of the patch in the scene, from 1.
+    fn new(stock: &TriDexel, number: u32, shown: Shown) -> Self {
         let size = stock.bounds().size();
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
         // Two triangles a cell of surface; the stock takes powers of two.
@@ -33,11 +61,12 @@ impl StockTiles {
         let group = |tile: usize| {
             let center = stock.tile_bounds(TileId(tile as u32)).center() - stock.bounds().min;
             let index = |k: usize| (center[k] / edge).floor().clamp(0.0, GROUPS - 1.0) as u32;
-            (index(2) * GROUPS as u32 + index(1)) * GROUPS as u32 + index(0)
+            number * GROUPS_OF_ONE + (index(2) * GROUPS as u32 + index(1)) * GROUPS as u32 + index(0)
         };
         let count = stock.tile_count();
         Self {
             step,
+            shown,
             group_of: (0..count).map(group).collect(),
             tiles: vec![Picture::default(); count],
             changed: (0..count as u32).map(TileId).collect(),
@@ -53,11 +82,19 @@ impl StockTiles {
         self.changed.extend(tiles.iter().filter(|t| (t.0 as usize) < self.tiles.len()));
     }
 
+    fn cut(&self, surface: SurfaceMesh) -> SurfaceMesh {
+        match &self.shown {
+            Shown::Whole => surface,
+            Shown::Outside(windows) => surface.outside(windows),
+            Shown::Inside(window) => surface.inside(window),
+        }
+    }
+
     /// Surface of every group with a tile that changed since the last call; without triangles when nothing is left.
     pub(crate) fn take_changed(&mut self, stock: &TriDexel) -> BTreeMap<u32, Picture> {
         let mut groups = BTreeMap::new();
         for tile in std::mem::take(&mut self.changed) {
-            let surface = stock.tile_surface(tile, self.step);
+            let surface = self.cut(stock.tile_surface(tile, self.step));
             self.tiles[tile.0 as usize] = Picture::new(&surface.mesh, &surface.normals, &[]);
             groups.insert(self.group_of[tile.0 as usize], Picture::default());
         }
@@ -74,9 +111,12 @@ impl StockTiles {
         self.group_of.iter().copied().collect()
     }
 
-    /// Name of a group: its place along x, y and z.
-    pub(crate) fn name(group: u32) -> String {
+    /// Parts of the path of a group: name of the patch, where it is one, and place along x, y and z.
+    pub(crate) fn name(group: u32, patches: &[String]) -> Vec<String> {
         let n = GROUPS as u32;
-        format!("{}_{}_{}", group % n, group / n % n, group / (n * n))
+        let (number, group) = (group / GROUPS_OF_ONE, group % GROUPS_OF_ONE);
+        let place = format!("{}_{}_{}", group % n, group / n % n, group / (n * n));
+        let patch = number.checked_sub(1).and_then(|k| patches.get(k as usize));
+        patch.map(|name| format!("patch_{name}")).into_iter().chain([place]).collect()
     }
 }

@@ -125,33 +125,42 @@ impl Observer for ReportObserver {
 
 fn part_view(surface: &SurfaceMap, floor: f64) -> PartView {
     let map = map_of(surface, floor);
-    let (picture, cell) = picture_of(surface).reduced(VIEW_TRIANGLES);
+    let (picture, cell) = picture_of(surface, VIEW_TRIANGLES);
     let position = |map: DeviationMap, v: f32| if v.is_nan() { f64::NAN } else { map.position(f64::from(v)) };
     let shades = map.map_or_else(Vec::new, |m| picture.values.iter().map(|v| position(m, *v)).collect());
-    let mut view =
-        PartView { triangles: surface.mesh.triangles.len(), picture, shades, map, cell, ..PartView::default() };
+    let mut view = PartView { triangles: surface.triangles(), picture, shades, map, cell, ..PartView::default() };
     if let Some(map) = map {
-        (view.shares, view.outside) = shares(map, surface.points.iter().filter_map(|p| p.deviation));
+        (view.shares, view.outside) =
+            shares(map, surface.weighted_points().filter_map(|(p, weight)| Some((p.deviation?, weight))));
     }
     view
 }
 
-/// Share of the values in each class of the map's range, and below and above it.
-fn shares(map: DeviationMap, values: impl Iterator<Item = f64>) -> (Vec<f64>, [f64; 2]) {
-    let mut counts = vec![0_u64; CLASSES];
-    let mut outside = [0_u64; 2];
-    for v in values.filter(|v| v.is_finite()) {
+/// Share of the values, each with its weight, in each class of the map's range, and below and above it.
+fn shares(map: DeviationMap, values: impl Iterator<Item = (f64, f64)>) -> (Vec<f64>, [f64; 2]) {
+    let mut sums = vec![0.0; CLASSES];
+    let mut outside = [0.0; 2];
+    for (v, weight) in values.filter(|(v, _)| v.is_finite()) {
         let t = 0.5 + 0.5 * v / map.range;
         if t < 0.0 {
-            outside[0] += 1;
+            outside[0] += weight;
         } else if t > 1.0 {
-            outside[1] += 1;
+            outside[1] += weight;
         } else {
-            counts[((t * CLASSES as f64) as usize).min(CLASSES - 1)] += 1;
+            sums[((t * CLASSES as f64) as usize).min(CLASSES - 1)] += weight;
         }
     }
-    let all = (counts.iter().sum::<u64>() + outside[0] + outside[1]).max(1) as f64;
-    (counts.iter().map(|c| *c as f64 / all).collect(), outside.map(|c| c as f64 / all))
+    let all: f64 = sums.iter().sum::<f64>() + outside[0] + outside[1];
+    let share = |c: f64| if all > 0.0 { c / all } else { 0.0 };
+    (sums.into_iter().map(share).collect(), outside.map(share))
+}
+
+/// Edges of cells: one number where they are alike.
+fn edges(cells: [f64; 3]) -> String {
+    if cells[0] == cells[1] && cells[1] == cells[2] {
+        return format::length(cells[0]);
+    }
+    cells.map(format::length).join(" × ")
 }
 
 /// What the run was made with, in rows.
@@ -198,6 +207,25 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
             ))
         ),
     );
+    if !v.removal.patches.is_empty() {
+        let patch = |p: &proveout_sim::verdict::PatchUsed| {
+            let [x, y, z] = [0, 1, 2].map(|k| format!("{} to {}", p.min_mm[k], p.max_mm[k]));
+            format!(
+                "{}: X {x}, Y {y}, Z {z} mm, rays {} apart, {} points, swept surface within {}{}",
+                p.name,
+                edges(p.cells_mm),
+                format::count(p.points),
+                format::length(p.sweep_bound_mm),
+                p.regrid_bound_mm.map_or_else(String::new, |bound| format!(
+                    ", taken over from the earlier run within {}, at its edges {}",
+                    format::length(bound),
+                    format::length(p.regrid_edge_bound_mm.unwrap_or(bound))
+                ))
+            )
+        };
+        let all: Vec<String> = v.removal.patches.iter().map(patch).collect();
+        put("Patches: finer surface; all else is judged on the stock", all.join("; "));
+    }
     put(
         "Motion that cuts",
         match (setup.dynamics, setup.plant) {

@@ -88,6 +88,7 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
         machine: &machine,
         tools: &tools,
         stock: &initial,
+        patches: &[],
         part: Some(&part),
         fixtures: &fixtures,
         table_from_work,
@@ -155,6 +156,8 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
             time: state.time,
             stock: &stock,
             changed_tiles: &changed,
+            patches: &[],
+            changed_in_patches: &[],
         };
         for o in observers.iter_mut() {
             o.batch(&setup, &seen).expect("batch");
@@ -171,7 +174,7 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
     shown.verdict.findings = findings;
     shown.verdict.findings.push(finding_of(&finding::NOTE, &state, "COOLON has no effect in the twin"));
     shown.surface = measure(&stock);
-    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, surface: &shown.surface, folder };
+    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, patches: &[], surface: &shown.surface, folder };
     for o in observers.iter_mut() {
         o.end(&setup, &outcome).expect("end");
     }
@@ -332,7 +335,14 @@ fn measure(stock: &TriDexel) -> SurfaceMap {
         }
     };
     let points = stock.surface_points().map(point).collect();
-    SurfaceMap { mesh: surface.mesh, normals: surface.normals, vertex_deviation, points }
+    SurfaceMap {
+        mesh: surface.mesh,
+        normals: surface.normals,
+        vertex_deviation,
+        points,
+        cells_mm: stock.cells_mm(),
+        patches: Vec::new(),
+    }
 }
 
 fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {

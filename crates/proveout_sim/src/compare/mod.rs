@@ -48,7 +48,7 @@ pub use self::{
 };
 use crate::{
     config::ConfigError,
-    design::deviation_at,
+    design::deviation_on,
     error::SimError,
     prepare::{Choice, Prepared},
     run::RunResult,
@@ -286,22 +286,21 @@ impl Comparing {
         let Some(index) = self.entries.iter().position(|e| e.name == name) else { return };
         let RunResult { verdict, surface, .. } = result;
         if index == self.baseline && !surface.vertex_deviation.is_empty() {
-            let judged = |i: usize| surface.vertex_deviation.get(i).is_some_and(|d| d.is_finite());
-            let flat = |blade: &Blade| unrolled::unrolled(blade, &surface.mesh.positions, judged);
+            let (mesh, normals) = surface.whole_mesh();
+            let deviation = surface.whole_deviation();
+            let judged = |i: usize| deviation.get(i).is_some_and(|d| d.is_finite());
+            let flat = |blade: &Blade| unrolled::unrolled(blade, &mesh.positions, judged);
             self.part = Some(PartPicture {
                 unrolled: self.blade.as_ref().map_or_else(Vec::new, flat),
-                mesh: surface.mesh,
-                normals: surface.normals,
+                mesh,
+                normals,
                 deviation: vec![Vec::new(); self.entries.len()],
                 difference: vec![Vec::new(); self.entries.len()],
             });
         }
-        let deviation = self
-            .part
-            .as_ref()
-            .map_or_else(Vec::new, |part| deviation_at(&part.mesh.positions, &surface.points, verdict.removal.cell_mm));
+        let deviation = self.part.as_ref().map_or_else(Vec::new, |part| deviation_on(&part.mesh.positions, &surface));
         let entry = &mut self.entries[index];
-        let surface = scallop(&verdict.surface, &surface.points, entry.judged);
+        let surface = scallop(&verdict.surface, &surface, entry.judged);
         entry.run = Some(Ran { verdict, surface, deviation });
     }
 }

@@ -1,7 +1,7 @@
 //! Scallop of a cut part, and cut parts compared with each other.
 
 use super::result::Difference;
-use crate::{MapPoint, verdict::Surface};
+use crate::{SurfaceMap, verdict::Surface};
 
 /// The rule of [`scallop`], in words.
 pub(crate) const SCALLOP_RULE: &str = "Largest and mean material left over the design at the exact points in the judged box (gouged points count \
@@ -12,24 +12,24 @@ pub(crate) const SCALLOP_RULE: &str = "Largest and mean material left over the d
 ///
 /// The material left over the design is the scallop only where the whole judged area was cut: a point that is still skin of
 /// the stock was not reached, and its height is an allowance. Then nothing is filled in.
-pub(crate) fn scallop(surface: &Surface, points: &[MapPoint], judged: bool) -> Surface {
+pub(crate) fn scallop(surface: &Surface, map: &SurfaceMap, judged: bool) -> Surface {
     let mut out = surface.clone();
     if out.scallop_max_um.is_some() || !judged {
         return out;
     }
-    let (mut sum, mut count, mut largest) = (0.0, 0_u64, 0.0_f64);
-    for point in points {
+    let (mut sum, mut count, mut largest) = (0.0, 0.0, 0.0_f64);
+    for (point, weight) in map.weighted_points() {
         let Some(deviation) = point.deviation else { continue };
         if point.made_by.is_none() {
             return out;
         }
-        sum += deviation.max(0.0);
-        count += 1;
+        sum += weight * deviation.max(0.0);
+        count += weight;
         largest = largest.max(deviation);
     }
-    if count > 0 {
+    if count > 0.0 {
         out.scallop_max_um = Some(1e3 * largest);
-        out.scallop_mean_um = Some(1e3 * sum / count as f64);
+        out.scallop_mean_um = Some(1e3 * sum / count);
     }
     out
 }
@@ -58,6 +58,11 @@ pub(crate) fn difference(values: &[f64]) -> Difference {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MapPoint;
+
+    fn map(points: &[MapPoint]) -> SurfaceMap {
+        SurfaceMap { points: points.to_vec(), ..SurfaceMap::default() }
+    }
 
     fn point(deviation: Option<f64>, made_by: Option<u32>) -> MapPoint {
         MapPoint { position: [0.0; 3], normal: [0.0, 0.0, 1.0], deviation, scallop: None, made_by }
@@ -74,7 +79,7 @@ mod tests {
                 point(Some(8.0 - (64.0 - x * x).sqrt()), Some(1))
             })
             .collect();
-        let s = scallop(&Surface::default(), &points, true);
+        let s = scallop(&Surface::default(), &map(&points), true);
         assert!((s.scallop_max_um.expect("cut") - 1e3 * (8.0 - 63.75_f64.sqrt())).abs() < 1e-9);
         assert!((s.scallop_mean_um.expect("cut") * 192e-3 - 1.0).abs() < 1e-3);
     }
@@ -82,13 +87,13 @@ mod tests {
     #[test]
     fn skin_of_the_stock_is_no_scallop() {
         let cut = [point(Some(0.01), Some(3)), point(None, None), point(Some(-0.5), Some(4))];
-        let s = scallop(&Surface::default(), &cut, true);
+        let s = scallop(&Surface::default(), &map(&cut), true);
         assert_eq!((s.scallop_max_um, s.scallop_mean_um), (Some(10.0), Some(5.0)));
-        assert_eq!(scallop(&Surface::default(), &cut, false), Surface::default(), "nothing says where to look");
+        assert_eq!(scallop(&Surface::default(), &map(&cut), false), Surface::default(), "nothing says where to look");
         let skin = [cut[0], point(Some(0.5), None)];
-        assert_eq!(scallop(&Surface::default(), &skin, true), Surface::default());
+        assert_eq!(scallop(&Surface::default(), &map(&skin), true), Surface::default());
         let known = Surface { scallop_max_um: Some(7.0), ..Surface::default() };
-        assert_eq!(scallop(&known, &cut, true), known, "what the run has evaluated stays");
+        assert_eq!(scallop(&known, &map(&cut), true), known, "what the run has evaluated stays");
     }
 
     #[test]

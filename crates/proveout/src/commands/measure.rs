@@ -1,0 +1,133 @@
+use std::path::Path;
+
+use proveout_record::{write_json, write_section_csv, write_section_svg};
+use proveout_sim::measure::{Answers, Questions, measure as ask};
+
+use crate::{args::MeasureArgs, failure::Failure};
+
+/// Measures a stock: lines on standard output, and a file where one is asked for.
+pub(crate) fn measure(args: &MeasureArgs) -> Result<(), Failure> {
+    let questions = Questions {
+        stock: args.stock.clone(),
+        design: args.design.clone(),
+        section: args.section.as_deref().map(plane).transpose()?,
+        distances: args.distance.iter().map(|t| numbers("--distance", t, "X,Y,Z")).collect::<Result<_, _>>()?,
+        walls: args.wall.iter().map(|t| line(t)).collect::<Result<_, _>>()?,
+    };
+    if questions.section.is_none() && questions.distances.is_empty() && questions.walls.is_empty() {
+        return Err(Failure::new("nothing is asked")
+            .with_help("add --section z=12.5, --distance 10,0,5 or --wall 0,-3,-1,0,1,0"));
+    }
+    let ending = args.out.as_deref().map(|out| ending(out, questions.section.is_some())).transpose()?;
+    let answers = ask(&questions).map_err(|e| Failure::from(&e))?;
+    print(&answers);
+    let (Some(out), Some(ending)) = (&args.out, ending) else { return Ok(()) };
+    let written = match (ending, &answers.section) {
+        (Ending::Svg, Some(section)) => write_section_svg(out, section),
+        (Ending::Csv, Some(section)) => write_section_csv(out, section),
+        _ => write_json(out, &answers),
+    };
+    written.map_err(Failure::new)?;
+    say!("written: {}", out.display());
+    Ok(())
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Ending {
+    Svg,
+    Csv,
+    Json,
+}
+
+fn ending(out: &Path, with_section: bool) -> Result<Ending, Failure> {
+    let ending = match out.extension().and_then(|e| e.to_str()) {
+        Some("svg") => Ending::Svg,
+        Some("csv") => Ending::Csv,
+        Some("json") => Ending::Json,
+        _ => {
+            return Err(Failure::new(format!("--out {}: its ending says no format", out.display()))
+                .with_help("end it with .json (everything), .svg or .csv (the section)"));
+        }
+    };
+    if ending != Ending::Json && !with_section {
+        return Err(Failure::new(format!("--out {}: only a section can be drawn", out.display()))
+            .with_help("add --section z=12.5, or end the file with .json"));
+    }
+    Ok(ending)
+}
+
+/// `z=12.5` as axis and coordinate.
+fn plane(text: &str) -> Result<(usize, f64), Failure> {
+    let wrong = || {
+        Failure::new(format!("--section {text} is no plane"))
+            .with_help("write x=, y= or z= and a number in mm, such as z=12.5")
+    };
+    let (axis, at) = text.split_once('=').ok_or_else(wrong)?;
+    let axis = ["x", "y", "z"].iter().position(|name| axis.trim().eq_ignore_ascii_case(name)).ok_or_else(wrong)?;
+    let at: f64 = at.trim().parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(wrong)?;
+    Ok((axis, at))
+}
+
+fn numbers<const N: usize>(option: &str, text: &str, form: &str) -> Result<[f64; N], Failure> {
+    let all: Vec<f64> =
+        text.split(',').filter_map(|part| part.trim().parse().ok()).filter(|v: &f64| v.is_finite()).collect();
+    let given = text.split(',').count();
+    match <[f64; N]>::try_from(all) {
+        Ok(numbers) if given == N => Ok(numbers),
+        _ => Err(Failure::new(format!("{option} {text} is not {form}"))
+            .with_help(format!("write {N} numbers in mm, with commas and without blanks"))),
+    }
+}
+
+fn line(text: &str) -> Result<([f64; 3], [f64; 3]), Failure> {
+    let [x, y, z, i, j, k] = numbers("--wall", text, "X,Y,Z,DX,DY,DZ")?;
+    Ok(([x, y, z], [i, j, k]))
+}
+
+fn print(a: &Answers) {
+    let [x, y, z] = a.cells_mm;
+    say!("{}: cells of {x} x {y} x {z} mm, swept surface within {:.2} µm on its rays", a.stock, 1e3 * a.sweep_bound_mm);
+    if let Some(s) = &a.section {
+        let holes = s.stock.outlines.iter().filter(|o| o.area_mm2 < 0.0).count();
+        let length: f64 = s.stock.outlines.iter().map(|o| o.length_mm).sum();
+        let design = s.design.as_ref().map_or_else(String::new, |d| format!("; design {:.4} mm²", d.area_mm2));
+        say!(
+            "section {}={} mm: {:.4} mm² in {} outlines, {holes} of them holes, {length:.4} mm long{design}",
+            s.axis,
+            s.at_mm,
+            s.stock.area_mm2,
+            s.stock.outlines.len()
+        );
+    }
+    let place = |p: &[f64; 3]| format!("X{:.4} Y{:.4} Z{:.4}", p[0], p[1], p[2]);
+    for d in &a.distances {
+        let design = match (d.design_distance_mm, d.deviation_mm) {
+            (Some(from), Some(deviation)) => {
+                format!("; design {from:.4} mm, the stock deviates by {deviation:+.4} mm there")
+            }
+            _ => String::new(),
+        };
+        let side = if d.distance_mm < 0.0 { "in material" } else { "outside" };
+        say!(
+            "distance of {}: {:.4} mm, {side}, to {}{design}",
+            place(&d.place_mm),
+            d.distance_mm,
+            place(&d.nearest_mm)
+        );
+    }
+    for w in &a.walls {
+        let design = w.design_thickness_mm.map_or_else(String::new, |t| format!("; design {t:.4} mm"));
+        let [i, j, k] = w.direction;
+        match (w.thickness_mm, &w.faces_mm) {
+            (Some(t), Some([from, to])) => {
+                say!(
+                    "wall from {} along {i},{j},{k}: {t:.4} mm, {} to {}{design}",
+                    place(&w.from_mm),
+                    place(from),
+                    place(to)
+                );
+            }
+            _ => say!("wall from {} along {i},{j},{k}: no material ahead{design}", place(&w.from_mm)),
+        }
+    }
+}
