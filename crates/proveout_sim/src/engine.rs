@@ -15,6 +15,7 @@ use crate::{
     error::SimError,
     finding::{self, Code, Finding},
     log::FindingLog,
+    loose::LooseParts,
     observer::{BlockRow, SampleSignals},
     prepare::Prepared,
     process::{CuttingState, SweepPart, judge_sweep, sweeps},
@@ -45,6 +46,8 @@ pub(crate) struct Facts {
     pub(crate) tools_without_holder: Vec<String>,
     pub(crate) clearance: Clearance,
     pub(crate) removed: f64,
+    /// What is not known since parts came off the stock.
+    pub(crate) loose: Option<String>,
     pub(crate) pieces: u64,
     /// The program told its end (M2, M30).
     pub(crate) ended: bool,
@@ -84,6 +87,9 @@ pub(crate) struct Engine<'a> {
     block_of_piece: Vec<u32>,
     places: Vec<Option<(Arc<str>, u32)>>,
     removed: f64,
+    loose: LooseParts,
+    /// Volume that was removed when the parts were looked at last, mm³.
+    looked_at: f64,
     time: f64,
     ended: bool,
     /// End of the last piece, and its signals.
@@ -95,6 +101,8 @@ impl<'a> Engine<'a> {
         Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
+            loose: LooseParts::new(&stock),
+            looked_at: 0.0,
             stock,
             patches,
             bodies: BodyCheck::new(prepared)?,
@@ -165,6 +173,9 @@ impl<'a> Engine<'a> {
             }
         }
         self.judge_events(chunk);
+        if chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. })) {
+            self.look_for_loose_parts(Some((chunk, first_id)));
+        }
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
@@ -182,6 +193,7 @@ impl<'a> Engine<'a> {
     /// Closes the run.
     pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
         self.tool_out(self.time);
+        self.look_for_loose_parts(None);
         for (breach, finding) in std::mem::take(&mut self.breaches) {
             if let Some((penetration, distance)) = self.bodies.worst(breach) {
                 self.log.deepen(finding, penetration, distance);
@@ -202,6 +214,7 @@ impl<'a> Engine<'a> {
             tools_without_holder,
             clearance: self.bodies.clearance(),
             removed: self.removed,
+            loose: self.loose.left_out(),
             pieces: self.block_of_piece.len() as u64,
             ended: self.ended,
             block_of_piece: self.block_of_piece,
@@ -447,6 +460,34 @@ impl<'a> Engine<'a> {
     fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
         let joints = self.prepared.machine.joints.iter().enumerate();
         joints.map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] })).collect()
+    }
+
+    /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.
+    fn look_for_loose_parts(&mut self, now: Option<(&Chunk, u32)>) {
+        if self.removed == self.looked_at {
+            return;
+        }
+        self.looked_at = self.removed;
+        for part in self.loose.look(&self.stock) {
+            let size = part.bounds.size();
+            let message = format!(
+                "{:.1} mm3 no longer hang together with the rest of the stock: {:.1} x {:.1} x {:.1} mm; the twin leaves them in their place",
+                part.volume_mm3, size.x, size.y, size.z
+            );
+            let mut f = FindingLog::of(&finding::LOOSE_PART, message);
+            f.bodies = vec!["stock".into()];
+            f.point_mm = Some(part.center.coords.into());
+            (f.value, f.unit) = (Some(part.volume_mm3), Some("mm3".into()));
+            let piece = now
+                .zip(part.last_made_by)
+                .and_then(|((chunk, first), id)| chunk.pieces.get(id.checked_sub(first)? as usize));
+            let block = part.last_made_by.and_then(|id| self.block_of_piece.get(id as usize).copied());
+            f = match piece {
+                Some(piece) => self.at_piece(f, piece, piece.time[1]),
+                None => Finding { block, time_s: Some(self.time), ..f },
+            };
+            self.log.push(f);
+        }
     }
 
     fn at_piece(&self, mut f: Finding, piece: &Piece, time: f64) -> Finding {

@@ -212,6 +212,7 @@ fn judge_gates(
         )),
         left_out: holders.collect(),
     };
+    collision.left_out.extend(facts.loose.clone());
     let near_mm = tolerances.near_miss_mm;
     let mut near = Coverage {
         checked: Some(format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock")),

@@ -35,6 +35,7 @@ mod engine;
 mod error;
 mod inspect;
 mod judge;
+mod loose;
 mod part_on_table;
 mod prepare;
 mod process;

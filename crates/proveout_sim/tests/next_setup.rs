@@ -232,3 +232,32 @@ fn a_faulty_mesh_is_refused_and_mended_only_when_asked() {
         assert!((stock.volume() / want - 1.0).abs() < 0.01, "{}", stock.volume());
     }
 }
+
+#[test]
+fn a_part_that_is_cut_off_is_told_and_the_collision_gate_does_not_pass() {
+    let shop = Shop::new();
+    // A plate of 6 mm: a slot along Y through all of it at X 8 leaves 9 mm beside it.
+    let plate = "box = { min_mm = [-20, -10, -6], max_mm = [20, 10, 0] }";
+    let slot = |depth: f64| {
+        format!(
+            "G17 G54 G90 G94 G710 G60\nT=\"SCHAFT_D6_N_AP15\"\nM6\nS3000 M3\nG0 X8 Y-16\nG0 Z5 D1\nG0 Z2\nG1 Z{depth} F400\n\
+             G1 Y16\nG0 Z5\nM5\nM30\n"
+        )
+    };
+    let cut = shop.scene("off", "resolution_mm = 0.25", plate, "", &slot(-6.5));
+    let (verdict, ..) = shop.run(&cut).expect("runs");
+    let told: Vec<_> = verdict.findings.iter().filter(|f| f.code == "process-loose-part").collect();
+    assert_eq!(told.len(), 1, "{:?}", verdict.findings);
+    let f = told[0];
+    assert_eq!((f.line, f.unit.as_deref()), (Some(9), Some("mm3")), "{f:?}");
+    assert!((f.value.expect("a volume") - 9.0 * 20.0 * 6.0).abs() < 1.0, "{f:?}");
+    let middle = f.point_mm.expect("a place");
+    assert!((middle[0] - 15.5).abs() < 0.01 && middle[1].abs() < 0.01 && (middle[2] + 3.0).abs() < 0.01, "{middle:?}");
+    let gate = verdict.gates.iter().find(|g| g.name == "collision").expect("there");
+    assert!(gate.state != proveout_sim::verdict::State::Pass && gate.reason.contains("process-loose-part"), "{gate:?}");
+    // A floor of 0.1 mm holds it.
+    let held = shop.scene("held", "resolution_mm = 0.25", plate, "", &slot(-5.9));
+    let (verdict, ..) = shop.run(&held).expect("runs");
+    assert!(verdict.findings.iter().all(|f| f.code != "process-loose-part"));
+    assert!(verdict.gates.iter().all(|g| !g.reason.contains("came off")));
+}
