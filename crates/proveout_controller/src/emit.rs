@@ -198,8 +198,10 @@ impl Emitter {
         };
         let mut places = vec![a];
         if scope.settings.dynamics != Dynamics::Ideal {
-            let first = path.spans.partition_point(|p| p.s1 <= a);
-            places.extend(path.spans[first..].iter().map(|p| p.s1).take_while(|s| *s < b));
+            // Knots of a fit that lie on the border of the block but for rounding are none.
+            let rounding = 1e-9 * (b - a);
+            let first = path.spans.partition_point(|p| p.s1 <= a + rounding);
+            places.extend(path.spans[first..].iter().map(|p| p.s1).take_while(|s| *s < b - rounding));
         }
         places.push(b);
         let cutter = Cutter {

@@ -41,9 +41,8 @@ impl LooseParts {
         self.known = self.apart(stock);
         // A part only shrinks: it lies within the box in which it was seen.
         let within = |new: &StockPart, old: &StockPart| {
-            (0..3).all(|c| {
-                new.bounds.min[c] >= old.bounds.min[c] - 1e-9 && new.bounds.max[c] <= old.bounds.max[c] + 1e-9
-            })
+            (0..3)
+                .all(|c| new.bounds.min[c] >= old.bounds.min[c] - 1e-9 && new.bounds.max[c] <= old.bounds.max[c] + 1e-9)
         };
         let fresh: Vec<StockPart> =
             self.known.iter().filter(|new| !before.iter().any(|old| within(new, old))).cloned().collect();

@@ -8,8 +8,10 @@
 //!   supports   |-----------|
 //!                    |-----------|
 //!                         |------------|
-//!   spans      |-----|----|.|----|.....|      . left out: nearer to the last knot than half a half width
+//!   spans      |-----|----|.|----|.....|      . left out: near to the last knot, as part of the half width
 //! ```
+//!
+//! Where supports overlap, knots lie at borders of blocks rather than where supports end.
 //!
 //! Where places were left out the distance to the exact path is looked at again: at the borders of blocks and in their middle, with
 //! h^2/8 times the highest second derivative for what lies between (h: distance of the points). If it passes the tolerance, no
@@ -21,12 +23,14 @@ use super::{
     Frame, Path, PathCell, Span, SpanShape, Tolerance,
     cells::blend_cells,
     corner::size,
-    fit::{Fit, Kink, lift_jet},
+    fit::{EventKind, Fit, Kink, lift_jet},
 };
 use crate::{jet::JointJet, shape::Quintic};
 
 /// Distance between knots of spans as part of the half width of the kink whose support begins or ends there.
-const SPACING: f64 = 0.5;
+const SPACING: f64 = 0.75;
+/// The same for knots at borders of blocks, which come first.
+const BORDER_SPACING: f64 = 0.4;
 /// The same for a place that counts as the last knot: the lift is 1e-18 of the half width there, its curvature 1e-6 of the highest.
 const NOTHING: f64 = 1e-6;
 
@@ -74,19 +78,27 @@ impl Path {
     fn spans_to(&mut self, frame: &Frame<'_>, limit: f64) {
         while let Some(event) = self.curve.fit.next_event().filter(|e| e.s <= limit) {
             self.curve.fit.take(event);
-            if event.flat {
-                continue;
-            }
-            if event.begins && self.curve.active == 0 {
-                self.exact_to(frame, event.s);
-                self.curve.start = Some(self.fitted(event.s));
-                (self.curve.active, self.curve.most) = (1, 1);
-                continue;
-            }
-            let curve = &mut self.curve;
-            curve.active = if event.begins { curve.active + 1 } else { curve.active - 1 };
-            curve.most = curve.most.max(curve.active);
             let way = event.s - self.s_done;
+            let curve = &mut self.curve;
+            match event.kind {
+                EventKind::Border => {
+                    // Where supports overlap, knots at borders of blocks spare what cuts the motion block by block the most.
+                    if curve.most > 1 && curve.active > 0 && way >= BORDER_SPACING * event.half_width {
+                        self.push_curve(frame, event.s);
+                    }
+                    continue;
+                }
+                _ if event.flat => continue,
+                EventKind::Begin if curve.active == 0 => {
+                    self.exact_to(frame, event.s);
+                    self.curve.start = Some(self.fitted(event.s));
+                    (self.curve.active, self.curve.most) = (1, 1);
+                    continue;
+                }
+                EventKind::Begin => curve.active += 1,
+                EventKind::End => curve.active -= 1,
+            }
+            curve.most = curve.most.max(curve.active);
             if way < NOTHING * event.half_width {
                 continue;
             }

@@ -113,19 +113,31 @@ pub(super) struct Fit {
     common: usize,
     free: usize,
     settled: usize,
-    /// Number of kinks whose begin, end and deviation have been seen.
+    /// Number of kinks whose begin, middle, end and deviation have been seen.
     begun: usize,
+    passed: usize,
     ended: usize,
     measured: usize,
 }
 
-/// A support begins or ends.
+/// A place of the path that means something to a kink.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Event {
     pub(super) s: f64,
     pub(super) half_width: f64,
-    pub(super) begins: bool,
+    pub(super) kind: EventKind,
     pub(super) flat: bool,
+}
+
+/// What happens there, in the order in which places that coincide are seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum EventKind {
+    /// The support ends.
+    End,
+    /// The border of two blocks.
+    Border,
+    /// The support begins.
+    Begin,
 }
 
 impl Fit {
@@ -216,24 +228,31 @@ impl Fit {
         self.settled.checked_sub(1).map(|last| self.kinks[last].begin())
     }
 
-    /// The next place where the support of a settled kink begins or ends; ends come first.
+    /// The next place of a settled kink.
     pub(super) fn next_event(&self) -> Option<Event> {
-        let at = |i: usize, begins: bool| {
+        let at = |i: usize, kind: EventKind| {
             let k = (i < self.settled).then(|| &self.kinks[i])?;
-            let s = if begins { k.begin() } else { k.end() };
-            Some(Event { s, half_width: k.half_width, begins, flat: k.is_flat() })
+            let s = match kind {
+                EventKind::Begin => k.begin(),
+                EventKind::Border => k.s,
+                EventKind::End => k.end(),
+            };
+            Some(Event { s, half_width: k.half_width, kind, flat: k.is_flat() })
         };
-        match (at(self.begun, true), at(self.ended, false)) {
-            (Some(b), Some(e)) => Some(if e.s <= b.s && self.ended < self.begun { e } else { b }),
-            (begin, end) => begin.or(end),
-        }
+        // A border comes after its own begin, an end after its own border.
+        let end = at(self.ended, EventKind::End).filter(|_| self.ended < self.passed);
+        let border = at(self.passed, EventKind::Border).filter(|_| self.passed < self.begun);
+        [end, border, at(self.begun, EventKind::Begin)]
+            .into_iter()
+            .flatten()
+            .reduce(|first, next| if next.s < first.s { next } else { first })
     }
 
     pub(super) fn take(&mut self, event: Event) {
-        if event.begins {
-            self.begun += 1;
-        } else {
-            self.ended += 1;
+        match event.kind {
+            EventKind::Begin => self.begun += 1,
+            EventKind::Border => self.passed += 1,
+            EventKind::End => self.ended += 1,
         }
     }
 
@@ -265,6 +284,7 @@ impl Fit {
             self.free -= 1;
             self.settled -= 1;
             self.begun -= 1;
+            self.passed -= 1;
             self.ended -= 1;
             self.measured -= 1;
         }
