@@ -39,9 +39,10 @@ use crate::{
     shape::{Quintic, Shape},
 };
 
-/// Blocks that pass in less than this time (s) are the approximation of a curve, not a shape of their own: controls look at them
-/// together. Chosen: corners that come more often than 33 times a second only shake the machine.
-const SHORT: f64 = 0.03;
+/// Blocks that pass in less than this time (s) are the approximation of a curve where the tolerance allows to see them so: controls
+/// look at them together. Chosen: kinks that come more often than ten times a second shake the machine; longer blocks keep their
+/// corners as narrow as the joints allow.
+const SHORT: f64 = 0.1;
 /// Part of the tolerance by which a short curved block may leave its chord to be taken for a line.
 const OFF_CHORD: f64 = 0.1;
 

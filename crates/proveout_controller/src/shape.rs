@@ -240,6 +240,12 @@ impl Quintic {
         DerivativeBounds { first: high[1], first_low: low, second: high[2], third: high[3] }
     }
 
+    /// Control points of the first derivative: it lies in their hull.
+    pub(crate) fn slopes(&self) -> [JointValues; 5] {
+        let per = 5.0 / (self.u1 - self.u0);
+        std::array::from_fn(|k| (self.control[k + 1] - self.control[k]) * per)
+    }
+
     /// The two parts before and after t = 1/2 (de Casteljau).
     pub(crate) fn halves(&self) -> [Self; 2] {
         let mut level = self.control;

@@ -10,11 +10,13 @@ use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 const NARROWEST: f64 = 1e-6;
 /// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
 const BLEND_SHARE: f64 = 0.5;
-/// Half width over length of short blocks: the second derivative of equal chords then waves by 4 percent of itself (the transform of
-/// the parabola at the spacing of the blocks is 3/(4 pi)^2, twice).
-const OVER_SHORT: f64 = 2.0;
+/// Half width over length of short blocks. The transform of the parabola, `3 (sin x - x cos x)/x^3` with `x = 2 pi d/L`, has its second
+/// zero here: the second derivative of equal chords has no wave of the blocks' frequency, and 2.5 percent of itself at twice that.
+/// A fitted arc of curvature k lies `k d^2/10` inside of its points, about as far as the middles of its chords: 0.15 `k L^2` and
+/// 0.125 `k L^2`; wider would cost accuracy.
+const OVER_SHORT: f64 = 1.23;
 /// Half width over feed of short blocks, s: waves of many tiny blocks are to die out as well.
-const SMOOTHED: f64 = 0.01;
+const SMOOTHED: f64 = 0.005;
 
 pub(super) enum Corner {
     /// Value, slope and curvature agree: nothing to do.
@@ -42,7 +44,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
     if !kinked && lines && feeds {
         let none = Tolerance { tip: 0.0, angle: 0.0 };
-        let kink = Kink::new((number, b.s0), JointValues::ZERO, none, f64::INFINITY, tolerance);
+        let kink = Kink::new((number, b.s0), [end.first(), JointValues::ZERO], none, f64::INFINITY, tolerance);
         return Corner::Kink(Box::new(kink));
     }
     if !kinked && (lines || bend.max_abs() < 1e-9 * end.second().max_abs().max(start.second().max_abs())) {
@@ -68,7 +70,13 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
                 if longest <= SHORT * feed { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
             let tighter = b.corner.map_or(tolerance, |other| tolerance.min(other));
             let size = Tolerance { tip, angle };
-            return Corner::Kink(Box::new(Kink::new((number, b.s0), slope, size, wanted.min(f64::MAX), tighter)));
+            return Corner::Kink(Box::new(Kink::new(
+                (number, b.s0),
+                [end.first(), slope],
+                size,
+                wanted.min(f64::MAX),
+                tighter,
+            )));
         }
         let quintic = Box::new(blend(a, b, d));
         let (tip, _) = size(machine, &(slope * (3.0 / 16.0 * d)));

@@ -13,11 +13,13 @@
 //!
 //! Where supports overlap, knots lie at borders of blocks rather than where supports end.
 //!
-//! Where places were left out the distance to the exact path is looked at again: at the borders of blocks and in their middle, with
-//! h^2/8 times the highest second derivative for what lies between (h: distance of the points). If it passes the tolerance, no
-//! place is left out there.
+//! Where places were left out, two things are looked at again, and no place is left out there if one does not hold.
+//! *Distance to the exact path*: at the borders of blocks and in their middle, with h^2/8 times the highest second derivative for what
+//! lies between (h: distance of the points). *Slope*: y' is a mean of the slopes of the blocks that act; the control points of the span's
+//! derivative must lie between their least and highest too, so that no joint reverses that the program does not reverse, and no
+//! longer than one for the tip.
 
-use proveout_machine::JointValues;
+use proveout_machine::{JointValues, MAX_JOINTS};
 
 use super::{
     Frame, Path, PathCell, Span, SpanShape, Tolerance,
@@ -136,7 +138,7 @@ impl Path {
         let Some(start) = self.curve.start.replace(end) else { return };
         let (from, overlaps) = (self.s_done, self.curve.most > 1);
         let whole = Quintic::hermite(from, s, &start, &end);
-        if left_out.is_empty() || self.keeps_tolerance(frame, &whole) {
+        if left_out.is_empty() || self.keeps_slopes(frame, &whole) && self.keeps_tolerance(frame, &whole) {
             self.push_span(frame, whole, overlaps);
         } else {
             // Places may coincide with each other and with the ends.
@@ -187,6 +189,26 @@ impl Path {
             }
         }
         jet
+    }
+
+    /// Whether the slope of a span stays between those of the blocks that act on it.
+    fn keeps_slopes(&self, frame: &Frame<'_>, span: &Quintic) -> bool {
+        let machine = frame.kinematics.machine;
+        let any = [f64::INFINITY; MAX_JOINTS];
+        let (mut low, mut high, mut longest) = (JointValues(any), JointValues(any.map(|x| -x)), 0.0_f64);
+        for kink in self.acting(span.u1) {
+            for slope in [kink.before, kink.before + kink.slope] {
+                low = low.zip_map(slope, f64::min);
+                high = high.zip_map(slope, f64::max);
+                longest = longest.max(size(machine, &slope).0);
+            }
+        }
+        let rounding = 1e-12 * low.max_abs().max(high.max_abs()).min(f64::MAX);
+        span.slopes().iter().all(|slope| {
+            let within =
+                (0..frame.limits.count).all(|i| slope[i] >= low[i] - rounding && slope[i] <= high[i] + rounding);
+            within && size(machine, slope).0 <= longest + rounding
+        })
     }
 
     /// Whether a span stays as near to the exact path as the tolerances ask for.

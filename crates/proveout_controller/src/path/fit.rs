@@ -44,6 +44,8 @@ pub(super) struct Kink {
     /// Running number of the block before it.
     pub(super) number: u64,
     pub(super) s: f64,
+    /// Slope of the block before it.
+    pub(super) before: JointValues,
     /// Jump of the slope, and its size: tip or linear joints, and rotary joints.
     pub(super) slope: JointValues,
     pub(super) size: Tolerance,
@@ -60,12 +62,12 @@ pub(super) struct Kink {
 impl Kink {
     pub(super) fn new(
         (number, s): (u64, f64),
-        slope: JointValues,
+        [before, slope]: [JointValues; 2],
         size: Tolerance,
         wanted: f64,
         tolerance: Tolerance,
     ) -> Self {
-        Self { number, s, slope, size, wanted, tolerance, common: 0.0, free: 0.0, half_width: 0.0 }
+        Self { number, s, before, slope, size, wanted, tolerance, common: 0.0, free: 0.0, half_width: 0.0 }
     }
 
     pub(super) fn begin(&self) -> f64 {
@@ -339,7 +341,7 @@ mod tests {
                 let tip = 10_f64.powf(3.0 * random(&mut seed) - 3.0);
                 let angle = 0.1 * tip * random(&mut seed);
                 let wanted = 10_f64.powf(2.0 * random(&mut seed) - 1.0);
-                let kink = Kink::new((number, s), JointValues::ZERO, Tolerance { tip, angle }, wanted, tolerance);
+                let kink = Kink::new((number, s), [JointValues::ZERO; 2], Tolerance { tip, angle }, wanted, tolerance);
                 at_once.push(kink.clone());
                 stream.push(kink);
                 stream.settle(None);
