@@ -31,7 +31,10 @@ impl Kinematics<'_> {
 
     /// Joint positions alone.
     pub(crate) fn position(&self, task: &JointValues) -> JointValues {
-        if self.is_tcp() { self.joints(&JointJet::constant(*task)).0[0] } else { *task }
+        match (self.mapping.tcp_length, self.rig) {
+            (Some(length), Some(rig)) => rig.position(task, length).unwrap_or(*task),
+            _ => *task,
+        }
     }
 
     /// Tip and axis in K of the tool in the spindle.
