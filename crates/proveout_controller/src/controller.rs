@@ -30,7 +30,7 @@ use crate::{
     servo::stage::ServoStage,
     settings::{Dynamics, Settings},
     shape::{Shape, Timed},
-    stretch::{self, Stretch},
+    stretch::{self, Outcome, Reserve, Stretch},
     summary::Summary,
 };
 
@@ -71,6 +71,18 @@ struct State {
     frame: Option<([[f64; 3]; 3], [f64; 3])>,
 }
 
+/// How the machine moves at the begin of the path's first cell.
+#[derive(Default)]
+struct Begin {
+    /// Speed of the first law, and the tempo.
+    speed: f64,
+    entry: Entry,
+    /// How it comes to rest from there; none where it stands.
+    reserve: Option<Reserve>,
+    /// It stands there although the path goes on.
+    halted: bool,
+}
+
 /// The control: takes canonical commands and gives the motion of the machine in chunks.
 ///
 /// ```text
@@ -85,9 +97,7 @@ pub struct Controller<'m, I> {
     state: State,
     path: Path,
     mapping: Mapping,
-    /// Speed of the first law at the begin of the path's first cell, and the tempo there.
-    v_start: f64,
-    entry: Entry,
+    begin: Begin,
     /// Number of blocks at which the known part of the run is planned next.
     window: usize,
     out: Emitter,
@@ -148,9 +158,8 @@ where
             settings,
             path: Path::default(),
             mapping,
-            v_start: 0.0,
-            entry: Entry::default(),
-            out: Emitter::new(cycle, &home),
+            begin: Begin::default(),
+            out: Emitter::new(cycle, &home, JointLimits::new(machine)),
             servo,
             servo_wall: 0.0,
             next_block: 0,
@@ -477,37 +486,64 @@ where
     fn stop_run(&mut self) {
         let frame = self.device.frame(self.mapping);
         self.path.finish(&frame);
-        if !self.path.cells.is_empty() {
-            let grid = self.out.grid();
-            if let Some(s) = stretch::plan(&mut self.path, &frame, grid, self.v_start, &self.entry, true) {
-                let scope = scope(&self.device, &self.settings, self.mapping);
-                self.out.stretch(&scope, &self.path, &s, [self.v_start > 0.0, false]);
+        if !self.path.cells.is_empty() && !self.commit(true, false) {
+            self.halt();
+            if !self.path.cells.is_empty() {
+                self.commit(true, false);
             }
-            self.ready = true;
         }
         let number = self.path.first_block + self.path.blocks.len() as u64;
         self.out.length_before += self.path.end();
         self.path = Path::starting_with(number);
-        self.v_start = 0.0;
-        self.entry = Entry::default();
+        self.begin = Begin::default();
         self.window = self.settings.look_ahead_blocks;
         self.out.release(number, self.out.clock);
     }
 
     /// Plans the known part of a long run and emits what the unknown part cannot change.
     fn commit_window(&mut self) {
+        if !self.commit(false, true) {
+            self.halt();
+        }
+    }
+
+    /// Plans and emits up to the end of what is known, or to a node before it; `open` tells that the path goes on there. False
+    /// where nothing was found that keeps the limits: never from rest to rest.
+    fn commit(&mut self, finish: bool, open: bool) -> bool {
         let frame = self.device.frame(self.mapping);
         let grid = self.out.grid();
-        let Some(s) = stretch::plan(&mut self.path, &frame, grid, self.v_start, &self.entry, false) else {
+        match stretch::plan(&mut self.path, &frame, grid, self.begin.speed, &self.begin.entry, finish) {
+            Outcome::Planned(stretch) => self.emit(*stretch, open),
             // Tried again when there is more to see, so that the cost stays linear.
-            self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1;
-            return;
-        };
+            Outcome::NotYet => self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1,
+            Outcome::Failed => return false,
+        }
+        true
+    }
+
+    /// Brings the machine to rest where no law was found from here on: by the reserve of the stretch before, or, where it stands,
+    /// by all that is known as a motion from rest to rest.
+    fn halt(&mut self) {
+        let (frame, grid) = (self.device.frame(self.mapping), self.out.grid());
+        match self.begin.reserve.take() {
+            Some(reserve) => {
+                let stretch = reserve.stretch(&self.path, &frame, grid);
+                self.emit(stretch, true);
+            }
+            None => {
+                self.commit(true, true);
+            }
+        }
+        self.begin.halted = true;
+    }
+
+    /// Emits a stretch; the path goes on behind it.
+    fn emit(&mut self, stretch: Stretch, open: bool) {
         let scope = scope(&self.device, &self.settings, self.mapping);
-        self.out.stretch(&scope, &self.path, &s, [self.v_start > 0.0, true]);
-        self.path.drop_before(s.s_end, s.cells);
-        self.v_start = s.v_end;
-        self.entry = s.entry;
+        // A halt is the plan's, not the path's: the lower bound does not count it.
+        self.out.stretch(&scope, &self.path, &stretch, [self.begin.speed > 0.0 || self.begin.halted, open]);
+        self.path.drop_before(stretch.s_end, stretch.cells);
+        self.begin = Begin { speed: stretch.v_end, entry: stretch.entry, reserve: stretch.reserve, halted: false };
         self.window = self.settings.look_ahead_blocks;
         self.ready = true;
     }
@@ -537,8 +573,8 @@ where
         self.path = Path::single(number, block);
         let frame = self.device.frame(self.mapping);
         let law = Law::uniform(0.0, duration);
-        let samples = stretch::measure(&self.path, &frame, self.out.grid(), &law);
-        let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, entry: Entry::default(), samples };
+        let samples = stretch::measure(&self.path, &frame, self.out.grid(), &law, 0);
+        let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, entry: Entry::default(), samples, reserve: None };
         let scope = scope(&self.device, &self.settings, self.mapping);
         self.out.stretch(&scope, &self.path, &s, [false, false]);
         if let Some(record) = self.out.chunk.blocks.last_mut() {

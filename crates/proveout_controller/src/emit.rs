@@ -6,7 +6,7 @@ use proveout_geom::ToolPose;
 use proveout_machine::{JointKind, JointValues, MAX_JOINTS, Machine};
 
 use crate::{
-    limits::bound_time,
+    limits::{JointLimits, bound_time},
     mapping::Kinematics,
     meter::Meter,
     output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample},
@@ -16,7 +16,7 @@ use crate::{
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
     stretch::{Clock, Measured, Stretch},
-    watch::REACH,
+    watch::{REACH, broken},
 };
 
 /// Events that wait for the block before which they stand.
@@ -50,6 +50,9 @@ pub(crate) struct Emitter {
     over_travel: [Option<OverTravel>; MAX_JOINTS],
     /// Set points at the last times of the grid, whether emitted or left out of a standstill.
     before: [JointValues; REACH],
+    limits: JointLimits,
+    /// Worst excess of the set points over a limit of a joint in the block under way, with its time and what it is.
+    broken: Option<(f64, (usize, usize, f64, f64))>,
 }
 
 /// What does not change while a stretch is emitted.
@@ -61,7 +64,7 @@ pub(crate) struct Scope<'a> {
 }
 
 impl Emitter {
-    pub(crate) fn new(cycle: f64, start: &JointValues) -> Self {
+    pub(crate) fn new(cycle: f64, start: &JointValues, limits: JointLimits) -> Self {
         Self {
             chunk: Chunk::default(),
             meter: Meter::new(start),
@@ -73,6 +76,8 @@ impl Emitter {
             steady: None,
             over_travel: [None; MAX_JOINTS],
             before: [*start; REACH],
+            limits,
+            broken: None,
         }
     }
 
@@ -159,7 +164,17 @@ impl Emitter {
             };
             self.meter.sample(&sample);
             self.chunk.samples.push(sample);
+            self.judge(m);
             self.set_point(&m.q, 1.0);
+        }
+    }
+
+    /// Keeps the worst excess over a limit. The plan is made so that there is none: what it cannot keep must be told.
+    fn judge(&mut self, m: &Measured) {
+        let Some(found) = broken(&self.limits, self.cycle, &self.before, m) else { return };
+        let part = |b: &(usize, usize, f64, f64)| b.2 / b.3;
+        if self.broken.is_none_or(|(_, worst)| part(&found) > part(&worst)) {
+            self.broken = Some((m.time, found));
         }
     }
 
@@ -299,6 +314,10 @@ impl Emitter {
                 let event = Event::Limit { time, block: block.index, joint: Some(joint), value, limit, kind };
                 self.chunk.events.push(event);
             }
+        }
+        if let Some((time, (joint, order, value, limit))) = self.broken.take() {
+            let kind = [LimitKind::Velocity, LimitKind::Acceleration, LimitKind::Jerk][order];
+            self.chunk.events.push(Event::Limit { time, block: block.index, joint: Some(joint), value, limit, kind });
         }
         self.meter.summary.blocks += 1;
         if block.tip_moves {

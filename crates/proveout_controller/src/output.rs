@@ -90,6 +90,12 @@ pub enum LimitKind {
     /// The control asks the drive for more force (N) or torque (N mm) than it has; it gives its most, and the joint leaves
     /// its set point.
     DriveForce,
+    /// The set points ask a joint for more velocity than it has, by more than 0.1 percent.
+    Velocity,
+    /// The same of its acceleration.
+    Acceleration,
+    /// The same of its jerk.
+    Jerk,
 }
 
 /// Something that happens at a time.

@@ -157,32 +157,54 @@ impl Law {
         self.duration *= factor;
     }
 
-    /// Keeps what lies before the time `p` of the phases (the border of two of them). The tempos behind it are handed
-    /// back, their times counted from the cut.
-    pub(crate) fn cut(&mut self, p: f64) -> Vec<Tempo> {
-        let near = 1e-9 * self.planned.max(1.0);
-        if p >= self.planned - near {
-            return Vec::new();
+    /// The phases of `whole`, of which these are the first ones, run as these and then as they are.
+    pub(crate) fn followed_by(self, mut whole: Self) -> Self {
+        if let Some(last) = self.tempos.last() {
+            let p = last.begin + last.length;
+            let even = Tempo::even(p, whole.planned - p, self.duration);
+            let mut tempos = self.tempos;
+            if even.length > 0.0 {
+                tempos.push(even);
+            }
+            whole.set_tempos(tempos);
         }
-        self.phases.retain(|phase| phase.time < p - near);
+        whole
+    }
+
+    /// Keeps what lies before the time `p` of the phases (the border of two of them) and hands back what lies behind it, as a law
+    /// of its own.
+    pub(crate) fn cut(&mut self, p: f64) -> Self {
+        let near = 1e-9 * self.planned.max(1.0);
+        let mut behind = Self::default();
+        if p >= self.planned - near {
+            return behind;
+        }
+        let first = self.phases.partition_point(|phase| phase.time < p - near);
+        behind.phases = self.phases.split_off(first);
+        let (end, whole) = (self.planned, self.duration);
         self.planned = self.phases.last().map_or(0.0, |phase| phase.time + phase.duration);
         let at = self.planned;
-        let (mut before, mut behind): (Vec<Tempo>, Vec<Tempo>) = (Vec::new(), Vec::new());
+        behind.planned = end - at;
+        let mut before: Vec<Tempo> = Vec::new();
         for tempo in self.tempos.drain(..) {
             if tempo.begin + tempo.length <= at {
                 before.push(tempo);
             } else if tempo.begin >= at {
-                behind.push(tempo);
+                behind.tempos.push(tempo);
             } else {
                 let [left, right] = tempo.cut(at);
                 before.push(left);
-                behind.push(right);
+                behind.tempos.push(right);
             }
         }
         self.duration = before.last().map_or(at, |t| t.time + t.duration);
-        for tempo in &mut behind {
+        behind.duration = whole - self.duration;
+        for tempo in &mut behind.tempos {
             tempo.begin -= at;
             tempo.time -= self.duration;
+        }
+        for phase in &mut behind.phases {
+            phase.time -= at;
         }
         self.tempos = before;
         behind

@@ -35,10 +35,13 @@
 //! to 2 percent of the time (`tests/optimum.rs`).
 
 mod grid;
+mod pair;
+mod problem;
+mod solved;
 mod solver;
 
 pub(crate) use self::grid::{Spot, jerk_along};
-use self::solver::{MARGIN, Problem};
+use self::{grid::Probe, solved::Solved};
 use crate::{
     path::{Frame, Path},
     profile::Law,
@@ -69,25 +72,11 @@ impl Entry {
     }
 }
 
-/// A tempo that gains less than this part of the time is not worth its rounding.
-const WORTHWHILE: f64 = 1e-4;
-/// Intervals that are solved at once, and those of them that are kept: in long problems a single tight place shortens every step
-/// of the whole, and what lies more than some tenths of a second ahead hardly acts.
-const CHUNK: usize = 192;
-const COMMITTED: usize = 128;
-/// Part of an excess that must be left for a result to be kept that does not yet keep all rows.
-const BETTER: f64 = 0.8;
 /// Excess of b up to which a region is slowed down on plateaus, how often, the half length of a plateau and of its ramps, s.
 const LEVELED: f64 = 0.05;
 const LEVELS: usize = 6;
-const PLATEAU: f64 = 1.0;
-const LEVELING: f64 = 0.25;
 /// Time of the first law to either side of a sample that could not be brought below its limit over which the first law is kept, s.
 const AS_IT_WAS: f64 = 0.03;
-/// Intervals to either side of a tightened one that are solved again with it.
-const AROUND: usize = 32;
-/// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
-const ALLOWED: f64 = 1.002;
 
 /// What is to be run faster: a first law over the first `cells` cells of a path. `rest` tells whether it begins and ends at
 /// rest; where it does not, it begins as `entry` says and ends with its own tempo.
@@ -130,7 +119,7 @@ impl Rounds {
             if dips && !own.is_empty() {
                 known.dip(&own);
             } else {
-                own.iter().for_each(|s| known.tighten(s));
+                known.spots.extend(own.iter().map(|s| **s));
             }
         }
         for spot in spots {
@@ -194,17 +183,18 @@ impl Rounds {
             self.cut(0.0, tail_end);
             found.push(entry.tail.clone());
         }
+        let mut probe = Probe::new(path, frame, law);
         let regions = grid::regions(path, frame, law, *cells, moving, &self.spots);
         for region in regions.iter().flat_map(|r| r.without(&self.cuts)) {
             let at_begin = region.from <= 0.0;
             let same = before.iter().position(|k| k.from == region.from && k.to == region.to);
             let known = match same {
-                Some(i) => before.swap_remove(i).repaired(),
+                Some(i) => before.swap_remove(i).repaired(&mut probe),
                 None => {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
-                    let problem = grid::problem(path, frame, law, &region, fixed, &self.spots);
-                    Solved::new(problem, [region.from, region.to], start)
+                    let problem = grid::problem(&mut probe, &region, fixed, &self.spots);
+                    Solved::new(&mut probe, problem, [region.from, region.to], start)
                 }
             };
             if region.from >= kept_until {
@@ -248,210 +238,4 @@ fn spliced(regions: Vec<Vec<Tempo>>, end: f64) -> Vec<Tempo> {
         tempos.push(Tempo::even(p, end - p, time));
     }
     tempos
-}
-
-/// What was found for a region.
-struct Solved {
-    from: f64,
-    to: f64,
-    problem: Problem,
-    /// Unknowns of the spline.
-    c: Vec<f64>,
-    /// The begin has another tempo than the law.
-    forced: bool,
-    /// Something was found at the begin.
-    begun: bool,
-    /// Intervals whose rows were tightened since.
-    touched: Vec<usize>,
-    /// Lowered since, where samples passed limits by little.
-    dipped: bool,
-    /// How often it was slowed down on plateaus.
-    levels: usize,
-}
-
-impl Solved {
-    fn new(problem: Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Self {
-        let n = problem.lengths.len();
-        let mut c = problem.even();
-        problem.set_start(&mut c, start);
-        let forced = start != [1.0, 0.0];
-        let mut solved =
-            Self { from, to, problem, c, forced, begun: false, touched: Vec::new(), dipped: false, levels: 0 };
-        let mut begin = 0;
-        while begin < n {
-            let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
-            let good = solved.solve(begin, end);
-            if begin == 0 {
-                solved.begun = good;
-            }
-            // The tempo found for the last part of a chunk is the start of the next one, which knows what comes behind it.
-            begin = if end == n { n } else { begin + COMMITTED };
-        }
-        solved
-    }
-
-    /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
-    fn solve(&mut self, begin: usize, end: usize) -> bool {
-        let part = self.problem.part(begin, end);
-        let own = 2 * begin..2 * end + 2;
-        let mut found = self.c[own.clone()].to_vec();
-        let worst = |c: &[f64]| (0..part.nodes.len()).map(|at| part.used(at, c)).fold(0.0, f64::max);
-        let before = worst(&self.c[own.clone()]);
-        let good = part.solve(&mut found);
-        let after = if found.iter().all(|x| x.is_finite()) { worst(&found) } else { f64::INFINITY };
-        let good = good && after <= ALLOWED;
-        // Better than before is something, too: the next round goes on from there.
-        if good || after - 1.0 < BETTER * (before - 1.0) {
-            self.c[own].copy_from_slice(&found);
-        }
-        good
-    }
-
-    fn tighten(&mut self, spot: &Spot) {
-        let mut at = self.from;
-        let k = self.problem.lengths.iter().position(|h| {
-            at += h;
-            at >= spot.at
-        });
-        let Some(k) = k else { return };
-        self.problem.tighten(k, 1.0 + spot.excess);
-        if self.touched.last() != Some(&k) {
-            self.touched.push(k);
-        }
-    }
-
-    /// Solves again around the intervals whose rows were tightened.
-    fn repaired(mut self) -> Self {
-        let mut touched = std::mem::take(&mut self.touched);
-        touched.sort_unstable();
-        let n = self.problem.lengths.len();
-        let mut i = 0;
-        while i < touched.len() {
-            let begin = touched[i].saturating_sub(AROUND);
-            let mut last = touched[i];
-            while i < touched.len() && touched[i] < last + AROUND && touched[i] < begin + CHUNK {
-                last = touched[i];
-                i += 1;
-            }
-            let mut good = self.solve(begin, (last + AROUND + 1).min(n));
-            if !good {
-                // Where the acceleration is at its limit for long, the speed before must change too.
-                good = self.solve(begin.saturating_sub(3 * AROUND), (last + 4 * AROUND + 1).min(n));
-            }
-            if begin == 0 {
-                self.begun |= good;
-            }
-        }
-        self
-    }
-
-    /// Lowers b around the spots, by a factor that leaves no kink and ends with zero slope at both sides:
-    ///
-    /// ```text
-    ///   b -> b (1 - e w),   w = cos^2(pi x / 2 W) for |x| < W,   W = 3.5 sqrt(v/J)
-    /// ```
-    ///
-    /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4, is below a third
-    /// of e J. A dip always exists, where rows that are tightened may contradict each other.
-    fn dip(&mut self, spots: &[&Spot]) {
-        let n = self.problem.lengths.len();
-        let mut factors = vec![[1.0, 0.0]; n + 1];
-        for spot in spots {
-            // Given ends stay as they are.
-            let room = [spot.at - self.from, self.to - spot.at];
-            let fixed = self.problem.fixed;
-            let width = [0, 1].map(|side| if fixed[side] { spot.width.min(room[side]) } else { spot.width });
-            let mut at = self.from;
-            for k in 0..=n {
-                let x = at - spot.at;
-                let w = width[usize::from(x > 0.0)];
-                if x.abs() < w {
-                    let (sin, cos) = (std::f64::consts::FRAC_PI_2 * x / w).sin_cos();
-                    let factor = 1.0 - spot.excess * cos * cos;
-                    if factor < factors[k][0] {
-                        factors[k] = [factor, spot.excess * std::f64::consts::PI * sin * cos / w];
-                    }
-                } else if x > w {
-                    break;
-                }
-                at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
-            }
-        }
-        self.scale(&factors);
-    }
-
-    /// Lowers b on long plateaus around the spots: acceleration falls with their excess, jerk with 3/2 of it.
-    ///
-    /// ```text
-    ///            ____________       1 - e
-    ///   ___.-''  |    x     |  ''-.___     given ends stay
-    ///       0.25 s   1 s   1 s  0.25 s
-    /// ```
-    fn level(&mut self, spots: &[&Spot]) {
-        let n = self.problem.lengths.len();
-        let ramp = |x: f64, long: f64| {
-            let (sin, cos) = (std::f64::consts::FRAC_PI_2 * (x / long).clamp(0.0, 1.0)).sin_cos();
-            [sin * sin, if x < long { std::f64::consts::PI * sin * cos / long } else { 0.0 }]
-        };
-        let long = LEVELING.min(0.25 * (self.to - self.from));
-        let mut factors = Vec::with_capacity(n + 1);
-        let mut at = self.from;
-        for k in 0..=n {
-            let mut end = [1.0, 0.0];
-            for (side, distance, sense) in [(0, at - self.from, 1.0), (1, self.to - at, -1.0)] {
-                if self.problem.fixed[side] && distance < long {
-                    let [part, slope] = ramp(distance, long);
-                    end = [part, sense * slope];
-                }
-            }
-            let mut lowered = [0.0, 0.0];
-            for spot in spots {
-                let x = at - spot.at;
-                let [part, slope] = ramp(PLATEAU + LEVELING - x.abs(), LEVELING);
-                if spot.excess * part > lowered[0] {
-                    lowered = [spot.excess * part, -spot.excess * slope * x.signum()];
-                }
-            }
-            factors.push([1.0 - lowered[0] * end[0], -(lowered[1] * end[0] + lowered[0] * end[1])]);
-            at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
-        }
-        self.scale(&factors);
-        self.levels += 1;
-    }
-
-    /// Multiplies b by a function of time, given by value and slope at the knots.
-    fn scale(&mut self, factors: &[[f64; 2]]) {
-        for (k, [factor, slope]) in factors.iter().copied().enumerate() {
-            let b = self.c[2 * k];
-            self.c[2 * k] = b * factor;
-            self.c[2 * k + 1] = self.c[2 * k + 1] * factor + b * slope * self.problem.scale;
-        }
-        self.dipped = true;
-    }
-
-    /// The tempos; none where those of the law are kept.
-    fn tempos(&self) -> Option<Vec<Tempo>> {
-        if self.forced && !self.begun {
-            return None;
-        }
-        let n = self.problem.lengths.len();
-        let mut tempos = Vec::with_capacity(n);
-        let (mut p, mut time) = (self.from, 0.0);
-        for k in 0..n {
-            let end = if k + 1 == n { self.to } else { p + self.problem.lengths[k] };
-            let tempo = Tempo::new(p, end - p, self.problem.polynomial(&self.c, k), time);
-            if !tempo.is_sound() {
-                return None;
-            }
-            time += tempo.duration;
-            tempos.push(tempo);
-            p = end;
-        }
-        let own = self.to - self.from;
-        let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || self.dipped || {
-            let even = self.problem.even();
-            (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > 1.0003 * (1.0 + MARGIN))
-        };
-        (worthwhile && time.is_finite()).then_some(tempos)
-    }
 }

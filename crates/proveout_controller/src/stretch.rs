@@ -21,6 +21,8 @@ const PROMISED: f64 = 1.0009;
 const TIGHTENINGS: i32 = 12;
 /// Rounds in which rows are tightened and solved again; later ones lower the tempo around what little is left.
 const SOLVED_AGAIN: i32 = 6;
+/// Rounds after which a stretch is given up.
+const ROUNDS: usize = 60;
 /// How often cells are slowed down.
 const SLOWINGS: usize = 2;
 /// How much more than the excess the tempo is lowered: the dip itself takes a third back.
@@ -28,7 +30,10 @@ const TIGHTER: f64 = 1.2;
 /// Half width of a dip over the time sqrt(v/J), see `retime.rs`.
 const DIP: f64 = 3.5;
 /// Part of the known cells that do not count yet: what comes next may act on them.
-const UNKNOWN: usize = 4;
+const UNKNOWN: usize = 8;
+/// Trials to run a law slower as a whole, and the least change of a trial.
+const SLOWER: usize = 200;
+const SLOWER_BY: f64 = 1.001;
 /// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
 /// a change of their acceleration.
 const AHEAD: f64 = 0.5;
@@ -56,6 +61,34 @@ pub(crate) struct Stretch {
     /// The tempo with which the path goes on.
     pub(crate) entry: Entry,
     pub(crate) samples: Vec<Measured>,
+    /// How the machine comes to rest from there.
+    pub(crate) reserve: Option<Reserve>,
+}
+
+/// A law from the end of a stretch to rest, which keeps the limits at all samples.
+pub(crate) struct Reserve {
+    law: Law,
+    cells: usize,
+    s_end: f64,
+}
+
+impl Reserve {
+    /// The reserve as a stretch, at the end of the one with which it was made.
+    pub(crate) fn stretch(self, path: &Path, frame: &Frame<'_>, clock: Clock) -> Stretch {
+        let Self { law, cells, s_end } = self;
+        let samples = measure(path, frame, clock, &law, 0);
+        Stretch { law, cells, s_end, v_end: 0.0, entry: Entry::default(), samples, reserve: None }
+    }
+}
+
+/// What came of planning.
+pub(crate) enum Outcome {
+    /// A stretch that keeps the limits at all samples.
+    Planned(Box<Stretch>),
+    /// No node lies far enough before the end of what is known.
+    NotYet,
+    /// No tempo was found that keeps the limits from a begin in motion on, or none from which the machine comes to rest.
+    Failed,
 }
 
 /// Control cycle, the time at which a law begins, and the set points at the last three times of the grid before it.
@@ -96,7 +129,20 @@ impl Clock {
 }
 
 /// Plans all cells of the path from speed `v_start`, begun with the tempo of `entry`. With `finish` the whole is taken;
-/// otherwise up to a node where what is still unknown hardly acts: none when there is no such node yet.
+/// otherwise up to a node where what is still unknown hardly acts.
+///
+/// *What is committed keeps the limits.* A stretch is handed out when the samples of the whole law do, from its begin over its
+/// end up to rest at the end of what is known. The part behind its end is its reserve: where the next part of the path finds no
+/// law, the machine comes to rest with it. From rest to rest a law is always found, since running it slower brings all
+/// differences as low as is asked for ([`slow_throughout`]):
+///
+/// ```text
+///   v |   ____          ____
+///     |  /    \________/    \ .  .  .         next window: from the end of the stretch on
+///     | /      stretch   |    ' .
+///     |/                 |       ' . reserve   not run, unless the next window fails
+///     +------------------+-----------+-------> t
+/// ```
 pub(crate) fn plan(
     path: &mut Path,
     frame: &Frame<'_>,
@@ -104,94 +150,131 @@ pub(crate) fn plan(
     v_start: f64,
     entry: &Entry,
     finish: bool,
-) -> Option<Stretch> {
+) -> Outcome {
     let borders: Vec<f64> = std::iter::once(path.s_begin).chain(path.cells.iter().map(|c| c.s1)).collect();
     let n = path.cells.len();
+    let rest = [v_start == 0.0, finish];
     let mut slowed = 0;
     loop {
         let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
         let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
         // What lies behind the last node does not act on the first law before it.
-        let last = if finish { Node::end(n) } else { plan.split_before(n - n / UNKNOWN)? };
+        let last = if finish { Some(Node::end(n)) } else { plan.split_before(n - n / UNKNOWN) };
+        let Some(last) = last else { return Outcome::NotYet };
         let first_law = plan.law(&borders, last.border);
-        let node = if finish { last } else { committed(&plan, &first_law, &borders, last)? };
+        let node = if finish { Some(last) } else { committed(&plan, &first_law, &borders, last) };
+        let Some(node) = node else { return Outcome::NotYet };
         let until = if finish {
             first_law.planned
         } else {
             first_law.planned_time_at(borders[node.border], &mut Cursor::default())
         };
-        let mut rounds = Rounds::default();
-        let mut round = 0;
-        let rest = [v_start == 0.0, finish];
-        loop {
-            let mut law = rounds.retimed(&Course { path, frame, law: &first_law, cells: last.border, entry, rest });
-            // What goes on behind the committed part must keep the limits too: the next part begins with its state.
-            let mut samples = measure(path, frame, clock, &law);
-            let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
-            let over = clock.over_limits(path, frame, &samples, finish, allowed);
-            round += 1;
-            if over.is_empty() || round > TIGHTENINGS && slowed == SLOWINGS {
-                if rest == [true, true] {
-                    slow_throughout(path, frame, clock, &mut law, &mut samples);
+        let course = Course { path, frame, law: &first_law, cells: last.border, entry, rest };
+        let mut found = within_limits(&course, clock);
+        if let Err((law, samples, _)) = &mut found
+            && slowed == SLOWINGS
+            && rest == [true, true]
+        {
+            slow_throughout(path, frame, clock, law, samples);
+            found = Ok((std::mem::take(law), std::mem::take(samples)));
+        }
+        let over = match found {
+            Err((_, _, over)) => over,
+            Ok((law, mut samples)) => {
+                let mut law = if finish { law } else { law.followed_by(plan.law(&borders, n)) };
+                // What was not looked at yet: the way to rest.
+                let known = samples.len();
+                samples.extend(measure(path, frame, clock, &law, known));
+                let over = if finish { Vec::new() } else { clock.over_limits(path, frame, &samples, true, PROMISED) };
+                if over.is_empty() {
+                    let behind = law.cut(until);
+                    let count = samples.partition_point(|m| m.time < clock.start + law.duration);
+                    samples.truncate(count);
+                    let entry = Entry::new(behind.tempos.clone());
+                    let reserve = (!finish).then(|| Reserve { law: behind, cells: n - node.border, s_end: borders[n] });
+                    let (cells, s_end, v_end) = (node.border, borders[node.border], node.speed);
+                    return Outcome::Planned(Box::new(Stretch { law, cells, s_end, v_end, entry, samples, reserve }));
                 }
-                let behind = law.cut(until);
-                let count = samples.partition_point(|m| m.time < clock.start + law.duration);
-                samples.truncate(count);
-                return Some(Stretch {
-                    law,
-                    cells: node.border,
-                    s_end: borders[node.border],
-                    v_end: node.speed,
-                    entry: Entry::new(behind),
-                    samples,
-                });
+                over
             }
-            let mut cursor = Cursor::default();
-            let spots: Vec<Spot> = over
-                .iter()
-                .map(|Over { time, s, v, ratios: [velocity, a, j] }| {
-                    let t = (time - clock.start).max(0.0);
-                    let cell = path.cells.partition_point(|c| c.s1 < *s).min(n - 1);
-                    let pace = v / jerk_along(frame, &path.cells[cell]);
-                    // Widths are times of the first law, which passes faster by the tempo.
-                    let [at, ahead] = [t, t + 1e-3].map(|t| law.planned_time(t, &mut cursor));
-                    let tempo = ((ahead - at) / 1e-3).max(1.0);
-                    let excess = (a - 1.0).max(j - 1.0).max(2.0 * (velocity - 1.0)).max(0.0);
-                    let width = (DIP * tempo * pace.sqrt()).clamp(0.01, 1.0);
-                    Spot { at, excess: (TIGHTER * excess).min(0.3), width }
-                })
-                .collect();
-            if round <= TIGHTENINGS {
-                rounds.slow_down(&spots, round > SOLVED_AGAIN);
-                continue;
-            }
-            match rounds.settle(&spots) {
-                Settled::Slower => {}
-                // Around what is as it was, tempos are found anew.
-                Settled::AsItWas => round = 0,
-                // The first law itself passes a limit: between the points at which its cells were looked at.
-                Settled::Nothing => {
-                    slow_cells(path, &borders, &over);
-                    slowed += 1;
-                    break;
-                }
-            }
+        };
+        if slowed == SLOWINGS {
+            return Outcome::Failed;
+        }
+        // The first law itself passes a limit: between the points at which its cells were looked at.
+        slow_cells(path, &borders, &over);
+        slowed += 1;
+    }
+}
+
+/// A law with its samples, and the places where it passes limits.
+type Trial = (Law, Vec<Measured>, Vec<Over>);
+
+/// The fastest law that is found whose samples keep the limits; otherwise the last one that was tried.
+fn within_limits(course: &Course<'_>, clock: Clock) -> Result<(Law, Vec<Measured>), Trial> {
+    let Course { path, frame, rest, .. } = *course;
+    let mut rounds = Rounds::default();
+    let (mut round, mut all) = (0, 0);
+    loop {
+        let law = rounds.retimed(course);
+        // What goes on behind the committed part must keep the limits too: the next part begins with its state.
+        let samples = measure(path, frame, clock, &law, 0);
+        let allowed = if round < TIGHTENINGS / 2 { ALLOWED } else { PROMISED };
+        let over = clock.over_limits(path, frame, &samples, rest[1], allowed);
+        round += 1;
+        all += 1;
+        if over.is_empty() {
+            return Ok((law, samples));
+        }
+        if all == ROUNDS {
+            return Err((law, samples, over));
+        }
+        let spots = spots(path, frame, clock, &law, &over);
+        if round <= TIGHTENINGS {
+            rounds.slow_down(&spots, round > SOLVED_AGAIN);
+            continue;
+        }
+        match rounds.settle(&spots) {
+            Settled::Slower => {}
+            // Around what is as it was, tempos are found anew.
+            Settled::AsItWas => round = 0,
+            Settled::Nothing => return Err((law, samples, over)),
         }
     }
 }
 
+/// Places of the first law where the tempo must change.
+fn spots(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, over: &[Over]) -> Vec<Spot> {
+    let mut cursor = Cursor::default();
+    let last = path.cells.len() - 1;
+    over.iter()
+        .map(|Over { time, s, v, ratios: [velocity, a, j] }| {
+            let t = (time - clock.start).max(0.0);
+            let cell = path.cells.partition_point(|c| c.s1 < *s).min(last);
+            let pace = v / jerk_along(frame, &path.cells[cell]);
+            // Widths are times of the first law, which passes faster by the tempo.
+            let [at, ahead] = [t, t + 1e-3].map(|t| law.planned_time(t, &mut cursor));
+            let tempo = ((ahead - at) / 1e-3).max(1.0);
+            let excess = (a - 1.0).max(j - 1.0).max(2.0 * (velocity - 1.0)).max(0.0);
+            let width = (DIP * tempo * pace.sqrt()).clamp(0.01, 1.0);
+            Spot { at, excess: (TIGHTER * excess).min(0.3), width }
+        })
+        .collect()
+}
+
 /// Runs a law from rest to rest slower as a whole, where samples pass limits that nothing else has brought down: speed falls with
-/// the factor, acceleration with its square, jerk with its cube.
+/// the factor, acceleration with its square, jerk with its cube, so that this ends below every limit above zero.
 fn slow_throughout(path: &Path, frame: &Frame<'_>, clock: Clock, law: &mut Law, samples: &mut Vec<Measured>) {
     // Samples fall elsewhere on the slower law: a second time is rare, a third was never seen.
-    for _ in 0..4 {
+    for _ in 0..SLOWER {
         let over = clock.over_limits(path, frame, samples, true, PROMISED);
-        let factor = over.iter().map(|o| o.ratios).fold(1.0, |m: f64, [v, a, j]| m.max(v).max(a.sqrt()).max(j.cbrt()));
+        let ratios = over.iter().map(|o| o.ratios);
+        let factor = ratios.fold(SLOWER_BY, |m: f64, [v, a, j]| m.max(v).max(a.sqrt()).max(j.cbrt()));
         if over.is_empty() || !factor.is_finite() {
             return;
         }
         law.slow_down(factor);
-        *samples = measure(path, frame, clock, law);
+        *samples = measure(path, frame, clock, law, 0);
     }
 }
 
@@ -203,11 +286,12 @@ fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node
     plan.split_before(border.saturating_sub(1))
 }
 
-/// Joint states at the control samples of a law.
-pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -> Vec<Measured> {
+/// Joint states at the control samples of a law but the first ones.
+pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) -> Vec<Measured> {
     let (mut phase, mut span) = (Cursor::default(), 0);
     clock
         .samples(law.duration)
+        .skip(skipped)
         .map(|time| {
             let state = law.at(time - clock.start, &mut phase);
             let task = path.rounded(state.s, &mut span);
@@ -227,16 +311,24 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law) -
         .collect()
 }
 
-/// Slows down the cells of samples that pass a limit, and their neighbors.
+/// Slows down the cells of samples that pass a limit, and their neighbors, each by the highest excess.
 fn slow_cells(path: &mut Path, borders: &[f64], over: &[Over]) {
-    let mut cell = 0;
     let last = path.cells.len() - 1;
+    let mut highest = vec![[1.0_f64; 3]; path.cells.len()];
     for Over { s, ratios, .. } in over {
-        while cell + 2 < borders.len() && borders[cell + 1] < *s {
-            cell += 1;
+        let cell = borders[1..].partition_point(|border| border < s).min(last);
+        for worst in &mut highest[cell.saturating_sub(1)..=(cell + 1).min(last)] {
+            for (worst, ratio) in worst.iter_mut().zip(ratios) {
+                *worst = worst.max(*ratio);
+            }
         }
-        for k in cell.saturating_sub(1)..=(cell + 1).min(last) {
-            slow_down(&mut path.cells[k].limits, *ratios);
+    }
+    for (cell, ratios) in path.cells.iter_mut().zip(highest) {
+        if ratios != [1.0; 3] {
+            slow_down(&mut cell.limits, ratios);
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -101,20 +101,57 @@ fn means(limits: &JointLimits, cycle: f64, a: &Measured, b: &Measured) -> [f64; 
 
 /// Highest parts of the limits of the first, second and third difference that end at the last of four set points.
 fn differences(limits: &JointLimits, cycle: f64, row: &[JointValues; 4]) -> [f64; 3] {
-    let per = [1.0 / cycle, 1.0 / (cycle * cycle), 1.0 / (cycle * cycle * cycle)];
     let mut ratios = [0.0_f64; 3];
     for i in 0..limits.count {
-        let q = row.map(|q| q[i]);
-        let (d0, d1, d2) = (q[1] - q[0], q[2] - q[1], q[3] - q[2]);
-        let rounding = ROUNDING * q[3].abs().max(1.0);
-        let mut take = |order: usize, value: f64, limit: f64| {
-            ratios[order] = ratios[order].max((value.abs() - rounding) * per[order] / limit);
-        };
-        take(0, d2, limits.velocity[i]);
-        take(1, d2 - d1, limits.acceleration[i]);
-        take(2, (d2 - d1) - (d1 - d0), limits.jerk[i]);
+        let means = means(cycle, row, i);
+        ratios[0] = ratios[0].max(means[0] / limits.velocity[i]);
+        ratios[1] = ratios[1].max(means[1] / limits.acceleration[i]);
+        ratios[2] = ratios[2].max(means[2] / limits.jerk[i]);
     }
     ratios
+}
+
+/// Sizes of the mean velocity, acceleration and jerk of a joint over the last one, two and three cycles, less rounding.
+fn means(cycle: f64, row: &[JointValues; 4], joint: usize) -> [f64; 3] {
+    let q = row.map(|q| q[joint]);
+    let (d0, d1, d2) = (q[1] - q[0], q[2] - q[1], q[3] - q[2]);
+    let rounding = ROUNDING * q[3].abs().max(1.0);
+    let per = 1.0 / cycle;
+    [
+        (d2.abs() - rounding) * per,
+        ((d2 - d1).abs() - rounding) * per * per,
+        (((d2 - d1) - (d1 - d0)).abs() - rounding) * per * per * per,
+    ]
+}
+
+/// Part of a limit that no set point passes.
+const PROMISE: f64 = 1.001;
+
+/// What passes the promise at a set point that is about to be emitted behind three others, by its state or by a difference:
+/// joint, order (velocity, acceleration, jerk), value and limit.
+pub(crate) fn broken(
+    limits: &JointLimits,
+    cycle: f64,
+    before: &[JointValues; REACH],
+    m: &Measured,
+) -> Option<(usize, usize, f64, f64)> {
+    let row = [before[0], before[1], before[2], m.q];
+    let highest = |ratios: [f64; 3]| ratios.iter().any(|r| *r > PROMISE);
+    if !highest(states(limits, m)) && !highest(differences(limits, cycle, &row)) {
+        return None;
+    }
+    let mut worst = (0, 0, 0.0, f64::INFINITY);
+    for i in 0..limits.count {
+        let means = means(cycle, &row, i);
+        let states = [m.velocity[i], m.acceleration[i], m.jerk[i]];
+        for (order, limit) in [limits.velocity[i], limits.acceleration[i], limits.jerk[i]].into_iter().enumerate() {
+            let value = states[order].abs().max(means[order]);
+            if value / limit > worst.2 / worst.3 {
+                worst = (i, order, value, limit);
+            }
+        }
+    }
+    Some(worst)
 }
 
 #[cfg(test)]
@@ -190,5 +227,15 @@ mod tests {
         // A motion between two times of the grid has no sample of its own.
         let none = over_limits(&limits(7.0), [0.01, 5.0], &[JointValues::ZERO; REACH], &[], Some(&stop), 1.0);
         assert_eq!(none.len(), 3);
+    }
+
+    #[test]
+    fn what_breaks_the_promise_is_named() {
+        let samples = cubic(0.01, 6, 6.0);
+        let before = [samples[0].q, samples[1].q, samples[2].q];
+        assert_eq!(broken(&limits(6.0), 0.01, &before, &samples[3]), None);
+        assert_eq!(broken(&limits(5.995), 0.01, &before, &samples[3]), None, "within 0.1 percent");
+        let (joint, order, value, limit) = broken(&limits(5.9), 0.01, &before, &samples[3]).expect("jerk 6 of 5.9");
+        assert!(joint == 0 && order == 2 && (value - 6.0).abs() < 1e-6 && limit == 5.9);
     }
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Program, Random, Run, bc_machine, limit_use, run_with, tool};
+use common::{Program, Random, Run, bc_machine, for_all, limit_use, run_with, tool};
 use proveout_controller::{Dynamics, Settings};
 use proveout_geom::Point;
 use proveout_machine::Machine;
@@ -87,16 +87,16 @@ fn five_axis_with_points(seed: u64) -> (Program, f64, Vec<Point>) {
 #[test]
 fn polylines_keep_limits_and_tolerance() {
     let machine = bc_machine();
-    for seed in 0..count() {
+    for_all(0..count(), |seed| {
         let out = run_with(&polyline(seed), &machine, &[], &Settings::default());
         check_limits(&format!("polyline {seed}"), &out, &machine);
-    }
+    });
 }
 
 #[test]
 fn five_axis_paths_keep_limits() {
     let machine = bc_machine();
-    for seed in 0..count() {
+    for_all(0..count(), |seed| {
         let (program, tolerance, points) = five_axis_with_points(seed);
         let out = run_with(&program, &machine, &[tool(1, 120.0)], &Settings::default());
         check_limits(&format!("five axes {seed}"), &out, &machine);
@@ -107,7 +107,7 @@ fn five_axis_paths_keep_limits() {
             let d = near.fold(f64::INFINITY, f64::min);
             assert!(d <= tolerance + 1e-9, "five axes {seed}: tip {d} off at {} s, tolerance {tolerance}", s.time);
         }
-    }
+    });
 }
 
 #[test]

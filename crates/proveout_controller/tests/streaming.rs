@@ -86,15 +86,14 @@ fn windows_give_the_same_motion() {
     assert_eq!(whole.chunks, 1);
     assert!(windows.chunks > 5, "{}", windows.chunks);
     assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
-    // A window ends half a second ahead of what is committed; what lies farther ahead changes times by some parts in 1e5. But where
-    // samples fall decides which places need plateaus, and a plateau costs a second of some percent: 4e-3 of the time seen here,
-    // 2e-6 in `servo_run.rs`.
+    // A window ends half a second ahead of what is committed; what lies farther ahead changes times by some parts in 1e5, and
+    // where parts of the tempo are solved by as much: 3e-4 seen here, 2e-6 in `servo_run.rs`.
     let (a, b) = (whole.summary.total_s, windows.summary.total_s);
     println!("in windows {b} s, whole {a} s");
-    assert!((a - b).abs() < 6e-3 * a, "{a} {b}");
+    assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
     for (a, b) in whole.all.blocks.iter().zip(&windows.all.blocks) {
         assert!(a.index == b.index && a.length == b.length);
-        assert!((a.start_time - b.start_time).abs() < 6e-3 * (1.0 + a.start_time));
+        assert!((a.start_time - b.start_time).abs() < 1e-3 * (1.0 + a.start_time));
     }
     let ends = |run: &common::Run| run.all.pieces.iter().map(|p| p.pose[1].tip).collect::<Vec<_>>();
     assert_eq!(ends(&whole).len(), ends(&windows).len());

@@ -430,6 +430,32 @@ impl<'a> Engine<'a> {
                     f.bodies = vec![name.into()];
                     f
                 }
+                Event::Limit {
+                    joint,
+                    value,
+                    limit,
+                    kind: kind @ (LimitKind::Velocity | LimitKind::Acceleration | LimitKind::Jerk),
+                    ..
+                } => {
+                    let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
+                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
+                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let (word, per) = match kind {
+                        LimitKind::Velocity => ("velocity", "s"),
+                        LimitKind::Acceleration => ("acceleration", "s²"),
+                        _ => ("jerk", "s³"),
+                    };
+                    let name = joint.map_or("a joint", |j| j.name.as_str());
+                    let (value, limit) = (value * scale, limit * scale);
+                    let unit = format!("{unit}/{per}");
+                    let message = format!(
+                        "the set points ask {name} for a {word} of {value:.3} {unit}; its limit is {limit:.3} {unit}"
+                    );
+                    let mut f = FindingLog::of(&finding::PLANNED_MOTION, message);
+                    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit));
+                    f.bodies = vec![name.into()];
+                    f
+                }
                 Event::Limit { value, limit, kind: LimitKind::SpindleSpeed, .. } => {
                     let message = format!("spindle speed {value:.0} 1/min is above the limit of {limit:.0} 1/min");
                     let mut f = FindingLog::of(&finding::SPINDLE_SPEED, message);

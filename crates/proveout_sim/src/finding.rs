@@ -105,6 +105,7 @@ codes! {
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
     SPINDLE_SPEED = "limits-spindle-speed", Limits, Error, "The programmed spindle speed is above the limit of spindle or tool.";
     DRIVE_SATURATED = "limits-drive-saturated", Limits, Error, "A drive lacks the force that the motion needs.";
+    PLANNED_MOTION = "limits-planned-motion", Limits, Error, "The planned motion passes a limit of a joint.";
     RAPID_IN_MATERIAL = "process-rapid-in-material", Process, Error, "The cutter meets material at rapid rate.";
     SPINDLE_OFF = "process-spindle-off", Process, Error, "The cutter meets material while the spindle stands still.";
     SPINDLE_WRONG_WAY = "process-spindle-wrong-way", Process, Error, "The spindle turns against the hand of the tool.";

@@ -2,7 +2,7 @@
 
 use proveout_machine::MAX_JOINTS;
 
-use super::solver::{JointRow, MARGIN, Node, Problem};
+use super::problem::{JointRow, MARGIN, Node, Problem};
 use crate::{
     jet::JointJet,
     path::{Frame, Path, PathCell},
@@ -194,8 +194,7 @@ fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot
 }
 
 /// Evaluates joints on the rounded path, once at a place.
-#[derive(Clone)]
-struct Probe<'a> {
+pub(super) struct Probe<'a> {
     path: &'a Path,
     frame: &'a Frame<'a>,
     law: &'a Law,
@@ -204,7 +203,17 @@ struct Probe<'a> {
     last: Option<(usize, f64, JointJet)>,
 }
 
-impl Probe<'_> {
+impl<'a> Probe<'a> {
+    pub(super) fn new(path: &'a Path, frame: &'a Frame<'a>, law: &'a Law) -> Self {
+        Self { path, frame, law, cursor: Cursor::default(), span: 0, last: None }
+    }
+
+    /// Rows of some joints.
+    pub(super) fn rows_of(&mut self, used: &[usize], cell: usize, p: f64) -> Vec<JointRow> {
+        let (rows, _) = self.rows(cell, p);
+        used.iter().map(|i| rows[*i]).collect()
+    }
+
     /// Derivatives by the law's own time, over the limits, and one over the highest square of the tempo.
     fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], f64) {
         let mut rows = [[0.0; 5]; MAX_JOINTS];
@@ -236,20 +245,12 @@ impl Probe<'_> {
 }
 
 /// Grid and rows of a region.
-pub(super) fn problem(
-    path: &Path,
-    frame: &Frame<'_>,
-    law: &Law,
-    region: &Region,
-    fixed: [bool; 2],
-    spots: &[Spot],
-) -> Problem {
-    let step = interval(frame);
+pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], spots: &[Spot]) -> Problem {
+    let step = interval(probe.frame);
     let knots = knots(region, step);
     let lengths: Vec<f64> = knots.windows(2).map(|w| w[1] - w[0]).collect();
-    let problem = Problem { fixed, lengths, scale: step, ..Problem::default() };
-    let mut grid = Grid { tight: 1.0, problem, rows: Vec::new() };
-    let mut probe = Probe { path, frame, law, cursor: Cursor::default(), span: 0, last: None };
+    let problem = Problem { fixed, lengths, begins: knots.clone(), scale: step, ..Problem::default() };
+    let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, problem, rows: Vec::new() };
     let mut k = 0;
     let last = knots.len() - 2;
     for piece in &region.pieces {
@@ -266,10 +267,11 @@ pub(super) fn problem(
                 // Between borders alone the acceleration could pass its limit by J h/4, at the middle by a quarter of that at most.
                 // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
                 // Within a blend the third derivative of the path runs from one sign to the other and back.
-                let fewest = if path.cells[piece.cell].exact { 2.0 } else { 3.0 };
+                let fewest = if probe.path.cells[piece.cell].exact { 2.0 } else { 3.0 };
                 let most = length * length / piece.pace.min(1e9);
                 let parts = (most / BETWEEN).sqrt().ceil().clamp(fewest, PARTS) as usize;
                 let weight = length / parts as f64;
+                (grid.cell, grid.smooth) = (piece.cell, grid.smooth + 1);
                 grid.tight = tight(spots, knots[k], knots[k + 1]);
                 grid.add(k, tau(INSIDE), 0.5 * weight, begin);
                 for i in 1..parts {
@@ -291,6 +293,9 @@ pub(super) fn problem(
 struct Grid {
     /// Factor of the rows of the interval under way.
     tight: f64,
+    /// Cell under way, and number of the smooth stretch within an interval.
+    cell: usize,
+    smooth: u32,
     problem: Problem,
     rows: Vec<[JointRow; MAX_JOINTS]>,
 }
@@ -301,7 +306,8 @@ impl Grid {
         if self.tight > 1.0 {
             rows.iter_mut().flatten().for_each(|r| *r *= self.tight);
         }
-        p.nodes.push(Node { k, tau, basis: p.basis(k, tau), weight, speed, lead: 0.0 });
+        let (cell, smooth, basis) = (self.cell, self.smooth, p.basis(k, tau));
+        p.nodes.push(Node { k, tau, cell, smooth, basis, weight, speed, lead: 0.0 });
         self.rows.push(rows);
     }
 
@@ -327,6 +333,7 @@ impl Grid {
         let used: Vec<usize> =
             (0..MAX_JOINTS).filter(|i| rows.iter().any(|r| r[*i].iter().any(|x| *x != 0.0))).collect();
         problem.count = used.len();
+        problem.used.clone_from(&used);
         problem.joints = rows.iter().flat_map(|r| used.iter().map(|i| r[*i])).collect();
         problem
     }

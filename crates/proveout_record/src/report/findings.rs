@@ -77,6 +77,9 @@ fn remedy(code: &str) -> &'static str {
         "limits-drive-saturated" => {
             "Lower the acceleration or jerk of the joint or the feed of the block, or correct force limit, masses and friction of its drive."
         }
+        "limits-planned-motion" => {
+            "A defect of the control's plan: report it with program and machine. A lower feed or an exact stop leads around it."
+        }
         "limits-spindle-speed" => "Lower the programmed speed, or use a tool or spindle that allows it.",
         "process-rapid-in-material" => {
             "Move in feed here, or raise the retract plane above the stock as it stands at this block."

@@ -1,0 +1,242 @@
+//! The tempo over a grid as a problem with rows: what is unknown, what limits it, and where.
+//!
+//! *Unknowns.* b is a cubic with continuous slope over intervals of length `h_k`, given by its values and slopes at their borders
+//! (Hermite): `x = (b_0, b'_0 H, b_1, b'_1 H, ..)` with the mean length H, so that interval k takes the four unknowns from 2 k on
+//! and all matrices have seven diagonals. Within an interval b'' is linear and free to jump at the borders: where b is a
+//! quadratic there, the jerk cannot stay at its limit while the speed changes, which costs 3 percent of the time at corners.
+//!
+//! *Problem.* Minimize the sum of w / sqrt(b) over points under the rows of each point and joint
+//!
+//! ```text
+//!   u c <= 1          |a1 b' + a0 b| <= 1          |j2 b'' + j1 b' + j0 b| <= 1/sqrt(b)
+//! ```
+//!
+//! where c are the two inner control points of b in Bezier form: b lies in their hull, so that no speed is passed between the
+//! points.
+//!
+//! *Rows that never bind.* Rows of acceleration (of jerk) of a joint that stay far below their limit in all of the intervals under
+//! way are left out (`Rows`); the caller looks at all rows of the result and takes them in where they are needed.
+//!
+//! *Between the points* of an interval a row may pass its limit. Where the parabola through three neighbors does, the caller puts
+//! a point at its vertex (`peaks`) and goes on from there: nodes lie where they are needed.
+
+use proveout_machine::MAX_JOINTS;
+
+/// Five coefficients a joint and point, over the limits: a1, a0 of acceleration; j2, j1, j0 of jerk.
+pub(super) type JointRow = [f64; 5];
+
+/// A place where limits are kept.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    /// Interval, and part of it.
+    pub(super) k: usize,
+    pub(super) tau: f64,
+    /// Cell of the path, and a number that changes where derivatives may jump.
+    pub(super) cell: usize,
+    pub(super) smooth: u32,
+    /// b, b', b'' by the four unknowns of the interval.
+    pub(super) basis: [[f64; 4]; 3],
+    /// Part of the time that this point stands for.
+    pub(super) weight: f64,
+    /// One over the highest b that velocities and feed allow, for b + lead b'.
+    pub(super) speed: f64,
+    /// Way from the node to the control point of b that must keep to it; that of the begin lies a third of the interval
+    /// ahead, that of the end a third behind.
+    pub(super) lead: f64,
+}
+
+/// Grid and rows.
+#[derive(Debug, Default)]
+pub(super) struct Problem {
+    /// What the unknown slopes are multiplied with.
+    pub(super) scale: f64,
+    /// Lengths of the intervals, and their begins in the time of the first law.
+    pub(super) lengths: Vec<f64>,
+    pub(super) begins: Vec<f64>,
+    pub(super) nodes: Vec<Node>,
+    /// Joints of the first node, of the second, and so on.
+    pub(super) joints: Vec<JointRow>,
+    /// Number of joints with rows, and which joints of the machine they are.
+    pub(super) count: usize,
+    pub(super) used: Vec<usize>,
+    /// b and its slope, the first (last) two unknowns, are given.
+    pub(super) fixed: [bool; 2],
+}
+
+/// What rows next to given unknowns may pass their limits, so that these have an inside.
+pub(super) const RELAXED: f64 = 2e-4 + MARGIN;
+/// Part by which rows of acceleration and jerk are tighter than the limits: between the points of the grid and between
+/// samples a law may pass its rows by so much. It costs a thousandth of the time.
+pub(super) const MARGIN: f64 = 0.003;
+/// Nodes do not lie closer than this part of an interval; and what a peak between two must rise above them, as part.
+const CLOSEST: f64 = 0.03;
+const HIGHER: f64 = 0.0005;
+
+impl Problem {
+    /// Basis of b, b', b'' in interval `k` at part `tau` of it.
+    pub(super) fn basis(&self, k: usize, tau: f64) -> [[f64; 4]; 3] {
+        let h = self.lengths[k];
+        let (t, r, w) = (tau, 1.0 - tau, h / self.scale);
+        let value = [r * r * (1.0 + 2.0 * t), w * t * r * r, t * t * (3.0 - 2.0 * t), -w * t * t * r];
+        let slope = [-6.0 * t * r, w * r * (r - 2.0 * t), 6.0 * t * r, w * t * (t - 2.0 * r)];
+        let bend = [12.0 * t - 6.0, w * (6.0 * t - 4.0), 6.0 - 12.0 * t, w * (6.0 * t - 2.0)];
+        [value, slope.map(|x| x / h), bend.map(|x| x / (h * h))]
+    }
+
+    /// The unknowns of the law's own tempo.
+    pub(super) fn even(&self) -> Vec<f64> {
+        (0..2 * (self.lengths.len() + 1)).map(|i| if i % 2 == 0 { 1.0 } else { 0.0 }).collect()
+    }
+
+    /// b as polynomial of the time since the begin of interval `k`.
+    pub(super) fn polynomial(&self, c: &[f64], k: usize) -> [f64; 4] {
+        let (h, scale) = (self.lengths[k], self.scale);
+        let (b0, d0, b1, d1) = (c[2 * k], c[2 * k + 1] / scale, c[2 * k + 2], c[2 * k + 3] / scale);
+        let rise = (b1 - b0) / h;
+        [b0, d0, (3.0 * rise - 2.0 * d0 - d1) / h, (d0 + d1 - 2.0 * rise) / (h * h)]
+    }
+
+    /// Sets the first two unknowns so that b and its slope begin with these values.
+    pub(super) fn set_start(&self, c: &mut [f64], [b, slope]: [f64; 2]) {
+        c[0] = b;
+        c[1] = slope * self.scale;
+    }
+
+    pub(super) fn state(&self, node: &Node, c: &[f64]) -> [f64; 3] {
+        let c = &c[2 * node.k..2 * node.k + 4];
+        node.basis.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2] + row[3] * c[3])
+    }
+
+    /// Highest part of the limits at a node: below one where all rows hold.
+    pub(super) fn used(&self, at: usize, c: &[f64]) -> f64 {
+        let node = &self.nodes[at];
+        let [b, b1, b2] = self.state(node, c);
+        let root = b.max(0.0).sqrt();
+        let mut worst = ((b + node.lead * b1) * node.speed).max(0.0).sqrt();
+        for q in &self.joints[at * self.count..(at + 1) * self.count] {
+            let a = q[0] * b1 + q[1] * b;
+            let j = (q[2] * b2 + q[3] * b1 + q[4] * b) * root;
+            worst = worst.max(a.abs()).max(j.abs());
+        }
+        worst
+    }
+
+    /// Nodes of some intervals.
+    pub(super) fn range(&self, [from, to]: [usize; 2]) -> std::ops::Range<usize> {
+        self.nodes.partition_point(|n| n.k < from)..self.nodes.partition_point(|n| n.k < to)
+    }
+
+    /// Where a row of acceleration or jerk between the nodes of intervals `from..to` comes above a part of its limit, and above the nodes: interval and
+    /// node behind which the place lies, and part of the interval.
+    pub(super) fn peaks(&self, c: &[f64], [from, to]: [usize; 2], above: f64) -> Vec<(usize, f64)> {
+        let range = self.range([from, to]);
+        let mut out: Vec<(usize, f64)> = Vec::new();
+        let values = |at: usize, i: usize| {
+            let [b, b1, b2] = self.state(&self.nodes[at], c);
+            let q = &self.joints[at * self.count + i];
+            [q[0] * b1 + q[1] * b, (q[2] * b2 + q[3] * b1 + q[4] * b) * b.max(0.0).sqrt()]
+        };
+        for at in range.start + 1..range.end.max(1) - 1 {
+            let [l, m, r] = [at - 1, at, at + 1].map(|i| &self.nodes[i]);
+            if l.k != r.k || l.smooth != r.smooth || r.tau - l.tau < 2.0 * CLOSEST {
+                continue;
+            }
+            let (x0, x1) = (l.tau - m.tau, r.tau - m.tau);
+            for i in 0..self.count {
+                let [fl, fm, fr] = [at - 1, at, at + 1].map(|n| values(n, i));
+                for kind in 0..2 {
+                    let (f0, f, f1) = (fl[kind], fm[kind], fr[kind]);
+                    let highest = f.abs().max(f0.abs()).max(f1.abs());
+                    if highest < 0.9 * above {
+                        continue;
+                    }
+                    // f + slope x + bend x^2 through the three.
+                    let (d0, d1) = ((f0 - f) / x0, (f1 - f) / x1);
+                    let bend = (d1 - d0) / (x1 - x0);
+                    let slope = d0 - bend * x0;
+                    let x = -0.5 * slope / bend;
+                    let inside = x > x0 + CLOSEST && x < x1 - CLOSEST && x.abs() > CLOSEST;
+                    if inside && (f + 0.5 * slope * x).abs() > above.max((1.0 + HIGHER) * highest) {
+                        out.push((if x < 0.0 { at - 1 } else { at }, m.tau + x));
+                    }
+                }
+            }
+        }
+        out.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        out.dedup_by(|b, a| a.0 == b.0 && b.1 - a.1 < CLOSEST);
+        out
+    }
+
+    /// Adds points with their rows, each behind a node.
+    pub(super) fn insert(&mut self, points: &[(usize, f64)], mut rows: impl FnMut(usize, f64) -> Vec<JointRow>) {
+        let (Some(first), Some(last)) = (points.first(), points.last()) else { return };
+        let range = first.0..last.0 + 1;
+        let count = self.count;
+        let mut nodes = Vec::with_capacity(range.len() + points.len());
+        let mut joints = Vec::with_capacity((range.len() + points.len()) * count);
+        let mut next = points.iter().peekable();
+        for at in range.clone() {
+            let node = self.nodes[at];
+            nodes.push(node);
+            joints.extend_from_slice(&self.joints[at * count..(at + 1) * count]);
+            while let Some((_, tau)) = next.next_if(|p| p.0 == at) {
+                let basis = self.basis(node.k, *tau);
+                nodes.push(Node { tau: *tau, basis, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
+                joints.extend(rows(node.cell, self.begins[node.k] + tau * self.lengths[node.k]));
+            }
+        }
+        self.joints.splice(range.start * count..range.end * count, joints);
+        self.nodes.splice(range, nodes);
+    }
+
+    /// Divides the limits of a node by a factor.
+    pub(super) fn tighten(&mut self, at: usize, factor: f64) {
+        self.nodes[at].speed *= factor;
+        for row in &mut self.joints[at * self.count..(at + 1) * self.count] {
+            row.iter_mut().for_each(|r| *r *= factor);
+        }
+    }
+
+    /// Takes in the rows of joints that come above a part of their limits in some intervals; false where nothing is new. `relative`
+    /// counts it as part of the highest of all rows, for a start that is far from all limits.
+    pub(super) fn choose(
+        &self,
+        c: &[f64],
+        [from, to]: [usize; 2],
+        above: f64,
+        relative: bool,
+        rows: &mut Rows,
+    ) -> bool {
+        let range = self.range([from, to]);
+        let mut high = [[0.0_f64; 2]; MAX_JOINTS];
+        for at in range {
+            let [b, b1, b2] = self.state(&self.nodes[at], c);
+            let root = b.max(0.0).sqrt();
+            for (q, high) in self.joints[at * self.count..(at + 1) * self.count].iter().zip(&mut high) {
+                high[0] = high[0].max((q[0] * b1 + q[1] * b).abs());
+                high[1] = high[1].max((q[2] * b2 + q[3] * b1 + q[4] * b).abs() * root);
+            }
+        }
+        let highest = high.iter().flatten().fold(0.0_f64, |m, h| m.max(*h));
+        let above = if relative { above * highest.min(1.0) } else { above };
+        let mut new = false;
+        for i in 0..self.count {
+            for (taken, high) in [(&mut rows.acceleration[i], high[i][0]), (&mut rows.jerk[i], high[i][1])] {
+                new |= !*taken && high > above;
+                *taken |= high > above;
+            }
+        }
+        new
+    }
+}
+
+/// Joints whose rows take part.
+#[derive(Clone, Debug)]
+pub(super) struct Rows {
+    pub(super) acceleration: [bool; MAX_JOINTS],
+    pub(super) jerk: [bool; MAX_JOINTS],
+}
+
+impl Rows {
+    pub(super) const NONE: Self = Self { acceleration: [false; MAX_JOINTS], jerk: [false; MAX_JOINTS] };
+}

@@ -1,0 +1,297 @@
+//! What was found for a region: its grid, the tempo there, and how both change from round to round.
+
+use super::{
+    grid::{Probe, Spot},
+    problem::{MARGIN, Problem, RELAXED, Rows},
+    solver::{GAP, Part, Search},
+};
+use crate::tempo::Tempo;
+
+/// A tempo that gains less than this part of the time is not worth its rounding.
+const WORTHWHILE: f64 = 1e-4;
+/// Intervals that are solved at once, and those of them that are kept: in long problems a single tight place shortens every step
+/// of the whole, and what lies more than some tenths of a second ahead hardly acts.
+const CHUNK: usize = 256;
+const COMMITTED: usize = 208;
+/// Part of an excess that must be left for a result to be kept that does not yet keep all rows.
+const BETTER: f64 = 0.8;
+const PLATEAU: f64 = 1.0;
+const LEVELING: f64 = 0.25;
+/// Intervals to either side of a tightened one that are solved again with it.
+const AROUND: usize = 32;
+/// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
+const ALLOWED: f64 = 1.002;
+/// Part of its limit above which a row takes part from the begin, and after the first passes of the solver.
+const FAR: f64 = 0.4;
+const CLOSE: f64 = 0.8;
+/// Gap at which nodes are added for the first time.
+const COARSE: f64 = 0.03;
+/// How often that is done, and the part of a limit above which a row between nodes gets one, at the wide gap and at the end.
+const PASSES: usize = 3;
+const EARLY: f64 = 0.9;
+const PEAK: f64 = 1.003;
+/// A spot gets a point of its own farther from the nodes than this part of the interval; time around it in which nodes are tightened, s.
+const NEW: f64 = 0.05;
+const AT_ONCE: f64 = 0.003;
+
+/// What was found for a region.
+pub(super) struct Solved {
+    pub(super) from: f64,
+    pub(super) to: f64,
+    problem: Problem,
+    /// Unknowns of the spline.
+    c: Vec<f64>,
+    /// The begin has another tempo than the law.
+    forced: bool,
+    /// Something was found at the begin.
+    begun: bool,
+    /// Places where samples passed limits since.
+    pub(super) spots: Vec<Spot>,
+    /// Lowered since, where samples passed limits by little.
+    dipped: bool,
+    /// How often it was slowed down on plateaus.
+    pub(super) levels: usize,
+}
+
+impl Solved {
+    pub(super) fn new(probe: &mut Probe<'_>, problem: Problem, [from, to]: [f64; 2], start: [f64; 2]) -> Self {
+        let n = problem.lengths.len();
+        let mut c = problem.even();
+        problem.set_start(&mut c, start);
+        let forced = start != [1.0, 0.0];
+        let mut solved =
+            Self { from, to, problem, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
+        let mut begin = 0;
+        while begin < n {
+            let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
+            let good = solved.solve(probe, begin, end);
+            if begin == 0 {
+                solved.begun = good;
+            }
+            // The tempo found for the last part of a chunk is the start of the next one, which knows what comes behind it.
+            begin = if end == n { n } else { begin + COMMITTED };
+        }
+        solved
+    }
+
+    /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
+    fn solve(&mut self, probe: &mut Probe<'_>, begin: usize, end: usize) -> bool {
+        let own = 2 * begin..2 * end + 2;
+        let range = [begin, end];
+        let before = self.c[own.clone()].to_vec();
+        let used_before = self.worst(range);
+        let mut rows = Rows::NONE;
+        self.problem.choose(&self.c, range, FAR, true, &mut rows);
+        let used = self.problem.used.clone();
+        let mut search = Search::default();
+        let mut good = Part::new(&self.problem, range, &rows).solve(&mut self.c[own.clone()], COARSE, &mut search);
+        for pass in 0..PASSES {
+            if !good {
+                break;
+            }
+            let first = pass == 0;
+            let [rows_above, peaks_above] = if first { [CLOSE, EARLY] } else { [1.0, PEAK] };
+            let more = self.problem.choose(&self.c, range, rows_above, false, &mut rows);
+            let peaks = self.problem.peaks(&self.c, range, peaks_above);
+            if !first && !more && peaks.is_empty() {
+                break;
+            }
+            if more {
+                search = Search::default();
+            } else {
+                let nodes = self.problem.range(range);
+                search.insert(nodes.len(), peaks.iter().map(|p| p.0 - nodes.start));
+            }
+            self.problem.insert(&peaks, |cell, p| probe.rows_of(&used, cell, p));
+            good = Part::new(&self.problem, range, &rows).solve(&mut self.c[own.clone()], GAP, &mut search);
+        }
+        let after = self.worst(range);
+        let good = good && after <= ALLOWED;
+        // Better than before is something, too: the next round goes on from there.
+        let better = after - 1.0 < BETTER * (used_before - 1.0);
+        if !good && !better {
+            self.c[own].copy_from_slice(&before);
+        }
+        good
+    }
+
+    /// Highest part of the limits in some intervals, less what is allowed next to given unknowns.
+    fn worst(&self, [begin, end]: [usize; 2]) -> f64 {
+        if !self.c[2 * begin..2 * end + 2].iter().all(|x| x.is_finite()) {
+            return f64::INFINITY;
+        }
+        let nodes = &self.problem.nodes;
+        let fixed = [begin > 0 || self.problem.fixed[0], end < self.problem.lengths.len() || self.problem.fixed[1]];
+        let used = |at: usize| {
+            let near = fixed[0] && nodes[at].k == begin || fixed[1] && nodes[at].k + 1 == end;
+            self.problem.used(at, &self.c) * if near { 1.0 - RELAXED } else { 1.0 }
+        };
+        self.problem.range([begin, end]).map(used).fold(0.0, f64::max)
+    }
+
+    /// Places a point at a spot, or tightens the points around it where the rows do not see the excess there.
+    fn tighten(&mut self, probe: &mut Probe<'_>, spot: &Spot) -> Option<usize> {
+        let p = &mut self.problem;
+        let k = p.begins.partition_point(|b| *b <= spot.at).saturating_sub(1).min(p.lengths.len() - 1);
+        let tau = (spot.at - p.begins[k]) / p.lengths[k];
+        let nodes = p.nodes.partition_point(|n| n.k < k)..p.nodes.partition_point(|n| n.k <= k);
+        if nodes.is_empty() {
+            return None;
+        }
+        let behind = (nodes.start + p.nodes[nodes.clone()].partition_point(|n| n.tau <= tau)).max(nodes.start + 1) - 1;
+        let next = (behind + 1).min(nodes.end - 1);
+        let near = if tau - p.nodes[behind].tau < p.nodes[next].tau - tau { behind } else { next };
+        let mut seen = p.used(near, &self.c);
+        if (p.nodes[near].tau - tau).abs() > NEW {
+            let used = p.used.clone();
+            p.insert(&[(behind, tau)], |cell, at| probe.rows_of(&used, cell, at));
+            seen = p.used(behind + 1, &self.c);
+        }
+        if seen < 1.0 + MARGIN + 0.5 * spot.excess {
+            let end = nodes.start + p.nodes[nodes.start..].partition_point(|n| n.k <= k);
+            for at in nodes.start..end {
+                if (p.nodes[at].tau - tau).abs() * p.lengths[k] < AT_ONCE {
+                    p.tighten(at, 1.0 + spot.excess);
+                }
+            }
+        }
+        Some(k)
+    }
+
+    /// Solves again around the intervals whose rows were tightened.
+    pub(super) fn repaired(mut self, probe: &mut Probe<'_>) -> Self {
+        let spots = std::mem::take(&mut self.spots);
+        let mut touched: Vec<usize> = spots.iter().filter_map(|s| self.tighten(probe, s)).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        let n = self.problem.lengths.len();
+        let mut i = 0;
+        while i < touched.len() {
+            let begin = touched[i].saturating_sub(AROUND);
+            let mut last = touched[i];
+            while i < touched.len() && touched[i] < last + AROUND && touched[i] < begin + CHUNK {
+                last = touched[i];
+                i += 1;
+            }
+            let mut good = self.solve(probe, begin, (last + AROUND + 1).min(n));
+            if !good {
+                // Where the acceleration is at its limit for long, the speed before must change too.
+                good = self.solve(probe, begin.saturating_sub(3 * AROUND), (last + 4 * AROUND + 1).min(n));
+            }
+            if begin == 0 {
+                self.begun |= good;
+            }
+        }
+        self
+    }
+
+    /// Lowers b around the spots, by a factor that leaves no kink and ends with zero slope at both sides:
+    ///
+    /// ```text
+    ///   b -> b (1 - e w),   w = cos^2(pi x / 2 W) for |x| < W,   W = 3.5 sqrt(v/J)
+    /// ```
+    ///
+    /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4, is below a third
+    /// of e J. A dip always exists, where rows that are tightened may contradict each other.
+    pub(super) fn dip(&mut self, spots: &[&Spot]) {
+        let n = self.problem.lengths.len();
+        let mut factors = vec![[1.0, 0.0]; n + 1];
+        for spot in spots {
+            // Given ends stay as they are.
+            let room = [spot.at - self.from, self.to - spot.at];
+            let fixed = self.problem.fixed;
+            let width = [0, 1].map(|side| if fixed[side] { spot.width.min(room[side]) } else { spot.width });
+            let mut at = self.from;
+            for k in 0..=n {
+                let x = at - spot.at;
+                let w = width[usize::from(x > 0.0)];
+                if x.abs() < w {
+                    let (sin, cos) = (std::f64::consts::FRAC_PI_2 * x / w).sin_cos();
+                    let factor = 1.0 - spot.excess * cos * cos;
+                    if factor < factors[k][0] {
+                        factors[k] = [factor, spot.excess * std::f64::consts::PI * sin * cos / w];
+                    }
+                } else if x > w {
+                    break;
+                }
+                at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
+            }
+        }
+        self.scale(&factors);
+    }
+
+    /// Lowers b on long plateaus around the spots: acceleration falls with their excess, jerk with 3/2 of it.
+    ///
+    /// ```text
+    ///            ____________       1 - e
+    ///   ___.-''  |    x     |  ''-.___     given ends stay
+    ///       0.25 s   1 s   1 s  0.25 s
+    /// ```
+    pub(super) fn level(&mut self, spots: &[&Spot]) {
+        let n = self.problem.lengths.len();
+        let ramp = |x: f64, long: f64| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_2 * (x / long).clamp(0.0, 1.0)).sin_cos();
+            [sin * sin, if x < long { std::f64::consts::PI * sin * cos / long } else { 0.0 }]
+        };
+        let long = LEVELING.min(0.25 * (self.to - self.from));
+        let mut factors = Vec::with_capacity(n + 1);
+        let mut at = self.from;
+        for k in 0..=n {
+            let mut end = [1.0, 0.0];
+            for (side, distance, sense) in [(0, at - self.from, 1.0), (1, self.to - at, -1.0)] {
+                if self.problem.fixed[side] && distance < long {
+                    let [part, slope] = ramp(distance, long);
+                    end = [part, sense * slope];
+                }
+            }
+            let mut lowered = [0.0, 0.0];
+            for spot in spots {
+                let x = at - spot.at;
+                let [part, slope] = ramp(PLATEAU + LEVELING - x.abs(), LEVELING);
+                if spot.excess * part > lowered[0] {
+                    lowered = [spot.excess * part, -spot.excess * slope * x.signum()];
+                }
+            }
+            factors.push([1.0 - lowered[0] * end[0], -(lowered[1] * end[0] + lowered[0] * end[1])]);
+            at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
+        }
+        self.scale(&factors);
+        self.levels += 1;
+    }
+
+    /// Multiplies b by a function of time, given by value and slope at the knots.
+    fn scale(&mut self, factors: &[[f64; 2]]) {
+        for (k, [factor, slope]) in factors.iter().copied().enumerate() {
+            let b = self.c[2 * k];
+            self.c[2 * k] = b * factor;
+            self.c[2 * k + 1] = self.c[2 * k + 1] * factor + b * slope * self.problem.scale;
+        }
+        self.dipped = true;
+    }
+
+    /// The tempos; none where those of the law are kept.
+    pub(super) fn tempos(&self) -> Option<Vec<Tempo>> {
+        if self.forced && !self.begun {
+            return None;
+        }
+        let n = self.problem.lengths.len();
+        let mut tempos = Vec::with_capacity(n);
+        let (mut p, mut time) = (self.from, 0.0);
+        for k in 0..n {
+            let end = if k + 1 == n { self.to } else { p + self.problem.lengths[k] };
+            let tempo = Tempo::new(p, end - p, self.problem.polynomial(&self.c, k), time);
+            if !tempo.is_sound() {
+                return None;
+            }
+            time += tempo.duration;
+            tempos.push(tempo);
+            p = end;
+        }
+        let own = self.to - self.from;
+        let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || self.dipped || {
+            let even = self.problem.even();
+            (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > 1.0003 * (1.0 + MARGIN))
+        };
+        (worthwhile && time.is_finite()).then_some(tempos)
+    }
+}
