@@ -17,7 +17,7 @@
 //! `D(0) q(k) = r(k) - sum over m of D(m) q(k - m)`.
 
 use nalgebra::Matrix3;
-use proveout_geom::{Point, Pose, Vector, sin_cos};
+use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Carries, JointKind, JointValues, Machine};
 
 use crate::jet::{JointJet, VectorJet};
@@ -144,46 +144,6 @@ impl Rig {
             x[k] = inverse * r;
         }
         Some(x)
-    }
-
-    /// Joint positions alone from task coordinates; as [`Self::joints`], to rounding.
-    pub(crate) fn position(&self, task: &JointValues, length: f64) -> Option<JointValues> {
-        let tip = Vector::new(task[self.slots[0]], task[self.slots[1]], task[self.slots[2]]);
-        let end = self.gauge_pose.point(&Point::new(0.0, 0.0, -length)).coords;
-        let (p_work, d_work) = self.carried(&self.work, tip, task);
-        let (p_tool, d_tool) = self.carried(&self.tool, end, task);
-        let columns: [Vector; 3] = std::array::from_fn(|k| d_tool[k] - d_work[k]);
-        let x = Matrix3::from_columns(&columns).try_inverse()? * (p_work - p_tool);
-        let mut out = *task;
-        for (slot, &joint) in self.slots.iter().enumerate() {
-            out[joint] = x[slot];
-        }
-        Some(out)
-    }
-
-    /// As [`Self::run`], at a place alone.
-    fn carried(&self, chain: &[Link], mut p: Vector, task: &JointValues) -> (Vector, [Vector; 3]) {
-        let mut d = [Vector::zeros(); 3];
-        for link in chain.iter().rev() {
-            let q = task[link.joint];
-            if link.rotary {
-                let (s, c) = sin_cos(q);
-                let turned = |v: Vector| {
-                    let across = link.direction.cross(&v);
-                    v + across * s + link.direction.cross(&across) * (1.0 - c)
-                };
-                p = turned(p - link.point) + link.point;
-                if let Some(shift) = link.shift {
-                    p += shift * (c - 1.0);
-                }
-                d = d.map(turned);
-            } else if let Some(k) = self.slots.iter().position(|&j| j == link.joint) {
-                d[k] = link.direction;
-            } else {
-                p += link.direction * q;
-            }
-        }
-        (p, d)
     }
 
     /// Carries a point through a chain, from its end to the base, with all followed linear joints at zero, and the

@@ -50,7 +50,7 @@ pub(crate) fn over_limits(
         row = [row[1], row[2], row[3], *q];
         let state = samples.get(k).map_or([0.0; 3], |m| states(limits, m));
         if let Some([a, b]) = k.checked_sub(1).and_then(|before| samples.get(before..=k)?.first_chunk()) {
-            let [acceleration, jerk] = means(limits, cycle, a, b);
+            let [acceleration, jerk] = over_a_cycle(limits, cycle, a, b);
             if acceleration > allowed && acceleration > state[1] || jerk > allowed && jerk > state[2] {
                 let PathState { s, v, .. } = b.state;
                 over.push(Over { time: b.time - 0.5 * cycle, s, v, ratios: [0.0, acceleration, jerk] });
@@ -90,7 +90,7 @@ fn states(limits: &JointLimits, m: &Measured) -> [f64; 3] {
 }
 
 /// Highest parts of the limits of mean acceleration and mean jerk between two samples.
-fn means(limits: &JointLimits, cycle: f64, a: &Measured, b: &Measured) -> [f64; 2] {
+fn over_a_cycle(limits: &JointLimits, cycle: f64, a: &Measured, b: &Measured) -> [f64; 2] {
     let mut ratios = [0.0_f64; 2];
     for i in 0..limits.count {
         ratios[0] = ratios[0].max((b.velocity[i] - a.velocity[i]).abs() / (cycle * limits.acceleration[i]));
