@@ -32,7 +32,8 @@ pub struct Overlap {
 impl TriMesh {
     /// The overlap of the triangle with the lowest index; none when no two faces lie in each other. Corners must be finite and exist.
     pub fn first_overlap(&self) -> Option<Overlap> {
-        let boxes: Vec<Aabb> = (0..self.triangles.len()).map(|t| Aabb::of_points(&self.corners(t))).collect();
+        let boxes: Vec<Aabb> =
+            (0..self.triangles.len()).map(|t| Aabb::of_points(&self.corners(t)).expanded(CLEAR)).collect();
         let tree = Tree::new(&boxes);
         (0..self.triangles.len()).find_map(|first| {
             let mut found: Option<usize> = None;
