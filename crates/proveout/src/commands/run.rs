@@ -48,7 +48,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
 fn announce(memory: &StockMemory) {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let parts: Vec<String> =
-        memory.parts.iter().map(|(name, bytes)| format!("{name} {:.0} MiB", mib(*bytes))).collect();
+        memory.parts.iter().map(|(name, bytes)| format!("{name} {:.1} MiB", mib(*bytes))).collect();
     tell!("memory: {} of {:.0} MiB allowed", parts.join(", "), mib(memory.limit));
 }
 
