@@ -19,7 +19,7 @@ use crate::{Aabb, Point, TriMesh};
 /// Step of the lattice, mm: 2^-20. Exact for bodies up to 10 m.
 const LATTICE: f64 = 1.0 / 1_048_576.0;
 /// Ends of an edge nearer to a plane than this (mm) touch it.
-const CLEAR: f64 = 1e-5;
+pub(crate) const CLEAR: f64 = 1e-5;
 /// Triangles of a leaf.
 const LEAF: usize = 8;
 
@@ -38,7 +38,7 @@ pub struct Crossing {
     pub at: Point,
 }
 
-struct Tree {
+pub(crate) struct Tree {
     /// Box of each node; the children of node k are 2 k + 1 and 2 k + 2.
     nodes: Vec<Aabb>,
     order: Vec<u32>,
@@ -46,7 +46,7 @@ struct Tree {
 
 impl TriMesh {
     /// The crossing of the triangle with the lowest index; none when no edge passes through a face. Faces that lie in each other
-    /// are not seen. Corners must be finite and exist.
+    /// are for [`Self::first_overlap`]. Corners must be finite and exist.
     pub fn first_crossing(&self) -> Option<Crossing> {
         let lattice = |p: &Point| [p.x, p.y, p.z].map(|x| (x / LATTICE).round() as i64);
         let places: Vec<Place> = self.positions.iter().map(lattice).collect();
@@ -105,7 +105,7 @@ fn volume(a: &Place, b: &Place, c: &Place, d: &Place) -> i128 {
 }
 
 impl Tree {
-    fn new(boxes: &[Aabb]) -> Self {
+    pub(crate) fn new(boxes: &[Aabb]) -> Self {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let leaves = boxes.len().div_ceil(LEAF).max(1).next_power_of_two();
         let mut tree = Self { nodes: vec![Aabb::empty(); 2 * leaves - 1], order: Vec::new() };
@@ -133,7 +133,7 @@ impl Tree {
     }
 
     /// Calls with the triangles of all leaves whose box meets another.
-    fn meeting(&self, other: &Aabb, mut see: impl FnMut(usize)) {
+    pub(crate) fn meeting(&self, other: &Aabb, mut see: impl FnMut(usize)) {
         let mut open = vec![(0, 0, self.order.len())];
         while let Some((node, from, to)) = open.pop() {
             if from == to || !self.nodes[node].intersects(other) {

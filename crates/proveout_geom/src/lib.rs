@@ -5,7 +5,7 @@
 //!
 //! * [`Pose`] – rigid transform whose right angles are exact.
 //! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid, [`TriMesh::check_uncrossed`]
-//!   that it does not cross itself.
+//!   that it does not cross or overlap itself.
 //! * [`blade`] – blades with closed forms and their meshes.
 //! * [`read_mesh`], [`write_stl`] – STL, OBJ and glTF binary files.
 //!
@@ -17,6 +17,7 @@ pub mod blade;
 mod crossing;
 mod mesh;
 mod mesh_io;
+mod overlap;
 mod pose;
 mod primitives;
 mod tool_pose;
@@ -26,6 +27,7 @@ pub use angle::{deg, rad, sin_cos, wrap_near};
 pub use crossing::Crossing;
 pub use mesh::{MeshError, TriMesh};
 pub use mesh_io::{MeshFileError, read_mesh, write_stl};
+pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
 pub use tool_pose::ToolPose;

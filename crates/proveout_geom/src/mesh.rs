@@ -66,6 +66,19 @@ pub enum MeshError {
         .0.through
     )]
     Crossing(Box<Crossing>),
+    /// Two faces lie in each other.
+    #[error(
+        "the mesh overlaps itself near ({}): triangles {first} and {second} share a piece of the same face",
+        show(near)
+    )]
+    Overlap {
+        /// Index of one triangle.
+        first: usize,
+        /// Index of the other one.
+        second: usize,
+        /// Middle of the box that both share, mm.
+        near: Point,
+    },
     /// The faces look inward.
     #[error("the mesh is inside out: its volume is {volume_mm3:.3} mm3")]
     InsideOut {
@@ -186,12 +199,17 @@ impl TriMesh {
         Ok(())
     }
 
-    /// Proves that no edge passes through a face, on a mesh that [`Self::check_solid`] has found in order.
+    /// Proves that no edge passes through a face and no faces lie in each other, on a mesh that [`Self::check_solid`] has found in
+    /// order.
     ///
     /// # Errors
-    /// [`MeshError::Crossing`] with the first one.
+    /// [`MeshError::Crossing`] or [`MeshError::Overlap`] with the first one.
     pub fn check_uncrossed(&self) -> Result<(), MeshError> {
-        self.first_crossing().map_or(Ok(()), |crossing| Err(MeshError::Crossing(Box::new(crossing))))
+        if let Some(crossing) = self.first_crossing() {
+            return Err(MeshError::Crossing(Box::new(crossing)));
+        }
+        let overlap = self.first_overlap();
+        overlap.map_or(Ok(()), |o| Err(MeshError::Overlap { first: o.first, second: o.second, near: o.near }))
     }
 
     /// Outward normal of a triangle, not of unit length: twice the area, mm².

@@ -133,6 +133,52 @@ fn blocks_and_surface_are_complete() {
 }
 
 #[test]
+fn points_of_a_patch_and_its_mesh_are_told_apart_and_shown() {
+    use proveout_geom::{Aabb, Point, Vector, box_mesh};
+    use proveout_sim::{MapPoint, PatchMap, SurfaceMap};
+    let at = |x: f64| MapPoint {
+        position: [x, 0.0, 0.0],
+        normal: [0.0, 0.0, 1.0],
+        deviation: Some(0.01 * x),
+        scallop: None,
+        made_by: Some(1),
+    };
+    let cube = |low: f64| box_mesh(&Aabb { min: Point::new(low, 0.0, 0.0), max: Point::new(low + 1.0, 1.0, 1.0) });
+    let normals = vec![Vector::z(); cube(0.0).positions.len()];
+    let deviations = vec![0.01; normals.len()];
+    let surface = SurfaceMap {
+        mesh: cube(0.0),
+        normals: normals.clone(),
+        vertex_deviation: deviations.clone(),
+        points: vec![at(0.0), at(5.0), at(6.0)],
+        cells_mm: [1.0; 3],
+        patches: vec![PatchMap {
+            name: "edge".into(),
+            window: Aabb { min: Point::new(4.0, -1.0, -1.0), max: Point::new(9.0, 1.0, 1.0) },
+            cells_mm: [0.5; 3],
+            mesh: cube(5.0),
+            normals,
+            vertex_deviation: deviations,
+            points: 1..3,
+        }],
+    };
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("surface.parquet");
+    proveout_record::write_surface_table(&path, &surface).expect("written");
+    let (batch, _) = read(&path);
+    let patch = batch.column_by_name("patch").expect("patch").as_string::<i32>();
+    let names: Vec<Option<&str>> = (0..3).map(|k| (!patch.is_null(k)).then(|| patch.value(k))).collect();
+    assert_eq!(names, [None, Some("edge"), Some("edge")]);
+    // Four points of the patch stand where the stock has one.
+    let weights: Vec<f64> = surface.weighted_points().map(|(_, w)| w).collect();
+    assert_eq!(weights, [1.0, 0.25, 0.25]);
+    proveout_record::write_part_files(folder.path(), &surface, 0.001).expect("written");
+    let file = gltf::Gltf::open(folder.path().join("part.glb")).expect("valid glTF");
+    let bounds = file.meshes().next().expect("mesh").primitives().next().expect("primitive").bounding_box();
+    assert_eq!((bounds.min, bounds.max), ([0.0; 3], [6.0, 1.0, 1.0]), "stock and patch");
+}
+
+#[test]
 fn gltf_files_hold_the_surface_with_finite_numbers() {
     with_run(|folder, shown| {
         for (name, colored) in [("part.glb", false), ("deviation.glb", true)] {

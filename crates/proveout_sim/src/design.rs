@@ -153,6 +153,10 @@ pub(crate) fn measure(prepared: &Prepared, stock: &TriDexel, patches: &[Patch]) 
             ));
         }
     }
+    if !map.patches.is_empty() {
+        let names: Vec<&str> = map.patches.iter().map(|p| p.name.as_str()).collect();
+        extent = format!("{extent}, finer in {}", names.join(", "));
+    }
     if result.samples == 0 {
         left_out.push("no point of the cut part lies near the design".into());
     }

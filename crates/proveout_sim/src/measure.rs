@@ -123,7 +123,8 @@ pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
     let path = if questions.stock.is_dir() { questions.stock.join(STOCK_FILE) } else { questions.stock.clone() };
     let refuse = |message: String, help: &str| SimError::from(ConfigError::file(&path, message, help));
     for (_, direction) in &questions.walls {
-        if !(direction.iter().map(|d| d * d).sum::<f64>().sqrt() > 1e-9) {
+        let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
+        if length <= 1e-9 || !length.is_finite() {
             return Err(refuse(
                 format!("the direction {direction:?} of a wall has no length"),
                 "give three numbers of which one is not 0, such as 0,0,1",
@@ -190,7 +191,7 @@ fn section(probe: &Probe, design: Option<&Probe>, axis: usize, at: f64) -> Resul
     let name = ['x', 'y', 'z'][axis.min(2)];
     let bounds = probe.mesh().aabb();
     let (low, high) = (bounds.min[axis], bounds.max[axis]);
-    if !(low < at && at < high) {
+    if at <= low || at >= high || at.is_nan() {
         let message =
             format!("the section {name}={at} does not meet the stock, which reaches from {low:.3} to {high:.3} mm");
         return Err((message, format!("choose a {name} between them")));

@@ -18,7 +18,8 @@ use crate::{
     digest,
     error::SimError,
     part_on_table::PartOnTable,
-    programs, raw_stock,
+    programs,
+    raw_stock::{self, StockMemory},
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
@@ -103,6 +104,18 @@ impl Prepared {
     /// # Errors
     /// [`SimError`] with place and remedy for the first fault.
     pub fn read(scene_path: &Path, choice: &Choice) -> Result<Self, SimError> {
+        Self::read_announced(scene_path, choice, &mut |_| ())
+    }
+
+    /// The same, telling what memory stock and patches will take before it is taken.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_announced(
+        scene_path: &Path,
+        choice: &Choice,
+        announce: &mut dyn FnMut(&StockMemory),
+    ) -> Result<Self, SimError> {
         let start = Instant::now();
         let scene = Scene::read(scene_path)?;
         let entry = program_entry(&scene, choice)?;
@@ -122,7 +135,7 @@ impl Prepared {
         ];
 
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
-        let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs)?;
+        let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs, announce)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;

@@ -25,13 +25,23 @@ pub fn patch_file(name: &str) -> String {
     format!("stock-patch-{name}.dexel")
 }
 
+/// What rays will take, told before they are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StockMemory {
+    /// The stock first, then each patch by its name, bytes.
+    pub parts: Vec<(String, u64)>,
+    /// Allowed for all together, bytes.
+    pub limit: u64,
+}
+
 /// Makes the stock and its patches; files that are read are added to `inputs`. Nothing is allocated before all of them together
-/// are known to fit into `limit_bytes`.
+/// are known to fit into `limit_bytes` and `announce` was told.
 pub(crate) fn make(
     scene: &Scene,
     cells: [f64; 3],
     limit_bytes: u64,
     inputs: &mut Vec<(String, PathBuf)>,
+    announce: &mut dyn FnMut(&StockMemory),
 ) -> Result<(TriDexel, Vec<Patch>), SimError> {
     let file = scene.file.stock.get_ref();
     let mut body = formed(scene, file, limit_bytes, inputs)?;
@@ -59,6 +69,9 @@ pub(crate) fn make(
             plans.is_ok_and(|plans| plans.iter().map(PatchPlan::memory_estimate).sum::<u64>() <= room)
         }));
     }
+    let patches = plans.iter().map(|(name, plan)| ((*name).to_owned(), plan.memory_estimate()));
+    let parts = std::iter::once(("stock".to_owned(), of_stock)).chain(patches).collect();
+    announce(&StockMemory { parts, limit: limit_bytes });
     let mut stock = body.stock(cells, limit_bytes)?;
     stock.watch_engagement(scene.file.engagement);
     let mut patches = Vec::new();

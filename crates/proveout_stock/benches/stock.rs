@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use proveout_geom::{Aabb, Point, Pose, ToolPose, Vector, rad};
-use proveout_stock::{Action, Probe, SweepItem, SweepMotion, TriDexel};
+use proveout_stock::{Action, Patch, PatchPlan, Probe, RawBody, SweepItem, SweepMotion, TriDexel};
 use proveout_tool::{Profile, Segment};
 
 const MIB: f64 = 1_048_576.0;
@@ -190,6 +190,36 @@ fn scaling(rows: usize) {
     }
 }
 
+/// What a patch of 10 x 10 mm with cells of half the size costs beside the stock: over the path, and where no motion comes.
+fn patches(rows: usize) {
+    let (body, raw) = (ball(4.0, 40.0), RawBody::block(&block(1.0).bounds()));
+    let moves = waves(rows, 1.5, 0.36);
+    let items: Vec<SweepItem<'_>> = moves
+        .iter()
+        .enumerate()
+        .map(|(k, m)| SweepItem { id: k as u32, body: &body, action: Action::Remove, motion: *m })
+        .collect();
+    let stock = (0..3).map(|_| cut(&mut block(0.1), &body, &moves).0).fold(f64::INFINITY, f64::min);
+    for (name, low) in [("over the path", [45.0, 1.0]), ("far from it", [45.0, 85.0])] {
+        let window = Aabb { min: Point::new(low[0], low[1], -5.0), max: Point::new(low[0] + 10.0, low[1] + 10.0, 1.0) };
+        let bounds = Aabb { min: Point::new(0.0, 0.0, -20.0), max: Point::new(100.0, 100.0, 0.0) };
+        let made = PatchPlan::new(&bounds, [0.1; 3], &window, 0.05).map(|plan| Patch::new("p", plan, &raw, 4 << 30));
+        let Ok(Ok(patch)) = made else { continue };
+        let mib = patch.stock().memory_bytes() as f64 / MIB;
+        let once = || {
+            let mut patch = patch.clone();
+            timed(|| patch.sweep(&items)).1
+        };
+        let used = (0..3).map(|_| once()).fold(f64::INFINITY, f64::min);
+        println!(
+            "patch {name}: {mib:.1} MiB, {:.3} us a move, {:.2} % of the stock's {:.1} us",
+            used * 1e6 / moves.len() as f64,
+            100.0 * used / stock,
+            stock * 1e6 / moves.len() as f64
+        );
+    }
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let at = arguments.iter().position(|a| a == "--rows");
@@ -197,4 +227,5 @@ fn main() {
     watched(rows);
     files(rows);
     scaling(rows);
+    patches(rows);
 }

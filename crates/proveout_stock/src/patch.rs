@@ -270,14 +270,19 @@ impl Patch {
     }
 }
 
-/// Whether the ball round the tip that holds the body can come to the box.
+/// Whether the body can come to a box: its piece of axis lies in the sum of the boxes of the tip's path and of the axis at both
+/// ends, but for the height of the arc on which the axis turns.
 fn reaches(item: &SweepItem<'_>, bounds: &Aabb) -> bool {
-    let body = item.body;
-    let reach = body.max_radius().hypot(body.z_min().abs().max(body.z_max().abs()));
-    let (from, to) = (item.motion.from.tip, item.motion.to.tip);
-    let path = Aabb { min: from.inf(&to), max: from.sup(&to) };
+    let (body, [from, to]) = (item.body, [item.motion.from, item.motion.to]);
+    let heights = [body.z_min(), body.z_max()];
+    let along = heights.map(|z| [from.axis * z, to.axis * z]);
+    let ends = along.iter().flatten();
+    let (low, high) = ends.fold((along[0][0], along[0][0]), |(low, high), p| (low.inf(p), high.sup(p)));
+    let path = Aabb { min: from.tip.inf(&to.tip) + low, max: from.tip.sup(&to.tip) + high };
+    let reach = heights[0].abs().max(heights[1].abs());
+    let arc = reach * (1.0 - (0.5 * from.angle_to(&to)).cos());
     // A number that is not finite meets nothing in either way.
-    path.expanded(reach).intersects(bounds)
+    path.expanded(body.max_radius() + arc).intersects(bounds)
 }
 
 /// Material on the ray along `axis` nearest to a place, as [`TriDexel::intervals_on`] gives it, with that of the first patch over

@@ -92,11 +92,11 @@ fn print(a: &Answers) {
         let length: f64 = s.stock.outlines.iter().map(|o| o.length_mm).sum();
         let design = s.design.as_ref().map_or_else(String::new, |d| format!("; design {:.4} mm²", d.area_mm2));
         say!(
-            "section {}={} mm: {:.4} mm² in {} outlines, {holes} of them holes, {length:.4} mm long{design}",
+            "section {}={} mm: {:.4} mm²; outlines round material {}, round holes {holes}, {length:.4} mm long{design}",
             s.axis,
             s.at_mm,
             s.stock.area_mm2,
-            s.stock.outlines.len()
+            s.stock.outlines.len() - holes
         );
     }
     let place = |p: &[f64; 3]| format!("X{:.4} Y{:.4} Z{:.4}", p[0], p[1], p[2]);

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
-    Choice, Observer, Prepared, RunFolder, SimError,
+    Choice, Observer, Prepared, RunFolder, SimError, StockMemory,
     run::{RunResult, run as prove},
     scene::{DynamicsFile, PlantFile},
     verdict::{State, Verdict},
@@ -28,7 +28,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
             PlantArg::Rapier => PlantFile::Rapier,
         }),
     };
-    let prepared = pool.install(|| Prepared::read(&args.scene, &choice)).map_err(|e| Failure::from(&e))?;
+    let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
+    let prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
     let place = args.out.clone().unwrap_or_else(|| {
         PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
     });
@@ -41,6 +42,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
     let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
     print_summary(&result, &place);
     Ok(result.verdict.verdict == State::Pass)
+}
+
+/// Tells what the rays will take, before they are made.
+fn announce(memory: &StockMemory) {
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let parts: Vec<String> =
+        memory.parts.iter().map(|(name, bytes)| format!("{name} {:.1} MiB", mib(*bytes))).collect();
+    tell!("memory: {} of {:.0} MiB allowed", parts.join(", "), mib(memory.limit));
 }
 
 /// Checks the cell and starts the workers.
