@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, join},
+    lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, WIDE, join},
     lanes::{L, load, width},
     motion::Piece,
     span::SLIVER,
@@ -109,9 +109,9 @@ impl WithSimd for BallOnLanes<'_> {
 pub(crate) struct BallOnRows<'a> {
     pub path: &'a BallPath,
     pub u: [f64; 2],
-    pub v: &'a [f64; ROW],
-    pub lo: &'a [f64; ROW],
-    pub hi: &'a [f64; ROW],
+    pub v: &'a [f64; WIDE],
+    pub lo: &'a [f64; WIDE],
+    pub hi: &'a [f64; WIDE],
 }
 
 impl WithSimd for BallOnRows<'_> {
@@ -124,8 +124,8 @@ impl WithSimd for BallOnRows<'_> {
         let du = (low[1] - u[1]).max(u[0] - high[1]).max(0.0);
         let zero = L::splat(simd, 0.0);
         let room = zero.same(path.radius * path.radius - du * du);
-        let mut met = [0.0; ROW];
-        for g in 0..ROW / width::<S>() {
+        let mut met = [0.0; WIDE];
+        for g in 0..ROW.div_ceil(width::<S>()) {
             let v = load(simd, v, g);
             let dv = (zero.same(low[2]) - v).max(v - zero.same(high[2])).max(zero);
             let k2 = room - dv * dv;
@@ -140,9 +140,9 @@ impl WithSimd for BallOnRows<'_> {
 
 /// A bit for every number that is not zero.
 #[inline(always)]
-pub(crate) fn bits(x: &[f64; ROW]) -> u8 {
+pub(crate) fn bits(x: &[f64; WIDE]) -> u8 {
     let mut all = 0;
-    for (k, &x) in x.iter().enumerate() {
+    for (k, &x) in x[..ROW].iter().enumerate() {
         all |= u8::from(x > 0.0) << k;
     }
     all

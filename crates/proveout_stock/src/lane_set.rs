@@ -12,6 +12,9 @@ pub(crate) const LANES: usize = crate::grid::TILE_RAYS;
 /// Lanes of a row: rays of a tile with the same v.
 pub(crate) const ROW: usize = crate::grid::TILE;
 
+/// Room for a number a row, filled up to the widest vector.
+pub(crate) const WIDE: usize = 16;
+
 /// What is known of a lane: nothing is taken, one interval is taken, or the kernel could not prove its answer and the ray must
 /// be searched (see `ray_translate`, `ray_turn`).
 pub(crate) const NOTHING: f64 = 0.0;
@@ -129,8 +132,9 @@ impl Lanes {
     /// Whether vector `g` has lanes that are asked for.
     #[inline(always)]
     pub(crate) fn asks<S: Simd>(&self, g: usize) -> bool {
-        const { assert!(width::<S>() <= ROW, "a vector lies in one row") };
-        self.rows >> (g * width::<S>() / ROW) & 1 == 1
+        let whole = width::<S>() / ROW;
+        let rows = if whole > 1 { (1 << whole) - 1 } else { 1 };
+        self.rows >> (g * width::<S>() / ROW) & rows != 0
     }
 
     /// Adds a lane and asks for it; nothing happens when all are in use.

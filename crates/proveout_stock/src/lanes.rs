@@ -74,20 +74,6 @@ impl<S: Simd> L<S> {
         self.lt(other).select(self, other)
     }
 
-    /// The largest of all lanes; rounding plays no part in it, so the order of the lanes does not either.
-    #[inline(always)]
-    pub(crate) fn highest(self) -> f64 {
-        let (a, b) = (self.simd.reduce_max_f64s(self.v[0]), self.simd.reduce_max_f64s(self.v[1]));
-        if a > b { a } else { b }
-    }
-
-    /// The smallest of all lanes.
-    #[inline(always)]
-    pub(crate) fn lowest(self) -> f64 {
-        let (a, b) = (self.simd.reduce_min_f64s(self.v[0]), self.simd.reduce_min_f64s(self.v[1]));
-        if a < b { a } else { b }
-    }
-
     #[inline(always)]
     pub(crate) fn lt(self, other: Self) -> Mask<S> {
         let (a, b) = (self.v, other.v);
@@ -151,11 +137,24 @@ impl<S: Simd> Mask<S> {
 
     #[inline(always)]
     pub(crate) fn any(self) -> bool {
-        let (no, yes) = (self.simd.splat_f64s(0.0), self.simd.splat_f64s(1.0));
-        let either = self.simd.or_m64s(self.m[0], self.m[1]);
-        // A sum of ones is exact, and cheaper than a maximum that minds numbers that are none.
-        self.simd.reduce_sum_f64s(self.simd.select_f64s(either, yes, no)) > 0.0
+        any(self.simd, self.simd.or_m64s(self.m[0], self.m[1]))
     }
+
+    /// The same for the first half of the lanes and for the second.
+    #[inline(always)]
+    pub(crate) fn any_of_halves(self) -> [bool; 2] {
+        [any(self.simd, self.m[0]), any(self.simd, self.m[1])]
+    }
+}
+
+#[inline(always)]
+fn any<S: Simd>(simd: S, m: S::m64s) -> bool {
+    if size_of::<S::m64s>() < S::F64_LANES * size_of::<f64>() {
+        return simd.first_true_m64s(m) < S::F64_LANES;
+    }
+    // A sum of ones is exact, and cheaper than a maximum that minds numbers that are none.
+    let (no, yes) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+    simd.reduce_sum_f64s(simd.select_f64s(m, yes, no)) > 0.0
 }
 
 impl<S: Simd> BitAnd for Mask<S> {
@@ -201,6 +200,26 @@ pub(crate) fn scale<S: Simd>(a: L3<S>, k: L<S>) -> L3<S> {
 #[inline(always)]
 pub(crate) fn cross<S: Simd>(a: L3<S>, b: L3<S>) -> L3<S> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The smallest of some numbers; rounding plays no part in it, so the order of the lanes does not either.
+#[inline(always)]
+pub(crate) fn lowest<S: Simd>(simd: S, x: &[f64]) -> f64 {
+    let mut least = simd.splat_f64s(f64::INFINITY);
+    for &v in S::as_simd_f64s(x).0 {
+        least = simd.min_f64s(v, least);
+    }
+    simd.reduce_min_f64s(least)
+}
+
+/// The largest of some numbers.
+#[inline(always)]
+pub(crate) fn highest<S: Simd>(simd: S, x: &[f64]) -> f64 {
+    let mut most = simd.splat_f64s(f64::NEG_INFINITY);
+    for &v in S::as_simd_f64s(x).0 {
+        most = simd.max_f64s(v, most);
+    }
+    simd.reduce_max_f64s(most)
 }
 
 /// Vector `g` of an array whose length is a multiple of [`width`].

@@ -11,7 +11,7 @@
 
 use crate::{
     grid::{Grid, TILE},
-    lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip},
+    lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
     span::{Mark, SLIVER, Span},
     tile::Tile,
 };
@@ -21,8 +21,8 @@ use crate::{
 pub(crate) struct Layer {
     pub lanes: Lanes,
     /// Range of each row, mm; lo > hi: empty.
-    pub row_lo: [f64; ROW],
-    pub row_hi: [f64; ROW],
+    pub row_lo: [f64; WIDE],
+    pub row_hi: [f64; WIDE],
 }
 
 /// See the module.
@@ -33,7 +33,7 @@ pub(crate) struct Field {
     depth: usize,
     columns: [f64; ROW],
     /// Ray centers along v of the rows, and the range along u.
-    pub row_v: [f64; ROW],
+    pub row_v: [f64; WIDE],
     pub u: [f64; 2],
     /// Range of all, mm.
     pub lo: f64,
@@ -90,7 +90,7 @@ impl Field {
         }
         let Layer { lanes, row_lo, row_hi } = &mut self.layers[self.depth];
         lanes.clear();
-        (*row_lo, *row_hi) = ([f64::INFINITY; ROW], [f64::NEG_INFINITY; ROW]);
+        (*row_lo, *row_hi) = ([f64::INFINITY; WIDE], [f64::NEG_INFINITY; WIDE]);
         for r in 0..LANES {
             (lanes.u[r], lanes.v[r], lanes.ray[r]) = (self.columns[r % ROW], self.row_v[r / ROW], r as u8);
         }
