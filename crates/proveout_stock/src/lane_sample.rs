@@ -51,10 +51,13 @@ pub(crate) struct Sample<S: Simd> {
     p: L3<S>,
     per_r: L<S>,
     axis: L3<S>,
+    /// Height of the point above the tip.
+    pub z: L<S>,
     fr: L<S>,
     fz: L<S>,
     km: L<S>,
-    kr: L<S>,
+    /// Curvature round the axis.
+    pub kr: L<S>,
 }
 
 /// How far a point lies at least outside of the body at any time, by half spaces with the unit normal `n`, which stands still in
@@ -139,10 +142,36 @@ pub(crate) fn sample<S: Simd, const TURNS: bool>(
     if TURNS {
         ft = ft + dot(p, motion.turn) * (fz - kr * z);
     }
-    Sample { f, fs: normal[0], ft, normal, y, p, per_r, axis, fr, fz, km, kr }
+    Sample { f, fs: normal[0], ft, normal, y, p, per_r, axis, z, fr, fz, km, kr }
 }
 
 impl<S: Simd> Sample<S> {
+    /// The velocity of the body at the point, by the chord of its turn.
+    #[inline(always)]
+    pub(crate) fn velocity<const TURNS: bool>(&self, motion: &Motion<S>) -> L3<S> {
+        let v = motion.travel;
+        if !TURNS {
+            return v;
+        }
+        let turning = cross(motion.omega, self.y);
+        [v[0] + turning[0], v[1] + turning[1], v[2] + turning[2]]
+    }
+
+    /// The normal turned to be perpendicular to the velocity, as that of the swept surface is; it stays where the body hardly moves.
+    #[inline(always)]
+    pub(crate) fn normal_across_way<const TURNS: bool>(&self, motion: &Motion<S>) -> L3<S> {
+        let v = self.velocity::<TURNS>(motion);
+        let square = dot(v, v);
+        let moves = square.gt(square.same(1e-12));
+        let k = -dot(self.normal, v) / moves.select(square, square.same(1.0));
+        let n = along(self.normal, v, k);
+        // The rest of a unit normal that runs along the way is nothing.
+        let length2 = dot(n, n);
+        let enough = moves & length2.gt(length2.same(0.01));
+        let n = scale(n, length2.same(1.0) / enough.select(length2, length2.same(1.0)).sqrt());
+        enough.select3(n, self.normal)
+    }
+
     /// Curvature of F with time, with time and height, and with height, by the shape of the body alone.
     ///
     /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
@@ -150,11 +179,7 @@ impl<S: Simd> Sample<S> {
     #[inline(always)]
     pub(crate) fn curvature<const TURNS: bool>(&self, motion: &Motion<S>) -> [L<S>; 3] {
         let (p, w) = (self.p, self.axis);
-        let mut velocity = motion.travel;
-        if TURNS {
-            let turning = cross(motion.omega, self.y);
-            velocity = [velocity[0] + turning[0], velocity[1] + turning[1], velocity[2] + turning[2]];
-        }
+        let velocity = self.velocity::<TURNS>(motion);
         // The sign of the velocity: the body moves, the point stands.
         let (pv, wv) = (-dot(p, velocity) * self.per_r, -dot(w, velocity));
         let tv = self.fr * wv - self.fz * pv;

@@ -17,6 +17,8 @@ pub(crate) const MORE_STEPS: usize = 24;
 /// An end counts as found when F is this near to zero (mm); a last step of Newton's method follows, so what remains is of
 /// second order.
 const FLAT: f64 = 1e-5;
+/// The same on smooth skin, where the square of the last step counts.
+const SMOOTH_FLAT: f64 = 0.01;
 /// Least slope of F along the ray at an end: steeper grazing goes to the searches.
 const GRAZING: f64 = 0.004;
 
@@ -90,7 +92,13 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let (up, steep) = (q.fs.gt(zero), q.fs.abs());
         let rise = q.fs * outward;
         let inside = q.f.le(s.same(REACHED));
-        let near = q.f.abs().le(s.same(FLAT));
+        let turned = rise.le(s.same(1e-9));
+        let drop = q.f / turned.select(one, q.fs);
+        // Where the skin is smooth the last step may be longer: F leaves the tangent by curvature / 2 times its square.
+        let left_over = drop * drop * q.kr.max(s.same(body.bend));
+        let smooth = q.z.gt(s.same(body.smooth[0])) & q.z.lt(s.same(body.smooth[1]));
+        let near = q.f.abs().le(s.same(FLAT))
+            | (smooth & !turned & left_over.le(s.same(2.0 * FLAT)) & q.f.abs().le(s.same(SMOOTH_FLAT)));
         let covered = active & inside & s.ge(limit) & s.le(limit);
         let mut done = covered;
         found.covered = found.covered | covered;
@@ -121,21 +129,21 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
                 miss = outside & least.ge(-allowed);
             }
             let apart = outside & !miss;
-            let open = if TURNS { apart | (active & near & deficit.gt(allowed)) } else { apart };
+            let open = apart | (active & near & deficit.gt(allowed));
             if open.any() {
                 // Ends want the half space of the sample, misses one along the ray: it says the same about all of the ray.
-                let mut across = q.normal;
+                let mut across = q.normal_across_way::<TURNS>(motion);
                 if sign > 0.0 {
-                    across = (apart & !near).select3(q.normal_across(), q.normal);
+                    across = (apart & !near).select3(q.normal_across(), across);
                 }
                 let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
-                let parallel = across[0].abs();
-                miss = miss | (apart & (clear - parallel * away).ge(-allowed));
-                if TURNS {
-                    let better = open & near & (q.f - clear).lt(deficit);
-                    deficit = better.select(q.f - clear, deficit);
-                    slope = better.select(zero, slope);
-                }
+                let away = across[0].gt(zero).select(below, above);
+                miss = miss | (apart & (clear - across[0].abs() * away).ge(-allowed));
+                // Between the end where the last step leads and where the half space cuts the ray.
+                let between = drop * across[0] - clear;
+                let better = open & near & (across[0] * outward).ge(s.same(GRAZING)) & between.lt(deficit);
+                deficit = better.select(between.max(zero), deficit);
+                slope = better.select(zero, slope);
             }
             if sign > 0.0 && (outside & !miss).any() {
                 let here = Side { s, f: q.f, fs: q.fs, deficit, slope };
@@ -169,7 +177,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             done = done | miss | end;
             found.miss = found.miss | miss;
             found.end = found.end | end;
-            found.s = end.select(s - q.f / end.select(q.fs, one), found.s);
+            found.s = end.select(s - drop, found.s);
         }
         if done.any() {
             found.s = (done & !found.end).select(s, found.s);
@@ -189,10 +197,9 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             }
         }
         // Next height: out of the body, or down to it; where F does not fall that way only the time can help.
-        let turned = rise.le(s.same(1e-9));
         let deep = inside & turned;
         let stay = !inside & turned;
-        let newton = s - q.f / turned.select(one, q.fs);
+        let newton = s - drop;
         // Newton's method from one side of the minimum may land on the other side.
         let past = valley & (newton.le(sinking.s) | newton.ge(rising.s));
         let astray = active & (stay | past);
