@@ -75,6 +75,23 @@ impl Piece {
     }
 }
 
+/// Leaves out the lines that continue an arc: its tangents at its ends are the same.
+fn needed(pieces: Vec<Piece>) -> Vec<Piece> {
+    let arcs: Vec<Piece> = pieces.iter().filter(|p| matches!(p, Piece::Arc { .. })).copied().collect();
+    let mut kept = pieces;
+    kept.retain(|piece| {
+        let Piece::Line { nr, nz, c } = *piece else { return true };
+        !arcs.iter().any(|arc| {
+            let Piece::Arc { center, radius, first, last } = *arc else { return false };
+            [first, last].iter().any(|n| {
+                let support = n[0] * center[0] + n[1] * center[1] + radius;
+                (n[0] - nr).hypot(n[1] - nz) < 1e-12 && (support - c).abs() < 1e-11
+            })
+        })
+    });
+    kept
+}
+
 /// Arcs as tubes, and the corners that no arc rounds.
 fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
     let mut tubes: Vec<[f64; 4]> = Vec::new();
@@ -185,7 +202,7 @@ impl Meridian {
         Self {
             smooth,
             bend,
-            pieces: profile.segments().iter().map(Piece::of).collect(),
+            pieces: needed(profile.segments().iter().map(Piece::of).collect()),
             tubes: tubes(profile.segments()),
             ball: None,
             has_rest: true,
@@ -201,16 +218,17 @@ impl Meridian {
         let whole = Self::whole(profile);
         let Some(Segment::Arc { center, radius, to, .. }) = profile.segments().first() else { return whole };
         // The whole ball must lie in the body: its support may not pass that of any other piece.
-        let inside = whole.pieces[1..].iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + 1e-9 + TOUCH);
+        let mut pieces: Vec<Piece> = profile.segments()[1..].iter().map(Piece::of).collect();
+        let inside = pieces.iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + 1e-9 + TOUCH);
         if center[0].abs() > 1e-9 || !inside {
             return whole;
         }
-        let mut pieces = whole.pieces[1..].to_vec();
         let has_rest = !pieces.is_empty();
         pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
         let tubes = tubes(&profile.segments()[1..]);
         // The plane that closes the rest below makes an edge.
         let smooth = [whole.smooth[0].max(to[1] + EDGE), whole.smooth[1]];
+        let pieces = needed(pieces);
         Self { pieces, tubes, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], smooth, ..whole }
     }
 
