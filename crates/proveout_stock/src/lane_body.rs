@@ -29,7 +29,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     lane_sample::{Motion, Ray, sample},
-    lane_search::search,
+    lane_search::{Found, look, search},
     lane_set::{LANES, Lanes, Maker, UNPROVEN, join},
     lanes::{L, load, put, width},
     meridian::Meridian,
@@ -103,13 +103,34 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let time =
             (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
         let time = time.max(zero).min(zero.same(1.0));
-        let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (s, time), wanted, steps);
+        let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
+        let none = !wanted & wanted;
+        let mut above = Found {
+            covered: look.covered,
+            end: none,
+            miss: look.miss,
+            s: ray.hi,
+            tau: time,
+            other: look.s,
+            other_tau: look.tau,
+        };
+        let open = wanted & !look.covered & !look.miss;
+        if open.any() {
+            let searched = search::<S, TURNS>(&motion, body, &ray, 1.0, (look.s, look.tau), open, steps);
+            above.covered = above.covered | searched.covered;
+            above.end = searched.end;
+            above.miss = above.miss | searched.miss;
+            above.s = open.select(searched.s, above.s);
+            above.tau = open.select(searched.tau, above.tau);
+            above.other = open.select(searched.other, above.other);
+            above.other_tau = open.select(searched.tau, above.other_tau);
+        }
         let met = above.covered | above.end;
         let mut hit = met;
         let mut below = above;
         if met.any() {
             let start = above.covered.select(above.other, ray.lo).max(ray.lo).min(ray.hi);
-            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met, steps);
+            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.other_tau), met, steps);
             hit = met & (below.covered | below.end);
         }
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));

@@ -3,8 +3,8 @@
 use pulp::Simd;
 
 use crate::{
-    lane_sample::{Motion, Ray, clearance, sample},
-    lanes::{L, Mask, cross, dot},
+    lane_sample::{Motion, Ray, Sample, clearance, sample},
+    lanes::{L, L3, Mask, cross, dot},
     meridian::Meridian,
     motion::{SEARCH_ERROR, TURN_ERROR},
     ray::REACHED,
@@ -38,6 +38,7 @@ pub(crate) struct Found<S: Simd> {
     pub tau: L<S>,
     /// Where the other end of the interval may be looked for, if the body covers this one.
     pub other: L<S>,
+    pub other_tau: L<S>,
 }
 
 /// A sample outside of the body.
@@ -61,6 +62,96 @@ impl<S: Simd> Side<S> {
     }
 }
 
+/// What the first sample of a ray told.
+#[derive(Clone, Copy)]
+pub(crate) struct Look<S: Simd> {
+    pub covered: Mask<S>,
+    pub miss: Mask<S>,
+    /// Height and time where the search goes on: for the other end where this one is covered.
+    pub s: L<S>,
+    pub tau: L<S>,
+    /// F and the point from the tip at the sample.
+    pub f: L<S>,
+    pub y: L3<S>,
+}
+
+/// The first sample of a search for the upper end, which settles most rays: the body does not meet the material, or covers its end.
+#[inline(always)]
+pub(crate) fn look<S: Simd, const TURNS: bool>(
+    motion: &Motion<S>,
+    body: &Meridian,
+    ray: &Ray<S>,
+    (s, tau): (L<S>, L<S>),
+    wanted: Mask<S>,
+) -> Look<S> {
+    let (zero, one) = (s.same(0.0), s.same(1.0));
+    let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
+    let q = sample::<S, TURNS>(motion, body, ray, s, tau);
+    let inside = q.f.le(s.same(REACHED));
+    let outside = wanted & !inside;
+    let mut miss = outside & !wanted;
+    if outside.any() {
+        let up = q.fs.gt(zero);
+        let (above, below) = (ray.hi - s, s - ray.lo);
+        let [deficit, slope] = bound::<S, TURNS>(motion, &q, tau);
+        let away = up.select(below, above);
+        let steep = q.fs.abs();
+        let mut least = q.f - deficit - (steep + slope) * away;
+        if TURNS {
+            least = least - (slope - steep).max(zero) * up.select(above, below);
+        }
+        miss = outside & least.ge(-allowed);
+        if (outside & !miss).any() {
+            let across = q.normal_across();
+            let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
+            miss = miss | (outside & (clear - across[0].abs() * away).ge(-allowed));
+        }
+    }
+    let covered = wanted & inside & s.ge(ray.hi);
+    let mut look = Look { covered, miss, s, tau, f: q.f, y: q.y };
+    let open = wanted & !miss;
+    if open.any() {
+        let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
+        let round = fss.gt(s.same(1e-3));
+        let per_fss = one / round.select(fss, one);
+        let root = (q.fs * q.fs - s.same(2.0) * q.f * fss).max(zero).sqrt();
+        let turned = q.fs.le(s.same(1e-9));
+        let drop = q.f / turned.select(one, q.fs);
+        // Up out of the body: on the parabola with the height, slope and curvature of the skin, or straight. From outside to where F
+        // is least.
+        let out = round.select((root - q.fs) * per_fss, turned.select(ray.hi - s, -drop));
+        let lowest = round.select(-q.fs * per_fss, turned.select(ray.hi - s, -drop));
+        // Down out of it from the covered end.
+        let other = -round.select((root + q.fs) * per_fss, q.f / q.fs.min(s.same(-0.05)));
+        let step = covered.select(other, inside.select(out, (turned & outside).select(lowest, -drop)));
+        let next = (s + step).max(ray.lo).min(ray.hi);
+        let time = (tau - (q.ft + fts * (next - s)) / ftt.max(s.same(1e-9))).max(zero).min(one);
+        look.s = next;
+        look.tau = time;
+    }
+    look
+}
+
+/// How much deeper than at the sample the body may be at another time, and how fast that grows along the ray: (1).
+#[inline(always)]
+fn bound<S: Simd, const TURNS: bool>(motion: &Motion<S>, q: &Sample<S>, tau: L<S>) -> [L<S>; 2] {
+    let (zero, one) = (tau.same(0.0), tau.same(1.0));
+    let (left, right) = (tau, one - tau);
+    if !TURNS {
+        return [(left * q.ft).max(right * -q.ft).max(zero), zero];
+    }
+    let carried = cross(motion.omega, q.normal);
+    let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
+        - motion.angle2 * dot(q.normal, q.y)
+        - tau.same(2.0) * dot(carried, motion.travel);
+    let bend = tau.same(0.5) * (-second).max(zero);
+    let before = left * (left * (bend + motion.third * left) + q.ft);
+    let after = right * (right * (bend + motion.third * right) - q.ft);
+    let far = left.max(right);
+    let slope = carried[0].abs() * far + tau.same(0.5) * motion.angle2 * far * far;
+    [before.max(after).max(zero), slope]
+}
+
 /// Upper (`sign` 1) or lower (-1) end of the interval, from a start (height, time).
 #[inline(always)]
 pub(crate) fn search<S: Simd, const TURNS: bool>(
@@ -78,7 +169,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     let limit = if sign > 0.0 { ray.hi } else { ray.lo };
     let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
     let none = !wanted & wanted;
-    let mut found = Found { covered: none, end: none, miss: none, s, tau, other: s };
+    let mut found = Found { covered: none, end: none, miss: none, s, tau, other: s, other_tau: tau };
     let mut active = wanted;
     // Samples outside of the body between which F has its minimum along the ray.
     let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero, slope: zero };
@@ -88,7 +179,6 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     let (mut grows, mut grows_at) = (zero, one);
     for _ in 0..steps {
         let q = sample::<S, TURNS>(motion, body, ray, s, tau);
-        let (left, right) = (tau, one - tau);
         let (up, steep) = (q.fs.gt(zero), q.fs.abs());
         let rise = q.fs * outward;
         let inside = q.f.le(s.same(REACHED));
@@ -107,20 +197,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let mut valley = none;
         let mut lowest = s;
         if (outside | (active & near & !covered)).any() {
-            let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
-            let mut slope = zero;
-            if TURNS {
-                let carried = cross(motion.omega, q.normal);
-                let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
-                    - motion.angle2 * dot(q.normal, q.y)
-                    - s.same(2.0) * dot(carried, motion.travel);
-                let bend = s.same(0.5) * (-second).max(zero);
-                before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
-                after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
-                let far = left.max(right);
-                slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
-            }
-            let mut deficit = before.max(after);
+            let [mut deficit, mut slope] = bound::<S, TURNS>(motion, &q, tau);
             let (above, below) = (ray.hi - s, s - ray.lo);
             let (toward, away) = (up.select(above, below), up.select(below, above));
             let mut miss = none;
@@ -132,8 +209,11 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             let open = apart | (active & near & deficit.gt(allowed));
             if open.any() {
                 // Ends want the half space of the sample, misses one along the ray: it says the same about all of the ray.
-                let mut across = q.normal_across_way::<TURNS>(motion);
-                if sign > 0.0 {
+                let mut across = q.normal;
+                if (open & near).any() {
+                    across = q.normal_across_way::<TURNS>(motion);
+                }
+                if sign > 0.0 && (apart & !near).any() {
                     across = (apart & !near).select3(q.normal_across(), across);
                 }
                 let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
