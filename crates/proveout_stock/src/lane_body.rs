@@ -31,7 +31,7 @@ use crate::{
     lane_sample::{Motion, Ray, sample},
     lane_search::{Found, look, search},
     lane_set::{LANES, Lanes, Maker, UNPROVEN, join},
-    lanes::{L, load, put, width},
+    lanes::{L, dot, load, put, width},
     meridian::Meridian,
     motion::{Piece, TURN_ERROR},
     span::SLIVER,
@@ -76,6 +76,8 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     let along_ray = if axis[0].abs() > 0.1 { weight / axis[0] } else { 0.0 };
     let (lowest, highest) = (body.rest_z, body.z[1]);
     let axis = L::splat3(simd, axis);
+    // A little more than the angle of the turn, whose pace is not even by less.
+    let (way, angle) = (zero.same(vec3::norm(piece.travel)), zero.same(1.01 * piece.angle2.sqrt()));
     for g in 0..LANES / width::<S>() {
         if !lanes.asks::<S>(g) {
             continue;
@@ -136,7 +138,11 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));
         if TURNS && hit.any() {
             // The union is one interval if the body makes both ends with a point in common.
-            let apart = hit & (below.tau.lt(above.tau) | below.tau.gt(above.tau));
+            let mut apart = hit & (below.tau.lt(above.tau) | below.tau.gt(above.tau));
+            // A point so deep in the body at first that it is in it at both times.
+            let longest = (below.tau - time).abs().max((above.tau - time).abs());
+            let speed = (dot(look.y, look.y).sqrt() + way) * angle + way;
+            apart = apart & !(look.f + speed * longest).le(zero);
             if apart.any() {
                 let mut joined = sample::<S, TURNS>(&motion, body, &ray, to, below.tau).f.le(zero.same(TURN_ERROR));
                 if (apart & !joined).any() {
