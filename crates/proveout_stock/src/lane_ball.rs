@@ -76,9 +76,9 @@ impl WithSimd for BallOnLanes<'_> {
                 continue;
             }
             let (u, v) = (u_start - load(simd, &lanes.u, g), v_start - load(simd, &lanes.v, g));
-            let nearest = -(u * du + v * dv) * per_across2;
-            let (pu, pv) = (u + nearest * du, v + nearest * dv);
-            let k2 = r2 - (pu * pu + pv * pv);
+            let nearest = -u.fma(du, v * dv) * per_across2;
+            let (pu, pv) = (nearest.fma(du, u), nearest.fma(dv, v));
+            let k2 = pu.fma_from(pu, pv.fma_from(pv, r2));
             let near = k2.gt(zero);
             let limit = k2.max(zero).sqrt() * per_across;
             let first = (-nearest).max(-limit);
@@ -86,11 +86,11 @@ impl WithSimd for BallOnLanes<'_> {
             let best = limit * lean;
             let top = best.max(first).min(last);
             let bottom = (-best).max(first).min(last);
-            let half_top = (k2 - across2 * top * top).max(zero).sqrt();
-            let half_bottom = (k2 - across2 * bottom * bottom).max(zero).sqrt();
-            let middle = s_start + nearest * de;
-            let to = middle + de * top + half_top;
-            let from = middle + de * bottom - half_bottom;
+            let half_top = (across2 * top).fma_from(top, k2).max(zero).sqrt();
+            let half_bottom = (across2 * bottom).fma_from(bottom, k2).max(zero).sqrt();
+            let middle = nearest.fma(de, s_start);
+            let to = de.fma(top, middle) + half_top;
+            let from = de.fma(bottom, middle) - half_bottom;
             let (lo, hi) = (load(simd, &lanes.lo, g), load(simd, &lanes.hi, g));
             let asked = load(simd, &lanes.state, g).lt(one.same(UNPROVEN));
             let overlap = to.min(hi) - from.max(lo);

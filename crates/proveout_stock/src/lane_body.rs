@@ -98,12 +98,12 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         // material comes when the axis runs along the ray.
         let (du, dv) = (ray.u - middle[1], ray.v - middle[2]);
         let top = (ray.hi - middle[0]) * zero.same(along_ray);
-        let height = ((du * axis[1] + dv * axis[2] + top) * zero.same(per_height))
+        let height = (du.fma(axis[1], dv.fma(axis[2], top)) * zero.same(per_height))
             .max(zero.same(lowest))
             .min(zero.same(highest));
-        let s = (middle[0] + height * axis[0]).max(ray.lo).min(ray.hi);
+        let s = height.fma(axis[0], middle[0]).max(ray.lo).min(ray.hi);
         let time =
-            (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
+            dot([s - motion.tip[0], ray.u - motion.tip[1], ray.v - motion.tip[2]], across);
         let time = time.max(zero).min(zero.same(1.0));
         let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
         let none = !wanted & wanted;

@@ -96,7 +96,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
         let [deficit, slope] = bound::<S, TURNS>(motion, &q, tau);
         let away = up.select(below, above);
         let steep = q.fs.abs();
-        let mut least = q.f - deficit - (steep + slope) * away;
+        let mut least = (steep + slope).fma_from(away, q.f - deficit);
         if TURNS {
             least = least - (slope - steep).max(zero) * up.select(above, below);
         }
@@ -104,7 +104,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
         if (outside & !miss).any() {
             let across = q.normal_across();
             let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
-            miss = miss | (outside & (clear - across[0].abs() * away).ge(-allowed));
+            miss = miss | (outside & across[0].abs().fma_from(away, clear).ge(-allowed));
         }
     }
     let covered = wanted & inside & s.ge(ray.hi);
@@ -114,7 +114,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
         let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
         let round = fss.gt(s.same(1e-3));
         let per_fss = one / round.select(fss, one);
-        let root = (q.fs * q.fs - s.same(2.0) * q.f * fss).max(zero).sqrt();
+        let root = (q.f * s.same(2.0)).fma_from(fss, q.fs * q.fs).max(zero).sqrt();
         let turned = q.fs.le(s.same(1e-9));
         let drop = q.f / turned.select(one, q.fs);
         // Up out of the body: on the parabola with the height, slope and curvature of the skin, or straight. From outside to where F
@@ -125,7 +125,7 @@ pub(crate) fn look<S: Simd, const TURNS: bool>(
         let other = -round.select((root + q.fs) * per_fss, q.f / q.fs.min(s.same(-0.05)));
         let step = covered.select(other, inside.select(out, (turned & outside).select(lowest, -drop)));
         let next = (s + step).max(ray.lo).min(ray.hi);
-        let time = (tau - (q.ft + fts * (next - s)) / ftt.max(s.same(1e-9))).max(zero).min(one);
+        let time = (tau - fts.fma(next - s, q.ft) / ftt.max(s.same(1e-9))).max(zero).min(one);
         look.s = next;
         look.tau = time;
     }
@@ -145,8 +145,8 @@ fn bound<S: Simd, const TURNS: bool>(motion: &Motion<S>, q: &Sample<S>, tau: L<S
         - motion.angle2 * dot(q.normal, q.y)
         - tau.same(2.0) * dot(carried, motion.travel);
     let bend = tau.same(0.5) * (-second).max(zero);
-    let before = left * (left * (bend + motion.third * left) + q.ft);
-    let after = right * (right * (bend + motion.third * right) - q.ft);
+    let before = left * left.fma(motion.third.fma(left, bend), q.ft);
+    let after = right * right.fma(motion.third.fma(right, bend), -q.ft);
     let far = left.max(right);
     let slope = carried[0].abs() * far + tau.same(0.5) * motion.angle2 * far * far;
     [before.max(after).max(zero), slope]
@@ -220,7 +220,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
                 let away = across[0].gt(zero).select(below, above);
                 miss = miss | (apart & (clear - across[0].abs() * away).ge(-allowed));
                 // Between the end where the last step leads and where the half space cuts the ray.
-                let between = drop * across[0] - clear;
+                let between = drop.fma(across[0], -clear);
                 let better = open & near & (across[0] * outward).ge(s.same(GRAZING)) & between.lt(deficit);
                 deficit = better.select(between.max(zero), deficit);
                 slope = better.select(zero, slope);
@@ -265,7 +265,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             if sign > 0.0 && covered.any() {
                 // Where the other end is likely to be: on the parabola with the same height, slope and curvature.
                 let [_, _, fss] = q.curvature::<TURNS>(motion);
-                let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
+                let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
                 let round = fss.gt(s.same(1e-3));
                 let out = (rise + root) / round.select(fss, one);
                 let straight = q.f / q.fs.min(s.same(-0.05));
@@ -290,7 +290,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         if (astray | deep_in | (active & !settled)).any() {
             let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
             // Out of the body where its skin is round: the parabola with the same height, slope and curvature.
-            let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
+            let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
             let round = deep_in & fss.gt(s.same(1e-3));
             let out = (root - rise) / round.select(fss, one);
             next = round.select(s + outward * out, next);
@@ -306,7 +306,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             }
             next = next.max(ray.lo).min(ray.hi);
             let far = (next - s).abs().gt(s.same(SAME_HEIGHT));
-            let slant = q.ft + fts * (next - s);
+            let slant = fts.fma(next - s, q.ft);
             let falling = q.ft.lt(zero);
             (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
             (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));

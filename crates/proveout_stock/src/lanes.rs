@@ -2,8 +2,9 @@
 //!
 //! [`L`] holds twice as many numbers as the processor works on in one instruction, [`Mask`] as many conditions; `pulp` chooses
 //! the instructions at run time. Two vectors side by side, since every step of a search waits for the one before: the second
-//! vector runs in the gaps. Only operations that IEEE 754 rounds exactly are offered (no fused multiplication and addition, no
-//! reciprocal estimates, no sums across lanes), so each lane has the same bits on any processor, whatever its neighbors are.
+//! vector runs in the gaps. Only operations that IEEE 754 rounds exactly are offered (no reciprocal estimates, no sums across
+//! lanes), so each lane has the same bits on any processor, whatever its neighbors are. Fused multiplication and addition is one
+//! of them; a processor without it (x86 before 2013) calculates it in software, slowly.
 //!
 //! Everything that works on lanes must be a function with `#[inline(always)]`: a closure, or anything of the standard library
 //! that takes one, is compiled without the instructions and then called for every single operation.
@@ -60,6 +61,20 @@ impl<S: Simd> L<S> {
     #[inline(always)]
     pub(crate) fn abs(self) -> Self {
         Self { v: [self.simd.abs_f64s(self.v[0]), self.simd.abs_f64s(self.v[1])], ..self }
+    }
+
+    /// self * b + c, rounded once.
+    #[inline(always)]
+    pub(crate) fn fma(self, b: Self, c: Self) -> Self {
+        let (s, a) = (self.simd, self.v);
+        Self { v: [s.mul_add_f64s(a[0], b.v[0], c.v[0]), s.mul_add_f64s(a[1], b.v[1], c.v[1])], ..self }
+    }
+
+    /// c - self * b, rounded once.
+    #[inline(always)]
+    pub(crate) fn fma_from(self, b: Self, c: Self) -> Self {
+        let (s, a) = (self.simd, self.v);
+        Self { v: [s.negate_mul_add_f64s(a[0], b.v[0], c.v[0]), s.negate_mul_add_f64s(a[1], b.v[1], c.v[1])], ..self }
     }
 
     /// The larger one; `other` when they are equal.
@@ -183,13 +198,13 @@ impl<S: Simd> Not for Mask<S> {
 
 #[inline(always)]
 pub(crate) fn dot<S: Simd>(a: L3<S>, b: L3<S>) -> L<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[0].fma(b[0], a[1].fma(b[1], a[2] * b[2]))
 }
 
 /// a + k d.
 #[inline(always)]
 pub(crate) fn along<S: Simd>(a: L3<S>, d: L3<S>, k: L<S>) -> L3<S> {
-    [a[0] + k * d[0], a[1] + k * d[1], a[2] + k * d[2]]
+    [k.fma(d[0], a[0]), k.fma(d[1], a[1]), k.fma(d[2], a[2])]
 }
 
 #[inline(always)]
@@ -199,7 +214,7 @@ pub(crate) fn scale<S: Simd>(a: L3<S>, k: L<S>) -> L3<S> {
 
 #[inline(always)]
 pub(crate) fn cross<S: Simd>(a: L3<S>, b: L3<S>) -> L3<S> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [a[2].fma_from(b[1], a[1] * b[2]), a[0].fma_from(b[2], a[2] * b[0]), a[1].fma_from(b[0], a[0] * b[1])]
 }
 
 /// The smallest of some numbers; rounding plays no part in it, so the order of the lanes does not either.
