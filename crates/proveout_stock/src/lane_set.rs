@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use crate::{
     lanes::{L, Mask, load, put, width},
+    ray::Taken,
     span::SLIVER,
 };
 
@@ -226,6 +227,21 @@ impl Maker {
     /// Part `k` of `n`.
     pub(crate) fn part(step: usize, k: usize, n: usize) -> Self {
         Self { by: step as f64, first: k as f64 / n as f64, part: 1.0 / n as f64 }
+    }
+}
+
+impl Maker {
+    /// An interval that one of the searches found.
+    pub(crate) fn cut(&self, taken: &Taken) -> Cut {
+        let tau = |t: f64| self.first + self.part * t;
+        Cut {
+            from: taken.lo.s,
+            to: taken.hi.s,
+            from_by: self.by,
+            to_by: self.by,
+            from_tau: tau(taken.lo.tau),
+            to_tau: tau(taken.hi.tau),
+        }
     }
 }
 
