@@ -44,6 +44,19 @@ impl BallPath {
         Self { start, way, radius, across2, per_across2, per_across, lean }
     }
 
+    /// Whether the ball stays away from a box, its path taken for a box.
+    #[inline]
+    pub(crate) fn passes(&self, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
+        let mut square = 0.0;
+        for (i, [low, high]) in [s, u, v].into_iter().enumerate() {
+            let (from, to) = (self.start[i], self.start[i] + self.way[i]);
+            let (from, to) = if from < to { (from, to) } else { (to, from) };
+            let away = (from - high).max(low - to).max(0.0);
+            square += away * away;
+        }
+        square > self.radius * self.radius
+    }
+
     /// Box of the center on its way: lowest and highest coordinates.
     pub(crate) fn center_box(&self) -> [V; 2] {
         let end = [0, 1, 2].map(|i| self.start[i] + self.way[i]);

@@ -107,14 +107,21 @@ impl Field {
 
     /// Takes the range of all from those of the rows.
     pub(crate) fn measure(&mut self) {
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut lo, mut hi) = ([f64::INFINITY; ROW], [f64::NEG_INFINITY; ROW]);
+        // The rows side by side, so that no comparison waits for the one before.
         for layer in &self.layers[..self.depth] {
             for row in 0..ROW {
-                lo = if layer.row_lo[row] < lo { layer.row_lo[row] } else { lo };
-                hi = if layer.row_hi[row] > hi { layer.row_hi[row] } else { hi };
+                lo[row] = if layer.row_lo[row] < lo[row] { layer.row_lo[row] } else { lo[row] };
+                hi[row] = if layer.row_hi[row] > hi[row] { layer.row_hi[row] } else { hi[row] };
             }
         }
-        (self.lo, self.hi) = (lo, hi);
+        for half in [ROW / 2, ROW / 4, ROW / 8] {
+            for k in 0..half {
+                lo[k] = if lo[k + half] < lo[k] { lo[k + half] } else { lo[k] };
+                hi[k] = if hi[k + half] > hi[k] { hi[k + half] } else { hi[k] };
+            }
+        }
+        (self.lo, self.hi) = (lo[0], hi[0]);
     }
 
     /// Puts an interval above interval `k` of its ray; those further up move up.

@@ -75,7 +75,10 @@ impl Batch<'_> {
                     || step.high[1] < u[0]
                     || step.low[2] > v[1]
                     || step.high[2] < v[0]
-                    || (step.ball.is_none() && step.passes([low, high], u, v));
+                    || match &step.ball {
+                        Some(path) => path.passes([low, high], u, v),
+                        None => step.passes([low, high], u, v),
+                    };
                 if apart {
                     continue;
                 }
