@@ -236,7 +236,7 @@ impl Batch<'_> {
                 for part in 0..PARTS {
                     let step = step.part(part, PARTS);
                     let maker = Maker::part(k, part, PARTS);
-                    let before: [(f64, Cut); LANES] = std::array::from_fn(|i| (again.state[i], again.cut(i)));
+                    let before: Vec<(f64, Cut)> = (0..chunk.len()).map(|i| (again.state[i], again.cut(i))).collect();
                     if self.on_lanes(&step, ready, maker, MORE_STEPS, again) {
                         let left = (0..chunk.len()).filter(|&i| before[i].0 != UNPROVEN);
                         for i in left {
