@@ -187,6 +187,21 @@ pub(crate) fn permuted(p: &Piece, a: usize) -> Piece {
     Piece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
 }
 
+/// Whether a body stays beyond one side of a box on all of its way: the first look at a motion, most of them in air.
+pub(crate) fn stays_outside(motion: &SweepMotion, body: &Meridian, bounds: &Aabb) -> bool {
+    let ends = [motion.from, motion.to];
+    let chord2 = (motion.to.axis - motion.from.axis).norm_squared();
+    // A turn by the angle w lifts a point off the chord of its way by reach w^2 / 8 at most; w <= pi / 2 chord.
+    let margin = body.radius + body.reach * chord2 * (std::f64::consts::FRAC_PI_2.powi(2) / 8.0);
+    (0..3).any(|i| {
+        let [a, b] = ends.map(|e| {
+            let (low, high) = (body.z[0] * e.axis[i], body.z[1] * e.axis[i]);
+            [e.tip[i] + low.min(high), e.tip[i] + low.max(high)]
+        });
+        a[0].min(b[0]) - margin > bounds.max[i] || a[1].max(b[1]) + margin < bounds.min[i]
+    })
+}
+
 /// Box round the part of the body above `Meridian::rest_z` that may come into `bounds` on one piece of its way, mm. Between the
 /// ends of a piece a point leaves its chord by at most the bend / 8.
 ///

@@ -92,6 +92,9 @@ impl Split {
         let mut steps = Vec::new();
         let mut region = Aabb::empty();
         let mut bound = SEARCH_ERROR + 2.0 * TOUCH;
+        if motion::stays_outside(&item.motion, body, bounds) {
+            return Self { steps, region, bound };
+        }
         if let Some([z, _]) = body.ball {
             for piece in motion::ball_pieces(&item.motion, z) {
                 let area = motion::ball_box(&piece, body);
