@@ -102,8 +102,7 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
             .max(zero.same(lowest))
             .min(zero.same(highest));
         let s = height.fma(axis[0], middle[0]).max(ray.lo).min(ray.hi);
-        let time =
-            dot([s - motion.tip[0], ray.u - motion.tip[1], ray.v - motion.tip[2]], across);
+        let time = dot([s - motion.tip[0], ray.u - motion.tip[1], ray.v - motion.tip[2]], across);
         let time = time.max(zero).min(zero.same(1.0));
         let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
         let none = !wanted & wanted;

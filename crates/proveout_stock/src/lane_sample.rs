@@ -173,6 +173,15 @@ impl<S: Simd> Sample<S> {
         enough.select3(n, self.normal)
     }
 
+    /// Curvature of F along the ray, by the shape of the body: see [`Self::curvature`].
+    #[inline(always)]
+    pub(crate) fn bend_along(&self) -> L<S> {
+        let (p, w) = (self.p, self.axis);
+        let ts = self.fz.fma_from(p[0] * self.per_r, self.fr * w[0]);
+        let a_s = w[2].fma_from(p[1], w[1] * p[2]) * self.per_r;
+        (self.km * ts).fma(ts, self.kr * a_s * a_s)
+    }
+
     /// Curvature of F with time, with time and height, and with height, by the shape of the body alone.
     ///
     /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,

@@ -257,7 +257,11 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             done = done | miss | end;
             found.miss = found.miss | miss;
             found.end = found.end | end;
-            found.s = end.select(s - drop, found.s);
+            if end.any() {
+                // Along the parabola with the height, slope and curvature of the skin.
+                let sag = s.same(0.5) * q.bend_along() * drop / end.select(q.fs, one);
+                found.s = end.select(s - sag.fma(drop, drop), found.s);
+            }
         }
         if done.any() {
             found.s = (done & !found.end).select(s, found.s);
