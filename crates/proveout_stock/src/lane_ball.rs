@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, join},
+    lane_set::{LANES, Lanes, Maker, ROW, UNPROVEN, WIDE, join},
     lanes::{L, load, width},
     motion::Piece,
     span::SLIVER,
@@ -44,6 +44,19 @@ impl BallPath {
         Self { start, way, radius, across2, per_across2, per_across, lean }
     }
 
+    /// Whether the ball stays away from a box, its path taken for a box.
+    #[inline]
+    pub(crate) fn passes(&self, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
+        let mut square = 0.0;
+        for (i, [low, high]) in [s, u, v].into_iter().enumerate() {
+            let (from, to) = (self.start[i], self.start[i] + self.way[i]);
+            let (from, to) = if from < to { (from, to) } else { (to, from) };
+            let away = (from - high).max(low - to).max(0.0);
+            square += away * away;
+        }
+        square > self.radius * self.radius
+    }
+
     /// Box of the center on its way: lowest and highest coordinates.
     pub(crate) fn center_box(&self) -> [V; 2] {
         let end = [0, 1, 2].map(|i| self.start[i] + self.way[i]);
@@ -76,9 +89,9 @@ impl WithSimd for BallOnLanes<'_> {
                 continue;
             }
             let (u, v) = (u_start - load(simd, &lanes.u, g), v_start - load(simd, &lanes.v, g));
-            let nearest = -(u * du + v * dv) * per_across2;
-            let (pu, pv) = (u + nearest * du, v + nearest * dv);
-            let k2 = r2 - (pu * pu + pv * pv);
+            let nearest = -u.fma(du, v * dv) * per_across2;
+            let (pu, pv) = (nearest.fma(du, u), nearest.fma(dv, v));
+            let k2 = pu.fma_from(pu, pv.fma_from(pv, r2));
             let near = k2.gt(zero);
             let limit = k2.max(zero).sqrt() * per_across;
             let first = (-nearest).max(-limit);
@@ -86,11 +99,11 @@ impl WithSimd for BallOnLanes<'_> {
             let best = limit * lean;
             let top = best.max(first).min(last);
             let bottom = (-best).max(first).min(last);
-            let half_top = (k2 - across2 * top * top).max(zero).sqrt();
-            let half_bottom = (k2 - across2 * bottom * bottom).max(zero).sqrt();
-            let middle = s_start + nearest * de;
-            let to = middle + de * top + half_top;
-            let from = middle + de * bottom - half_bottom;
+            let half_top = (across2 * top).fma_from(top, k2).max(zero).sqrt();
+            let half_bottom = (across2 * bottom).fma_from(bottom, k2).max(zero).sqrt();
+            let middle = nearest.fma(de, s_start);
+            let to = de.fma(top, middle) + half_top;
+            let from = de.fma(bottom, middle) - half_bottom;
             let (lo, hi) = (load(simd, &lanes.lo, g), load(simd, &lanes.hi, g));
             let asked = load(simd, &lanes.state, g).lt(one.same(UNPROVEN));
             let overlap = to.min(hi) - from.max(lo);
@@ -109,9 +122,9 @@ impl WithSimd for BallOnLanes<'_> {
 pub(crate) struct BallOnRows<'a> {
     pub path: &'a BallPath,
     pub u: [f64; 2],
-    pub v: &'a [f64; ROW],
-    pub lo: &'a [f64; ROW],
-    pub hi: &'a [f64; ROW],
+    pub v: &'a [f64; WIDE],
+    pub lo: &'a [f64; WIDE],
+    pub hi: &'a [f64; WIDE],
 }
 
 impl WithSimd for BallOnRows<'_> {
@@ -124,8 +137,8 @@ impl WithSimd for BallOnRows<'_> {
         let du = (low[1] - u[1]).max(u[0] - high[1]).max(0.0);
         let zero = L::splat(simd, 0.0);
         let room = zero.same(path.radius * path.radius - du * du);
-        let mut met = [0.0; ROW];
-        for g in 0..ROW / width::<S>() {
+        let mut met = [0.0; WIDE];
+        for g in 0..ROW.div_ceil(width::<S>()) {
             let v = load(simd, v, g);
             let dv = (zero.same(low[2]) - v).max(v - zero.same(high[2])).max(zero);
             let k2 = room - dv * dv;
@@ -140,9 +153,9 @@ impl WithSimd for BallOnRows<'_> {
 
 /// A bit for every number that is not zero.
 #[inline(always)]
-pub(crate) fn bits(x: &[f64; ROW]) -> u8 {
+pub(crate) fn bits(x: &[f64; WIDE]) -> u8 {
     let mut all = 0;
-    for (k, &x) in x.iter().enumerate() {
+    for (k, &x) in x[..ROW].iter().enumerate() {
         all |= u8::from(x > 0.0) << k;
     }
     all

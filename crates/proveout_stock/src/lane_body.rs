@@ -29,9 +29,9 @@ use pulp::{Simd, WithSimd};
 
 use crate::{
     lane_sample::{Motion, Ray, sample},
-    lane_search::search,
+    lane_search::{Found, look, search},
     lane_set::{LANES, Lanes, Maker, UNPROVEN, join},
-    lanes::{L, load, put, width},
+    lanes::{L, dot, load, put, width},
     meridian::Meridian,
     motion::{Piece, TURN_ERROR},
     span::SLIVER,
@@ -76,6 +76,8 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     let along_ray = if axis[0].abs() > 0.1 { weight / axis[0] } else { 0.0 };
     let (lowest, highest) = (body.rest_z, body.z[1]);
     let axis = L::splat3(simd, axis);
+    // A little more than the angle of the turn, whose pace is not even by less.
+    let (way, angle) = (zero.same(vec3::norm(piece.travel)), zero.same(1.01 * piece.angle2.sqrt()));
     for g in 0..LANES / width::<S>() {
         if !lanes.asks::<S>(g) {
             continue;
@@ -96,26 +98,50 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         // material comes when the axis runs along the ray.
         let (du, dv) = (ray.u - middle[1], ray.v - middle[2]);
         let top = (ray.hi - middle[0]) * zero.same(along_ray);
-        let height = ((du * axis[1] + dv * axis[2] + top) * zero.same(per_height))
+        let height = (du.fma(axis[1], dv.fma(axis[2], top)) * zero.same(per_height))
             .max(zero.same(lowest))
             .min(zero.same(highest));
-        let s = (middle[0] + height * axis[0]).max(ray.lo).min(ray.hi);
-        let time =
-            (s - motion.tip[0]) * across[0] + (ray.u - motion.tip[1]) * across[1] + (ray.v - motion.tip[2]) * across[2];
+        let s = height.fma(axis[0], middle[0]).max(ray.lo).min(ray.hi);
+        let time = dot([s - motion.tip[0], ray.u - motion.tip[1], ray.v - motion.tip[2]], across);
         let time = time.max(zero).min(zero.same(1.0));
-        let above = search::<S, TURNS>(&motion, body, &ray, 1.0, (s, time), wanted, steps);
+        let look = look::<S, TURNS>(&motion, body, &ray, (s, time), wanted);
+        let none = !wanted & wanted;
+        let mut above = Found {
+            covered: look.covered,
+            end: none,
+            miss: look.miss,
+            s: ray.hi,
+            tau: time,
+            other: look.s,
+            other_tau: look.tau,
+        };
+        let open = wanted & !look.covered & !look.miss;
+        if open.any() {
+            let searched = search::<S, TURNS>(&motion, body, &ray, 1.0, (look.s, look.tau), open, steps);
+            above.covered = above.covered | searched.covered;
+            above.end = searched.end;
+            above.miss = above.miss | searched.miss;
+            above.s = open.select(searched.s, above.s);
+            above.tau = open.select(searched.tau, above.tau);
+            above.other = open.select(searched.other, above.other);
+            above.other_tau = open.select(searched.tau, above.other_tau);
+        }
         let met = above.covered | above.end;
         let mut hit = met;
         let mut below = above;
         if met.any() {
             let start = above.covered.select(above.other, ray.lo).max(ray.lo).min(ray.hi);
-            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.tau), met, steps);
+            below = search::<S, TURNS>(&motion, body, &ray, -1.0, (start, above.other_tau), met, steps);
             hit = met & (below.covered | below.end);
         }
         let (to, from) = (above.covered.select(ray.hi, above.s), below.covered.select(ray.lo, below.s));
         if TURNS && hit.any() {
             // The union is one interval if the body makes both ends with a point in common.
-            let apart = hit & (below.tau.lt(above.tau) | below.tau.gt(above.tau));
+            let mut apart = hit & (below.tau.lt(above.tau) | below.tau.gt(above.tau));
+            // A point so deep in the body at first that it is in it at both times.
+            let longest = (below.tau - time).abs().max((above.tau - time).abs());
+            let speed = (dot(look.y, look.y).sqrt() + way) * angle + way;
+            apart = apart & !(look.f + speed * longest).le(zero);
             if apart.any() {
                 let mut joined = sample::<S, TURNS>(&motion, body, &ray, to, below.tau).f.le(zero.same(TURN_ERROR));
                 if (apart & !joined).any() {

@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use crate::{
     lane_ball::bits,
     lane_sample::{Motion, Ray, clearance, sample},
-    lane_set::ROW,
+    lane_set::{ROW, WIDE},
     lanes::{L, along, cross, dot, load, store, width},
     meridian::Meridian,
     step::Step,
@@ -20,9 +20,9 @@ pub(crate) struct BodyOnRows<'a> {
     pub step: &'a Step,
     pub body: &'a Meridian,
     pub u: [f64; 2],
-    pub v: &'a [f64; ROW],
-    pub lo: &'a [f64; ROW],
-    pub hi: &'a [f64; ROW],
+    pub v: &'a [f64; WIDE],
+    pub lo: &'a [f64; WIDE],
+    pub hi: &'a [f64; WIDE],
 }
 
 impl WithSimd for BodyOnRows<'_> {
@@ -45,8 +45,8 @@ fn rows<S: Simd, const TURNS: bool>(simd: S, call: BodyOnRows<'_>) -> u8 {
     let half_u = 0.5 * (u[1] - u[0]);
     let bend = if TURNS { piece.bend(body.reach) / 8.0 } else { 0.0 };
     let eighth_angle2 = zero.same(piece.angle2 / 8.0);
-    let mut met = [0.0; ROW];
-    for g in 0..ROW / width::<S>() {
+    let mut met = [0.0; WIDE];
+    for g in 0..ROW.div_ceil(width::<S>()) {
         let (lo, hi) = (load(simd, lo, g).max(zero.same(step.low[0])), load(simd, hi, g).min(zero.same(step.high[0])));
         let ray = Ray { u: zero.same(0.5 * (u[0] + u[1])), v: load(simd, v, g), lo, hi };
         let x = [half * (lo + hi) - tip[0], ray.u - tip[1], ray.v - tip[2]];

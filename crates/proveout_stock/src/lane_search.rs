@@ -3,8 +3,8 @@
 use pulp::Simd;
 
 use crate::{
-    lane_sample::{Motion, Ray, clearance, sample},
-    lanes::{L, Mask, cross, dot},
+    lane_sample::{Motion, Ray, Sample, clearance, sample},
+    lanes::{L, L3, Mask, cross, dot},
     meridian::Meridian,
     motion::{SEARCH_ERROR, TURN_ERROR},
     ray::REACHED,
@@ -17,6 +17,8 @@ pub(crate) const MORE_STEPS: usize = 24;
 /// An end counts as found when F is this near to zero (mm); a last step of Newton's method follows, so what remains is of
 /// second order.
 const FLAT: f64 = 1e-5;
+/// The same on smooth skin, where the square of the last step counts.
+const SMOOTH_FLAT: f64 = 0.01;
 /// Least slope of F along the ray at an end: steeper grazing goes to the searches.
 const GRAZING: f64 = 0.004;
 
@@ -36,6 +38,7 @@ pub(crate) struct Found<S: Simd> {
     pub tau: L<S>,
     /// Where the other end of the interval may be looked for, if the body covers this one.
     pub other: L<S>,
+    pub other_tau: L<S>,
 }
 
 /// A sample outside of the body.
@@ -59,6 +62,96 @@ impl<S: Simd> Side<S> {
     }
 }
 
+/// What the first sample of a ray told.
+#[derive(Clone, Copy)]
+pub(crate) struct Look<S: Simd> {
+    pub covered: Mask<S>,
+    pub miss: Mask<S>,
+    /// Height and time where the search goes on: for the other end where this one is covered.
+    pub s: L<S>,
+    pub tau: L<S>,
+    /// F and the point from the tip at the sample.
+    pub f: L<S>,
+    pub y: L3<S>,
+}
+
+/// The first sample of a search for the upper end, which settles most rays: the body does not meet the material, or covers its end.
+#[inline(always)]
+pub(crate) fn look<S: Simd, const TURNS: bool>(
+    motion: &Motion<S>,
+    body: &Meridian,
+    ray: &Ray<S>,
+    (s, tau): (L<S>, L<S>),
+    wanted: Mask<S>,
+) -> Look<S> {
+    let (zero, one) = (s.same(0.0), s.same(1.0));
+    let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
+    let q = sample::<S, TURNS>(motion, body, ray, s, tau);
+    let inside = q.f.le(s.same(REACHED));
+    let outside = wanted & !inside;
+    let mut miss = outside & !wanted;
+    if outside.any() {
+        let up = q.fs.gt(zero);
+        let (above, below) = (ray.hi - s, s - ray.lo);
+        let [deficit, slope] = bound::<S, TURNS>(motion, &q, tau);
+        let away = up.select(below, above);
+        let steep = q.fs.abs();
+        let mut least = (steep + slope).fma_from(away, q.f - deficit);
+        if TURNS {
+            least = least - (slope - steep).max(zero) * up.select(above, below);
+        }
+        miss = outside & least.ge(-allowed);
+        if (outside & !miss).any() {
+            let across = q.normal_across();
+            let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
+            miss = miss | (outside & across[0].abs().fma_from(away, clear).ge(-allowed));
+        }
+    }
+    let covered = wanted & inside & s.ge(ray.hi);
+    let mut look = Look { covered, miss, s, tau, f: q.f, y: q.y };
+    let open = wanted & !miss;
+    if open.any() {
+        let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
+        let round = fss.gt(s.same(1e-3));
+        let per_fss = one / round.select(fss, one);
+        let root = (q.f * s.same(2.0)).fma_from(fss, q.fs * q.fs).max(zero).sqrt();
+        let turned = q.fs.le(s.same(1e-9));
+        let drop = q.f / turned.select(one, q.fs);
+        // Up out of the body: on the parabola with the height, slope and curvature of the skin, or straight. From outside to where F
+        // is least.
+        let out = round.select((root - q.fs) * per_fss, turned.select(ray.hi - s, -drop));
+        let lowest = round.select(-q.fs * per_fss, turned.select(ray.hi - s, -drop));
+        // Down out of it from the covered end.
+        let other = -round.select((root + q.fs) * per_fss, q.f / q.fs.min(s.same(-0.05)));
+        let step = covered.select(other, inside.select(out, (turned & outside).select(lowest, -drop)));
+        let next = (s + step).max(ray.lo).min(ray.hi);
+        let time = (tau - fts.fma(next - s, q.ft) / ftt.max(s.same(1e-9))).max(zero).min(one);
+        look.s = next;
+        look.tau = time;
+    }
+    look
+}
+
+/// How much deeper than at the sample the body may be at another time, and how fast that grows along the ray: (1).
+#[inline(always)]
+fn bound<S: Simd, const TURNS: bool>(motion: &Motion<S>, q: &Sample<S>, tau: L<S>) -> [L<S>; 2] {
+    let (zero, one) = (tau.same(0.0), tau.same(1.0));
+    let (left, right) = (tau, one - tau);
+    if !TURNS {
+        return [(left * q.ft).max(right * -q.ft).max(zero), zero];
+    }
+    let carried = cross(motion.omega, q.normal);
+    let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
+        - motion.angle2 * dot(q.normal, q.y)
+        - tau.same(2.0) * dot(carried, motion.travel);
+    let bend = tau.same(0.5) * (-second).max(zero);
+    let before = left * left.fma(motion.third.fma(left, bend), q.ft);
+    let after = right * right.fma(motion.third.fma(right, bend), -q.ft);
+    let far = left.max(right);
+    let slope = carried[0].abs() * far + tau.same(0.5) * motion.angle2 * far * far;
+    [before.max(after).max(zero), slope]
+}
+
 /// Upper (`sign` 1) or lower (-1) end of the interval, from a start (height, time).
 #[inline(always)]
 pub(crate) fn search<S: Simd, const TURNS: bool>(
@@ -76,7 +169,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     let limit = if sign > 0.0 { ray.hi } else { ray.lo };
     let allowed = if TURNS { s.same(SEARCH_ERROR + TURN_ERROR) } else { s.same(SEARCH_ERROR) };
     let none = !wanted & wanted;
-    let mut found = Found { covered: none, end: none, miss: none, s, tau, other: s };
+    let mut found = Found { covered: none, end: none, miss: none, s, tau, other: s, other_tau: tau };
     let mut active = wanted;
     // Samples outside of the body between which F has its minimum along the ray.
     let mut rising = Side { s: zero, f: zero, fs: zero, deficit: zero, slope: zero };
@@ -86,11 +179,16 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
     let (mut grows, mut grows_at) = (zero, one);
     for _ in 0..steps {
         let q = sample::<S, TURNS>(motion, body, ray, s, tau);
-        let (left, right) = (tau, one - tau);
         let (up, steep) = (q.fs.gt(zero), q.fs.abs());
         let rise = q.fs * outward;
         let inside = q.f.le(s.same(REACHED));
-        let near = q.f.abs().le(s.same(FLAT));
+        let turned = rise.le(s.same(1e-9));
+        let drop = q.f / turned.select(one, q.fs);
+        // Where the skin is smooth the last step may be longer: F leaves the tangent by curvature / 2 times its square.
+        let left_over = drop * drop * q.kr.max(s.same(body.bend));
+        let smooth = q.z.gt(s.same(body.smooth[0])) & q.z.lt(s.same(body.smooth[1]));
+        let near = q.f.abs().le(s.same(FLAT))
+            | (smooth & !turned & left_over.le(s.same(2.0 * FLAT)) & q.f.abs().le(s.same(SMOOTH_FLAT)));
         let covered = active & inside & s.ge(limit) & s.le(limit);
         let mut done = covered;
         found.covered = found.covered | covered;
@@ -99,20 +197,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let mut valley = none;
         let mut lowest = s;
         if (outside | (active & near & !covered)).any() {
-            let (mut before, mut after) = ((left * q.ft).max(zero), (right * -q.ft).max(zero));
-            let mut slope = zero;
-            if TURNS {
-                let carried = cross(motion.omega, q.normal);
-                let second = dot(motion.omega, q.normal) * dot(motion.omega, q.y)
-                    - motion.angle2 * dot(q.normal, q.y)
-                    - s.same(2.0) * dot(carried, motion.travel);
-                let bend = s.same(0.5) * (-second).max(zero);
-                before = (left * (left * (bend + motion.third * left) + q.ft)).max(zero);
-                after = (right * (right * (bend + motion.third * right) - q.ft)).max(zero);
-                let far = left.max(right);
-                slope = carried[0].abs() * far + s.same(0.5) * motion.angle2 * far * far;
-            }
-            let mut deficit = before.max(after);
+            let [mut deficit, mut slope] = bound::<S, TURNS>(motion, &q, tau);
             let (above, below) = (ray.hi - s, s - ray.lo);
             let (toward, away) = (up.select(above, below), up.select(below, above));
             let mut miss = none;
@@ -121,21 +206,24 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
                 miss = outside & least.ge(-allowed);
             }
             let apart = outside & !miss;
-            let open = if TURNS { apart | (active & near & deficit.gt(allowed)) } else { apart };
+            let open = apart | (active & near & deficit.gt(allowed));
             if open.any() {
                 // Ends want the half space of the sample, misses one along the ray: it says the same about all of the ray.
                 let mut across = q.normal;
-                if sign > 0.0 {
-                    across = (apart & !near).select3(q.normal_across(), q.normal);
+                if (open & near).any() {
+                    across = q.normal_across_way::<TURNS>(motion);
+                }
+                if sign > 0.0 && (apart & !near).any() {
+                    across = (apart & !near).select3(q.normal_across(), across);
                 }
                 let clear = clearance::<S, TURNS>(motion, body, across, q.y, tau);
-                let parallel = across[0].abs();
-                miss = miss | (apart & (clear - parallel * away).ge(-allowed));
-                if TURNS {
-                    let better = open & near & (q.f - clear).lt(deficit);
-                    deficit = better.select(q.f - clear, deficit);
-                    slope = better.select(zero, slope);
-                }
+                let away = across[0].gt(zero).select(below, above);
+                miss = miss | (apart & (clear - across[0].abs() * away).ge(-allowed));
+                // Between the end where the last step leads and where the half space cuts the ray.
+                let between = drop.fma(across[0], -clear);
+                let better = open & near & (across[0] * outward).ge(s.same(GRAZING)) & between.lt(deficit);
+                deficit = better.select(between.max(zero), deficit);
+                slope = better.select(zero, slope);
             }
             if sign > 0.0 && (outside & !miss).any() {
                 let here = Side { s, f: q.f, fs: q.fs, deficit, slope };
@@ -169,7 +257,11 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             done = done | miss | end;
             found.miss = found.miss | miss;
             found.end = found.end | end;
-            found.s = end.select(s - q.f / end.select(q.fs, one), found.s);
+            if end.any() {
+                // Along the parabola with the height, slope and curvature of the skin.
+                let sag = s.same(0.5) * q.bend_along() * drop / end.select(q.fs, one);
+                found.s = end.select(s - sag.fma(drop, drop), found.s);
+            }
         }
         if done.any() {
             found.s = (done & !found.end).select(s, found.s);
@@ -177,7 +269,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             if sign > 0.0 && covered.any() {
                 // Where the other end is likely to be: on the parabola with the same height, slope and curvature.
                 let [_, _, fss] = q.curvature::<TURNS>(motion);
-                let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
+                let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
                 let round = fss.gt(s.same(1e-3));
                 let out = (rise + root) / round.select(fss, one);
                 let straight = q.f / q.fs.min(s.same(-0.05));
@@ -189,10 +281,9 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             }
         }
         // Next height: out of the body, or down to it; where F does not fall that way only the time can help.
-        let turned = rise.le(s.same(1e-9));
         let deep = inside & turned;
         let stay = !inside & turned;
-        let newton = s - q.f / turned.select(one, q.fs);
+        let newton = s - drop;
         // Newton's method from one side of the minimum may land on the other side.
         let past = valley & (newton.le(sinking.s) | newton.ge(rising.s));
         let astray = active & (stay | past);
@@ -203,7 +294,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         if (astray | deep_in | (active & !settled)).any() {
             let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
             // Out of the body where its skin is round: the parabola with the same height, slope and curvature.
-            let root = (rise * rise - s.same(2.0) * q.f * fss).max(zero).sqrt();
+            let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
             let round = deep_in & fss.gt(s.same(1e-3));
             let out = (root - rise) / round.select(fss, one);
             next = round.select(s + outward * out, next);
@@ -219,7 +310,7 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             }
             next = next.max(ray.lo).min(ray.hi);
             let far = (next - s).abs().gt(s.same(SAME_HEIGHT));
-            let slant = q.ft + fts * (next - s);
+            let slant = fts.fma(next - s, q.ft);
             let falling = q.ft.lt(zero);
             (falls, falls_at) = (falling.select(q.ft, falls), falling.select(tau, falls_at));
             (grows, grows_at) = (falling.select(grows, q.ft), falling.select(grows_at, tau));

@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use crate::{
     lanes::{L, Mask, load, put, width},
+    ray::Taken,
     span::SLIVER,
 };
 
@@ -11,6 +12,9 @@ use crate::{
 pub(crate) const LANES: usize = crate::grid::TILE_RAYS;
 /// Lanes of a row: rays of a tile with the same v.
 pub(crate) const ROW: usize = crate::grid::TILE;
+
+/// Room for a number a row, filled up to the widest vector.
+pub(crate) const WIDE: usize = 16;
 
 /// What is known of a lane: nothing is taken, one interval is taken, or the kernel could not prove its answer and the ray must
 /// be searched (see `ray_translate`, `ray_turn`).
@@ -129,8 +133,9 @@ impl Lanes {
     /// Whether vector `g` has lanes that are asked for.
     #[inline(always)]
     pub(crate) fn asks<S: Simd>(&self, g: usize) -> bool {
-        const { assert!(width::<S>() <= ROW, "a vector lies in one row") };
-        self.rows >> (g * width::<S>() / ROW) & 1 == 1
+        let whole = width::<S>() / ROW;
+        let rows = if whole > 1 { (1 << whole) - 1 } else { 1 };
+        self.rows >> (g * width::<S>() / ROW) & rows != 0
     }
 
     /// Adds a lane and asks for it; nothing happens when all are in use.
@@ -222,6 +227,21 @@ impl Maker {
     /// Part `k` of `n`.
     pub(crate) fn part(step: usize, k: usize, n: usize) -> Self {
         Self { by: step as f64, first: k as f64 / n as f64, part: 1.0 / n as f64 }
+    }
+}
+
+impl Maker {
+    /// An interval that one of the searches found.
+    pub(crate) fn cut(&self, taken: &Taken) -> Cut {
+        let tau = |t: f64| self.first + self.part * t;
+        Cut {
+            from: taken.lo.s,
+            to: taken.hi.s,
+            from_by: self.by,
+            to_by: self.by,
+            from_tau: tau(taken.lo.tau),
+            to_tau: tau(taken.hi.tau),
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
     lane_ball::{BallOnLanes, BallOnRows, BallPath},
     lane_body::BodyOnLanes,
     lane_rows::BodyOnRows,
-    lane_set::{LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN},
+    lane_set::{LANES, Lanes, Maker, OLD, ROW, Strip, TAKEN, UNPROVEN, WIDE},
     meridian::Meridian,
     motion::{Piece, SEARCH_ERROR, TURN_ERROR, ball_pieces, permuted, pieces},
     ray::{Ray, Taken},
@@ -218,13 +218,13 @@ fn rows_that_are_cleared_are_not_met() {
             let n = |salt: f64| number(k, salt);
             let u0 = 5.0 * n(21.0);
             let v0 = 5.0 * n(22.0);
-            let v: [f64; ROW] = std::array::from_fn(|j| v0 + 0.1 * j as f64);
-            let lo: [f64; ROW] = std::array::from_fn(|j| -6.0 + number(k * 8 + j as u32, 23.0));
-            let hi: [f64; ROW] = std::array::from_fn(|j| lo[j] + 6.0 * (1.0 + number(k * 8 + j as u32, 24.0)));
-            let split = Split::of(&item(&profile, motion(k, turn)), &body);
+            let v: [f64; WIDE] = std::array::from_fn(|j| v0 + 0.1 * j as f64);
+            let lo: [f64; WIDE] = std::array::from_fn(|j| -6.0 + number(k * 8 + j as u32, 23.0));
+            let hi: [f64; WIDE] = std::array::from_fn(|j| lo[j] + 6.0 * (1.0 + number(k * 8 + j as u32, 24.0)));
             let items = [item(&profile, motion(k, turn))];
             let bodies = [body.clone()];
             let everywhere = Aabb { min: Point::new(-1e3, -1e3, -1e3), max: Point::new(1e3, 1e3, 1e3) };
+            let split = Split::of(&items[0], &body, &everywhere);
             let batch = Batch::new(&items, &[0], &[split], &bodies, &everywhere);
             for step in &batch.steps[a] {
                 let (u, v, lo, hi) = ([u0, u0 + 0.7], &v, &lo, &hi);

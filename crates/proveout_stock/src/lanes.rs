@@ -2,8 +2,9 @@
 //!
 //! [`L`] holds twice as many numbers as the processor works on in one instruction, [`Mask`] as many conditions; `pulp` chooses
 //! the instructions at run time. Two vectors side by side, since every step of a search waits for the one before: the second
-//! vector runs in the gaps. Only operations that IEEE 754 rounds exactly are offered (no fused multiplication and addition, no
-//! reciprocal estimates, no sums across lanes), so each lane has the same bits on any processor, whatever its neighbors are.
+//! vector runs in the gaps. Only operations that IEEE 754 rounds exactly are offered (no reciprocal estimates, no sums across
+//! lanes), so each lane has the same bits on any processor, whatever its neighbors are. Fused multiplication and addition is one
+//! of them; a processor without it (x86 before 2013) calculates it in software, slowly.
 //!
 //! Everything that works on lanes must be a function with `#[inline(always)]`: a closure, or anything of the standard library
 //! that takes one, is compiled without the instructions and then called for every single operation.
@@ -62,6 +63,20 @@ impl<S: Simd> L<S> {
         Self { v: [self.simd.abs_f64s(self.v[0]), self.simd.abs_f64s(self.v[1])], ..self }
     }
 
+    /// self * b + c, rounded once.
+    #[inline(always)]
+    pub(crate) fn fma(self, b: Self, c: Self) -> Self {
+        let (s, a) = (self.simd, self.v);
+        Self { v: [s.mul_add_f64s(a[0], b.v[0], c.v[0]), s.mul_add_f64s(a[1], b.v[1], c.v[1])], ..self }
+    }
+
+    /// c - self * b, rounded once.
+    #[inline(always)]
+    pub(crate) fn fma_from(self, b: Self, c: Self) -> Self {
+        let (s, a) = (self.simd, self.v);
+        Self { v: [s.negate_mul_add_f64s(a[0], b.v[0], c.v[0]), s.negate_mul_add_f64s(a[1], b.v[1], c.v[1])], ..self }
+    }
+
     /// The larger one; `other` when they are equal.
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
@@ -72,20 +87,6 @@ impl<S: Simd> L<S> {
     #[inline(always)]
     pub(crate) fn min(self, other: Self) -> Self {
         self.lt(other).select(self, other)
-    }
-
-    /// The largest of all lanes; rounding plays no part in it, so the order of the lanes does not either.
-    #[inline(always)]
-    pub(crate) fn highest(self) -> f64 {
-        let (a, b) = (self.simd.reduce_max_f64s(self.v[0]), self.simd.reduce_max_f64s(self.v[1]));
-        if a > b { a } else { b }
-    }
-
-    /// The smallest of all lanes.
-    #[inline(always)]
-    pub(crate) fn lowest(self) -> f64 {
-        let (a, b) = (self.simd.reduce_min_f64s(self.v[0]), self.simd.reduce_min_f64s(self.v[1]));
-        if a < b { a } else { b }
     }
 
     #[inline(always)]
@@ -151,11 +152,24 @@ impl<S: Simd> Mask<S> {
 
     #[inline(always)]
     pub(crate) fn any(self) -> bool {
-        let (no, yes) = (self.simd.splat_f64s(0.0), self.simd.splat_f64s(1.0));
-        let either = self.simd.or_m64s(self.m[0], self.m[1]);
-        // A sum of ones is exact, and cheaper than a maximum that minds numbers that are none.
-        self.simd.reduce_sum_f64s(self.simd.select_f64s(either, yes, no)) > 0.0
+        any(self.simd, self.simd.or_m64s(self.m[0], self.m[1]))
     }
+
+    /// The same for the first half of the lanes and for the second.
+    #[inline(always)]
+    pub(crate) fn any_of_halves(self) -> [bool; 2] {
+        [any(self.simd, self.m[0]), any(self.simd, self.m[1])]
+    }
+}
+
+#[inline(always)]
+fn any<S: Simd>(simd: S, m: S::m64s) -> bool {
+    if size_of::<S::m64s>() < S::F64_LANES * size_of::<f64>() {
+        return simd.first_true_m64s(m) < S::F64_LANES;
+    }
+    // A sum of ones is exact, and cheaper than a maximum that minds numbers that are none.
+    let (no, yes) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+    simd.reduce_sum_f64s(simd.select_f64s(m, yes, no)) > 0.0
 }
 
 impl<S: Simd> BitAnd for Mask<S> {
@@ -184,13 +198,13 @@ impl<S: Simd> Not for Mask<S> {
 
 #[inline(always)]
 pub(crate) fn dot<S: Simd>(a: L3<S>, b: L3<S>) -> L<S> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[0].fma(b[0], a[1].fma(b[1], a[2] * b[2]))
 }
 
 /// a + k d.
 #[inline(always)]
 pub(crate) fn along<S: Simd>(a: L3<S>, d: L3<S>, k: L<S>) -> L3<S> {
-    [a[0] + k * d[0], a[1] + k * d[1], a[2] + k * d[2]]
+    [k.fma(d[0], a[0]), k.fma(d[1], a[1]), k.fma(d[2], a[2])]
 }
 
 #[inline(always)]
@@ -200,7 +214,27 @@ pub(crate) fn scale<S: Simd>(a: L3<S>, k: L<S>) -> L3<S> {
 
 #[inline(always)]
 pub(crate) fn cross<S: Simd>(a: L3<S>, b: L3<S>) -> L3<S> {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [a[2].fma_from(b[1], a[1] * b[2]), a[0].fma_from(b[2], a[2] * b[0]), a[1].fma_from(b[0], a[0] * b[1])]
+}
+
+/// The smallest of some numbers; rounding plays no part in it, so the order of the lanes does not either.
+#[inline(always)]
+pub(crate) fn lowest<S: Simd>(simd: S, x: &[f64]) -> f64 {
+    let mut least = simd.splat_f64s(f64::INFINITY);
+    for &v in S::as_simd_f64s(x).0 {
+        least = simd.min_f64s(v, least);
+    }
+    simd.reduce_min_f64s(least)
+}
+
+/// The largest of some numbers.
+#[inline(always)]
+pub(crate) fn highest<S: Simd>(simd: S, x: &[f64]) -> f64 {
+    let mut most = simd.splat_f64s(f64::NEG_INFINITY);
+    for &v in S::as_simd_f64s(x).0 {
+        most = simd.max_f64s(v, most);
+    }
+    simd.reduce_max_f64s(most)
 }
 
 /// Vector `g` of an array whose length is a multiple of [`width`].

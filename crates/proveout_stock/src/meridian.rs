@@ -75,6 +75,23 @@ impl Piece {
     }
 }
 
+/// Leaves out the lines that continue an arc: its tangents at its ends are the same.
+fn needed(pieces: Vec<Piece>) -> Vec<Piece> {
+    let arcs: Vec<Piece> = pieces.iter().filter(|p| matches!(p, Piece::Arc { .. })).copied().collect();
+    let mut kept = pieces;
+    kept.retain(|piece| {
+        let Piece::Line { nr, nz, c } = *piece else { return true };
+        !arcs.iter().any(|arc| {
+            let Piece::Arc { center, radius, first, last } = *arc else { return false };
+            [first, last].iter().any(|n| {
+                let support = n[0] * center[0] + n[1] * center[1] + radius;
+                (n[0] - nr).hypot(n[1] - nz) < 1e-12 && (support - c).abs() < 1e-11
+            })
+        })
+    });
+    kept
+}
+
 /// Arcs as tubes, and the corners that no arc rounds.
 fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
     let mut tubes: Vec<[f64; 4]> = Vec::new();
@@ -96,7 +113,20 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
             tubes.push([p[0], p[1], 0.0, p[0].hypot(p[1])]);
         }
     }
-    tubes
+    // What lies in the hull of another is of no interest: its support is nowhere larger, on the outside where the sine is not
+    // negative.
+    let mut kept: Vec<[f64; 4]> = Vec::new();
+    for (k, a) in tubes.iter().enumerate() {
+        let within = |b: &[f64; 4]| {
+            let (r, z) = (a[0] - b[0], a[1] - b[1]);
+            (if r > 0.0 { r.hypot(z) } else { z.abs() }) <= b[2] - a[2] && a[3] <= b[3]
+        };
+        let in_other = tubes.iter().enumerate().any(|(i, b)| i != k && within(b) && (i < k || *a != *b));
+        if !in_other {
+            kept.push(*a);
+        }
+    }
+    kept
 }
 
 /// The convex function of a body, and the ball that makes up its lower end if there is one.
@@ -117,13 +147,62 @@ pub(crate) struct Meridian {
     pub rest_z: f64,
     /// Largest distance of a point of the body from the tip, mm.
     pub reach: f64,
+    /// Heights between which the skin has no edge (mm), and the largest curvature of the meridian there (1/mm).
+    pub smooth: [f64; 2],
+    pub bend: f64,
+}
+
+/// Distance from an edge beyond which F is smooth as far as 0.01 mm off the skin, mm: the ridge of F at an edge runs along the
+/// bisector of both normals, whose angle with either is below 84 degrees on a body of more than a knife's edge.
+const EDGE: f64 = 0.1;
+
+/// The widest range of heights without edges, `EDGE` away from them, and the largest curvature of the meridian.
+fn smooth(segments: &[Segment]) -> ([f64; 2], f64) {
+    let normals: Vec<[[f64; 2]; 2]> = segments
+        .iter()
+        .map(|s| match Piece::of(s) {
+            Piece::Line { nr, nz, .. } => [[nr, nz]; 2],
+            Piece::Arc { first, last, .. } => [first, last],
+        })
+        .collect();
+    let jumps = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6;
+    let mut edges: Vec<f64> = Vec::new();
+    for (k, s) in segments.iter().enumerate() {
+        let before = if k > 0 { normals[k - 1][1] } else { [0.0, -1.0] };
+        if jumps(before, normals[k][0]) {
+            edges.push(s.from()[1]);
+        }
+    }
+    if let (Some(s), Some(n)) = (segments.last(), normals.last())
+        && jumps(n[1], [0.0, 1.0])
+    {
+        edges.push(s.to()[1]);
+    }
+    edges.sort_by(f64::total_cmp);
+    let bend = segments.iter().fold(0.0, |bend: f64, s| match s {
+        Segment::Arc { radius, .. } => bend.max(1.0 / radius),
+        Segment::Line { .. } => bend,
+    });
+    let (low, high) = (segments.first().map_or(0.0, |s| s.from()[1]), segments.last().map_or(0.0, |s| s.to()[1]));
+    let (mut best, mut width) = ([f64::INFINITY, f64::NEG_INFINITY], 0.0);
+    for k in 0..=edges.len() {
+        let from = if k > 0 { edges[k - 1] } else { f64::NEG_INFINITY };
+        let to = edges.get(k).copied().unwrap_or(f64::INFINITY);
+        if to.min(high) - from.max(low) > width {
+            (best, width) = ([from + EDGE, to - EDGE], to.min(high) - from.max(low));
+        }
+    }
+    (best, bend)
 }
 
 impl Meridian {
     /// The whole body as one function.
     pub(crate) fn whole(profile: &Profile) -> Self {
+        let (smooth, bend) = smooth(profile.segments());
         Self {
-            pieces: profile.segments().iter().map(Piece::of).collect(),
+            smooth,
+            bend,
+            pieces: needed(profile.segments().iter().map(Piece::of).collect()),
             tubes: tubes(profile.segments()),
             ball: None,
             has_rest: true,
@@ -139,15 +218,18 @@ impl Meridian {
         let whole = Self::whole(profile);
         let Some(Segment::Arc { center, radius, to, .. }) = profile.segments().first() else { return whole };
         // The whole ball must lie in the body: its support may not pass that of any other piece.
-        let inside = whole.pieces[1..].iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + 1e-9 + TOUCH);
+        let mut pieces: Vec<Piece> = profile.segments()[1..].iter().map(Piece::of).collect();
+        let inside = pieces.iter().all(|p| p.eval(0.0, center[1]).0 <= -radius + 1e-9 + TOUCH);
         if center[0].abs() > 1e-9 || !inside {
             return whole;
         }
-        let mut pieces = whole.pieces[1..].to_vec();
         let has_rest = !pieces.is_empty();
         pieces.push(Piece::Line { nr: 0.0, nz: -1.0, c: -to[1] });
         let tubes = tubes(&profile.segments()[1..]);
-        Self { pieces, tubes, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], ..whole }
+        // The plane that closes the rest below makes an edge.
+        let smooth = [whole.smooth[0].max(to[1] + EDGE), whole.smooth[1]];
+        let pieces = needed(pieces);
+        Self { pieces, tubes, ball: Some([center[1], radius - TOUCH]), has_rest, rest_z: to[1], smooth, ..whole }
     }
 
     /// Value and gradient (d/dr, d/dz) at r >= 0.

@@ -187,21 +187,77 @@ pub(crate) fn permuted(p: &Piece, a: usize) -> Piece {
     Piece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
 }
 
-/// Box round the part of the body above `Meridian::rest_z` on one piece of its way, mm. Between the ends of a piece a point leaves
-/// its chord by at most the bend / 8.
-pub(crate) fn swept_box(p: &Piece, body: &Meridian) -> Aabb {
-    let mut all = Aabb::empty();
-    for tau in [0.0, 1.0] {
-        let (tip, axis) = (p.tip_at(tau), p.axis_at(tau));
-        for z in [body.rest_z, body.z[1]] {
-            let c = along(tip, axis, z);
-            // A disc of radius R about the axis w reaches R sqrt(1 - w_i^2) along axis i.
-            let half = axis.map(|w| body.radius * (1.0 - w * w).max(0.0).sqrt());
-            all.grow(&Point::from(sub(c, half)));
-            all.grow(&Point::from(add(c, half)));
+/// Whether a body stays beyond one side of a box on all of its way: the first look at a motion, most of them in air.
+pub(crate) fn stays_outside(motion: &SweepMotion, body: &Meridian, bounds: &Aabb) -> bool {
+    let ends = [motion.from, motion.to];
+    let chord2 = (motion.to.axis - motion.from.axis).norm_squared();
+    // A turn by the angle w lifts a point off the chord of its way by reach w^2 / 8 at most; w <= pi / 2 chord.
+    let margin = body.radius + body.reach * chord2 * (std::f64::consts::FRAC_PI_2.powi(2) / 8.0);
+    (0..3).any(|i| {
+        let [a, b] = ends.map(|e| {
+            let (low, high) = (body.z[0] * e.axis[i], body.z[1] * e.axis[i]);
+            [e.tip[i] + low.min(high), e.tip[i] + low.max(high)]
+        });
+        a[0].min(b[0]) - margin > bounds.max[i] || a[1].max(b[1]) + margin < bounds.min[i]
+    })
+}
+
+/// Box round the part of the body above `Meridian::rest_z` that may come into `bounds` on one piece of its way, mm. Between the
+/// ends of a piece a point leaves its chord by at most the bend / 8.
+///
+/// ```text
+///        \   \          a tilting tool: only its heights from a to b come into the stock
+///     b - \   \
+///     ____ \   \ ____
+///         | \__/ |
+///     a - |      |
+/// ```
+pub(crate) fn swept_box(p: &Piece, body: &Meridian, bounds: &Aabb) -> Aabb {
+    let ends = [0.0, 1.0].map(|tau| {
+        let axis = p.axis_at(tau);
+        // A disc of radius R about the axis w reaches R sqrt(1 - w_i^2) along axis i.
+        (p.tip_at(tau), axis, axis.map(|w| body.radius * (1.0 - w * w).max(0.0).sqrt()))
+    });
+    let bend = p.bend(body.reach) / 8.0;
+    let (mut low, mut high) = (body.rest_z, body.z[1]);
+    for i in 0..3 {
+        for (side, face) in [(1.0, bounds.max[i]), (-1.0, bounds.min[i])] {
+            // Heights that stay beyond this face at both ends of the piece, and so on all of it, are none of this box's business.
+            let (mut from, mut to) = (low, high);
+            for (tip, axis, half) in &ends {
+                // Beyond: side (tip + z axis) - half > side face + bend.
+                let (room, slope) = (side * (tip[i] - face) - half[i] - bend, side * axis[i]);
+                if slope.abs() < 1e-9 {
+                    if room - high.abs().max(low.abs()) * 1e-9 <= 0.0 {
+                        to = f64::NEG_INFINITY;
+                    }
+                } else if slope > 0.0 {
+                    from = from.max(-room / slope);
+                } else {
+                    to = to.min(-room / slope);
+                }
+            }
+            if from > low && to >= high {
+                high = high.min(from);
+            } else if to < high && from <= low {
+                low = low.max(to);
+            } else if from <= low && to >= high {
+                return Aabb::empty();
+            }
         }
     }
-    all.expanded(p.bend(body.reach) / 8.0)
+    if low > high {
+        return Aabb::empty();
+    }
+    let mut all = Aabb::empty();
+    for (tip, axis, half) in &ends {
+        for z in [low, high] {
+            let c = along(*tip, *axis, z);
+            all.grow(&Point::from(sub(c, *half)));
+            all.grow(&Point::from(add(c, *half)));
+        }
+    }
+    all.expanded(bend)
 }
 
 /// Box round the ball of a body on one piece of its way, mm.

@@ -88,10 +88,13 @@ pub(crate) struct Split {
 }
 
 impl Split {
-    pub(crate) fn of(item: &SweepItem<'_>, body: &Meridian) -> Self {
+    pub(crate) fn of(item: &SweepItem<'_>, body: &Meridian, bounds: &Aabb) -> Self {
         let mut steps = Vec::new();
         let mut region = Aabb::empty();
         let mut bound = SEARCH_ERROR + 2.0 * TOUCH;
+        if motion::stays_outside(&item.motion, body, bounds) {
+            return Self { steps, region, bound };
+        }
         if let Some([z, _]) = body.ball {
             for piece in motion::ball_pieces(&item.motion, z) {
                 let area = motion::ball_box(&piece, body);
@@ -102,7 +105,10 @@ impl Split {
         if body.has_rest {
             for piece in motion::pieces(&item.motion, body.radius) {
                 // Smaller as the body is, so that its flat faces lie on the box.
-                let area = motion::swept_box(&piece, body).expanded(-TOUCH);
+                let area = motion::swept_box(&piece, body, bounds).expanded(-TOUCH);
+                if area.is_empty() {
+                    continue;
+                }
                 region = region.union(&area);
                 steps.push((piece, false, area));
             }

@@ -95,8 +95,13 @@ impl TriDexel {
     }
 
     fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
-        let split: Vec<Split> =
-            items.par_iter().zip(index).with_min_len(64).map(|(item, &body)| Split::of(item, &bodies[body])).collect();
+        let bounds = &self.grid.bounds;
+        let split: Vec<Split> = items
+            .par_iter()
+            .zip(index)
+            .with_min_len(64)
+            .map(|(item, &body)| Split::of(item, &bodies[body], bounds))
+            .collect();
         for s in &split {
             self.sweep_bound = self.sweep_bound.max(s.bound);
         }

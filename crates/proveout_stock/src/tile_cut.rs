@@ -7,8 +7,8 @@
 use pulp::{Simd, WithSimd};
 
 use crate::{
-    lane_set::{Cut, LANES, ROW, Strip, TAKEN},
-    lanes::{L, load, put, store, width},
+    lane_set::{Cut, LANES, ROW, Strip, TAKEN, WIDE},
+    lanes::{L, Mask, highest, load, lowest, put, store, width},
     span::SLIVER,
     tile_field::{Field, Layer, Left, Partial},
 };
@@ -33,7 +33,8 @@ struct Sums {
     length: [f64; COLUMNS],
     longest: [f64; COLUMNS],
     middle: [f64; COLUMNS],
-    row: [f64; COLUMNS],
+    /// Rays before those of the columns that the longest lies in, in columns.
+    lap: [f64; COLUMNS],
     low: [f64; COLUMNS],
     high: [f64; COLUMNS],
     count: [f64; COLUMNS],
@@ -52,7 +53,7 @@ impl WithSimd for CutLayer<'_> {
             length: [0.0; COLUMNS],
             longest: [0.0; COLUMNS],
             middle: [0.0; COLUMNS],
-            row: [0.0; COLUMNS],
+            lap: [0.0; COLUMNS],
             low: [f64::INFINITY; COLUMNS],
             high: [f64::NEG_INFINITY; COLUMNS],
             count: [0.0; COLUMNS],
@@ -72,8 +73,7 @@ impl WithSimd for CutLayer<'_> {
             if !met.any() {
                 continue;
             }
-            let row = g * width::<S>() / ROW;
-            met_rows |= 1 << row;
+            met_rows |= rows(met, g);
             let (left_below, left_above) = (from - lo, hi - to);
             let (below, above) = (met & left_below.gt(sliver), met & left_above.gt(sliver));
             let taken_away = hi - lo - below.select(left_below, zero) - above.select(left_above, zero);
@@ -83,7 +83,7 @@ impl WithSimd for CutLayer<'_> {
             let longer = met & overlap.gt(load(simd, &sums.longest, c));
             put(c, &mut sums.longest, longer, overlap);
             put(c, &mut sums.middle, longer, zero.same(0.5) * (from + to));
-            put(c, &mut sums.row, longer, zero.same(row as f64));
+            put(c, &mut sums.lap, longer, zero.same((g * width::<S>() / COLUMNS) as f64));
             let low = load(simd, &sums.low, c);
             put(c, &mut sums.low, met & from.lt(low), from);
             let high = load(simd, &sums.high, c);
@@ -97,7 +97,7 @@ impl WithSimd for CutLayer<'_> {
             }
             let divided = below & above;
             if divided.any() {
-                let mut which = [0.0; ROW];
+                let mut which = [0.0; WIDE];
                 store(&mut which, 0, divided.select(one, zero));
                 for (i, _) in which.iter().enumerate().take(width::<S>()).filter(|w| *w.1 > 0.0) {
                     let k = g * width::<S>() + i;
@@ -116,7 +116,7 @@ impl WithSimd for CutLayer<'_> {
             store(&mut lanes.hi, g, whole.select(none_hi, below.select(from, hi)));
             store(&mut lanes.lo, g, whole.select(none_lo, upper.select(to, lo)));
             if whole.any() {
-                let mut which = [0.0; ROW];
+                let mut which = [0.0; WIDE];
                 store(&mut which, 0, whole.select(one, zero));
                 for (i, &w) in which.iter().enumerate().take(width::<S>()) {
                     *gone |= u64::from(w > 0.0) << (g * width::<S>() + i);
@@ -128,15 +128,24 @@ impl WithSimd for CutLayer<'_> {
         }
         if removes {
             for row in (0..ROW).filter(|row| met_rows >> row & 1 == 1) {
-                let (mut lo, mut hi) = (none_lo, none_hi);
-                for g in row * ROW / width::<S>()..(row + 1) * ROW / width::<S>() {
-                    lo = load(simd, &layer.lanes.lo, g).min(lo);
-                    hi = load(simd, &layer.lanes.hi, g).max(hi);
-                }
-                (layer.row_lo[row], layer.row_hi[row]) = (lo.lowest(), hi.highest());
+                let all = row * ROW..(row + 1) * ROW;
+                layer.row_lo[row] = lowest(simd, &layer.lanes.lo[all.clone()]);
+                layer.row_hi[row] = highest(simd, &layer.lanes.hi[all]);
             }
         }
         add(&sums, met_rows, sum);
+    }
+}
+
+/// Rows that vector `g` has lanes of where the condition holds, one bit each.
+#[inline(always)]
+fn rows<S: Simd>(met: Mask<S>, g: usize) -> u8 {
+    let row = g * width::<S>() / ROW;
+    if width::<S>() > ROW {
+        let [first, second] = met.any_of_halves();
+        u8::from(first) << row | u8::from(second) << (row + 1)
+    } else {
+        1 << row
     }
 }
 
@@ -158,7 +167,7 @@ fn add(sums: &Sums, met_rows: u8, sum: &mut Partial) {
     sum.rows |= met_rows;
     for (c, &longest) in sums.longest.iter().enumerate() {
         if longest > 0.0 && longest >= sum.longest {
-            sum.offer(longest, sums.middle[c], (sums.row[c] as usize * ROW + c % ROW) as u8);
+            sum.offer(longest, sums.middle[c], (sums.lap[c] as usize * COLUMNS + c) as u8);
         }
     }
 }

@@ -11,7 +11,7 @@
 
 use crate::{
     grid::{Grid, TILE},
-    lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip},
+    lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
     span::{Mark, SLIVER, Span},
     tile::Tile,
 };
@@ -21,8 +21,8 @@ use crate::{
 pub(crate) struct Layer {
     pub lanes: Lanes,
     /// Range of each row, mm; lo > hi: empty.
-    pub row_lo: [f64; ROW],
-    pub row_hi: [f64; ROW],
+    pub row_lo: [f64; WIDE],
+    pub row_hi: [f64; WIDE],
 }
 
 /// See the module.
@@ -33,7 +33,7 @@ pub(crate) struct Field {
     depth: usize,
     columns: [f64; ROW],
     /// Ray centers along v of the rows, and the range along u.
-    pub row_v: [f64; ROW],
+    pub row_v: [f64; WIDE],
     pub u: [f64; 2],
     /// Range of all, mm.
     pub lo: f64,
@@ -90,7 +90,7 @@ impl Field {
         }
         let Layer { lanes, row_lo, row_hi } = &mut self.layers[self.depth];
         lanes.clear();
-        (*row_lo, *row_hi) = ([f64::INFINITY; ROW], [f64::NEG_INFINITY; ROW]);
+        (*row_lo, *row_hi) = ([f64::INFINITY; WIDE], [f64::NEG_INFINITY; WIDE]);
         for r in 0..LANES {
             (lanes.u[r], lanes.v[r], lanes.ray[r]) = (self.columns[r % ROW], self.row_v[r / ROW], r as u8);
         }
@@ -107,14 +107,21 @@ impl Field {
 
     /// Takes the range of all from those of the rows.
     pub(crate) fn measure(&mut self) {
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut lo, mut hi) = ([f64::INFINITY; ROW], [f64::NEG_INFINITY; ROW]);
+        // The rows side by side, so that no comparison waits for the one before.
         for layer in &self.layers[..self.depth] {
             for row in 0..ROW {
-                lo = if layer.row_lo[row] < lo { layer.row_lo[row] } else { lo };
-                hi = if layer.row_hi[row] > hi { layer.row_hi[row] } else { hi };
+                lo[row] = if layer.row_lo[row] < lo[row] { layer.row_lo[row] } else { lo[row] };
+                hi[row] = if layer.row_hi[row] > hi[row] { layer.row_hi[row] } else { hi[row] };
             }
         }
-        (self.lo, self.hi) = (lo, hi);
+        for half in [ROW / 2, ROW / 4, ROW / 8] {
+            for k in 0..half {
+                lo[k] = if lo[k + half] < lo[k] { lo[k + half] } else { lo[k] };
+                hi[k] = if hi[k + half] > hi[k] { hi[k + half] } else { hi[k] };
+            }
+        }
+        (self.lo, self.hi) = (lo[0], hi[0]);
     }
 
     /// Puts an interval above interval `k` of its ray; those further up move up.

@@ -75,7 +75,10 @@ impl Batch<'_> {
                     || step.high[1] < u[0]
                     || step.low[2] > v[1]
                     || step.high[2] < v[0]
-                    || (step.ball.is_none() && step.passes([low, high], u, v));
+                    || match &step.ball {
+                        Some(path) => path.passes([low, high], u, v),
+                        None => step.passes([low, high], u, v),
+                    };
                 if apart {
                     continue;
                 }
@@ -232,7 +235,16 @@ impl Batch<'_> {
                 }
                 for part in 0..PARTS {
                     let step = step.part(part, PARTS);
-                    self.on_lanes(&step, ready, Maker::part(k, part, PARTS), MORE_STEPS, again);
+                    let maker = Maker::part(k, part, PARTS);
+                    let before: Vec<(f64, Cut)> = (0..chunk.len()).map(|i| (again.state[i], again.cut(i))).collect();
+                    if self.on_lanes(&step, ready, maker, MORE_STEPS, again) {
+                        let left = (0..chunk.len()).filter(|&i| before[i].0 != UNPROVEN);
+                        for i in left {
+                            if again.state[i] == UNPROVEN {
+                                self.search_part(&step, ready, maker, i, &before[i], again);
+                            }
+                        }
+                    }
                 }
             }
             for (i, &(l, r)) in chunk.iter().enumerate() {
@@ -255,6 +267,21 @@ impl Batch<'_> {
         scratch.places = places;
     }
 
+    /// The search for one lane in one part of a motion, added to what the lane had `before`; without proof it stays where the
+    /// intervals are apart.
+    fn search_part(&self, step: &Step, ready: &Ready, maker: Maker, i: usize, before: &(f64, Cut), lanes: &mut Lanes) {
+        let strip = lanes.strip(i);
+        let ray = Ray { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
+        let mut taken = Vec::new();
+        sweep_turning(&step.piece, &self.bodies[ready.body], &ray, &mut taken);
+        let mut cuts: Vec<Cut> = taken.iter().map(|t| maker.cut(t)).collect();
+        cuts.extend((before.0 == TAKEN).then_some(before.1));
+        merge(&mut cuts);
+        if cuts.len() < 2 {
+            lanes.answer(i, cuts.first());
+        }
+    }
+
     /// What the steps take of one strip, by the searches that always end; rising and disjoint.
     fn search(&self, ready: &Ready, a: usize, near: &[usize], strip: &Strip, cuts: &mut Vec<Cut>) {
         let ray = Ray { u: strip.u, v: strip.v, lo: strip.lo, hi: strip.hi };
@@ -269,23 +296,20 @@ impl Batch<'_> {
                 None if step.piece.turns() => sweep_turning(&step.piece, body, &ray, &mut taken),
                 None => taken.extend(sweep_translation(&step.piece, body, &ray)),
             }
-            let by = k as f64;
-            cuts.extend(taken.iter().map(|t| Cut {
-                from: t.lo.s,
-                to: t.hi.s,
-                from_by: by,
-                to_by: by,
-                from_tau: t.lo.tau,
-                to_tau: t.hi.tau,
-            }));
+            cuts.extend(taken.iter().map(|t| Maker::whole(k).cut(t)));
         }
-        cuts.sort_by(|x, y| x.from.total_cmp(&y.from));
-        cuts.dedup_by(|next, kept| {
-            let meets = next.from <= kept.to + SLIVER;
-            if meets && next.to > kept.to {
-                (kept.to, kept.to_by, kept.to_tau) = (next.to, next.to_by, next.to_tau);
-            }
-            meets
-        });
+        merge(cuts);
     }
+}
+
+/// Sorts intervals and joins those that meet.
+fn merge(cuts: &mut Vec<Cut>) {
+    cuts.sort_by(|x, y| x.from.total_cmp(&y.from));
+    cuts.dedup_by(|next, kept| {
+        let meets = next.from <= kept.to + SLIVER;
+        if meets && next.to > kept.to {
+            (kept.to, kept.to_by, kept.to_tau) = (next.to, next.to_by, next.to_tau);
+        }
+        meets
+    });
 }
