@@ -11,7 +11,7 @@
 //! result itself.
 
 use super::{
-    pair::{Pair, Sums, acceleration, jerk},
+    pair::{Pair, Sums, acceleration, higher, jerk},
     problem::{Problem, RELAXED, Rows},
 };
 
@@ -333,8 +333,8 @@ impl Part {
                 let (s, l, over) = (pair.slack[0], pair.multiplier[0], pair.over[0]);
                 let ds = -(node.speed_value(x) + s) - change;
                 let dl = (mu - l * ds) * over - l;
-                sums.primal = sums.primal.max(-ds * over);
-                sums.dual = sums.dual.max(-dl / l);
+                sums.primal = higher(sums.primal, -ds * over);
+                sums.shorten_dual(dl, l);
                 (pair.slack_step[0], pair.multiplier_step[0]) = (ds, dl);
             }
             for (q, pair) in self.acceleration[at * with_a..][..with_a].iter().zip(&mut pairs) {
