@@ -16,7 +16,7 @@ use crate::{
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
     stretch::{Clock, Measured, Stretch},
-    watch::{REACH, broken},
+    watch::{Parts, REACH, broken},
 };
 
 /// Events that wait for the block before which they stand.
@@ -51,6 +51,7 @@ pub(crate) struct Emitter {
     /// Set points at the last times of the grid, whether emitted or left out of a standstill.
     before: [JointValues; REACH],
     limits: JointLimits,
+    parts: Parts,
     /// Worst excess of the set points over a limit of a joint in the block under way, with its time and what it is.
     broken: Option<(f64, (usize, usize, f64, f64))>,
 }
@@ -77,6 +78,7 @@ impl Emitter {
             over_travel: [None; MAX_JOINTS],
             before: [*start; REACH],
             limits,
+            parts: Parts::new(&limits),
             broken: None,
         }
     }
@@ -171,7 +173,7 @@ impl Emitter {
 
     /// Keeps the worst excess over a limit. The plan is made so that there is none: what it cannot keep must be told.
     fn judge(&mut self, m: &Measured) {
-        let Some(found) = broken(&self.limits, self.cycle, &self.before, m) else { return };
+        let Some(found) = broken((&self.limits, &self.parts), self.cycle, &self.before, m) else { return };
         let part = |b: &(usize, usize, f64, f64)| b.2 / b.3;
         if self.broken.is_none_or(|(_, worst)| part(&found) > part(&worst)) {
             self.broken = Some((m.time, found));

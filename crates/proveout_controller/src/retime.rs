@@ -22,11 +22,15 @@
 //!    on each other. A program that runs at its feed costs nothing here.
 //! 2. *Grid*: knots at borders of phases and cells and between them, closer where the speed is low; limits at two to five points an
 //!    interval, on both sides of every jump.
-//! 3. *Solution* (`solver.rs`): an interior point method, chunk by chunk with an overlap.
-//! 4. *Samples*: the law is measured at the control samples. Where one passes a limit between the points of the grid, the rows of its
-//!    interval are tightened and the surroundings solved again, or, when little is left, the tempo is lowered there (`dip`).
-//! 5. *Last resort* (`settle`): what the rounds leave is taken away by plateaus of some percent, and where more is left the first law
-//!    is kept for some hundredths of a second; a law from rest to rest that still passes a limit runs slower as a whole. A tempo that would come near to rest is refused (`Tempo::is_sound`).
+//! 3. *Solution* (`problem.rs`, `solver.rs`): an interior point method, chunk by chunk with an overlap. Where a row passes its limit
+//!    between two points, a point is put there and the search goes on.
+//! 4. *Samples* (`watch.rs`): the law is measured at the control samples. Where one passes a limit, or a difference of set points does,
+//!    that place gets a point of its own, or rows around it are tightened where they do not see the excess, and the surroundings are
+//!    solved again; after some rounds the tempo is lowered there (`dip`).
+//! 5. *What rounds leave* (`settle`) is taken away by plateaus of some percent, and where more is left the first law is kept for some
+//!    hundredths of a second. A tempo that would come near to rest is refused (`Tempo::is_sound`).
+//! 6. *Last resort* (`stretch.rs`): from rest to rest the law runs slower as a whole; in motion the machine comes to rest by the reserve
+//!    of the stretch before.
 //!
 //! *Windows.* A part of a run is committed up to a node half a second before the last known one. The next part begins with the tempo
 //! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.

@@ -12,7 +12,7 @@
 //! differences of velocity and acceleration from one sample to the next, means over one cycle, are sharper where they are known. All
 //! are looked at, and the differences of positions reach back over the border to what was emitted before.
 
-use proveout_machine::JointValues;
+use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::{limits::JointLimits, profile::PathState, stretch::Measured};
 
@@ -42,21 +42,22 @@ pub(crate) fn over_limits(
     allowed: f64,
 ) -> Vec<Over> {
     let mut over = Vec::new();
+    let parts = Parts::new(limits);
     let mut row = [before[0], before[0], before[1], before[2]];
     let after = if stands.is_some() { REACH } else { 0 };
     let last = samples.len().saturating_sub(1);
     for k in 0..samples.len() + after {
         let Some(q) = samples.get(k).map(|m| &m.q).or(stands) else { break };
         row = [row[1], row[2], row[3], *q];
-        let state = samples.get(k).map_or([0.0; 3], |m| states(limits, m));
+        let state = samples.get(k).map_or([0.0; 3], |m| parts.states(m));
         if let Some([a, b]) = k.checked_sub(1).and_then(|before| samples.get(before..=k)?.first_chunk()) {
-            let [acceleration, jerk] = over_a_cycle(limits, cycle, a, b);
+            let [acceleration, jerk] = parts.over_a_cycle(cycle, a, b);
             if acceleration > allowed && acceleration > state[1] || jerk > allowed && jerk > state[2] {
                 let PathState { s, v, .. } = b.state;
                 over.push(Over { time: b.time - 0.5 * cycle, s, v, ratios: [0.0, acceleration, jerk] });
             }
         }
-        let mut ratios = differences(limits, cycle, &row);
+        let mut ratios = parts.differences(cycle, &row);
         // Middles of the differences: half a cycle behind for each order.
         let mut back = 0;
         for order in 0..3 {
@@ -78,37 +79,46 @@ pub(crate) fn over_limits(
     over
 }
 
-/// Highest parts of the limits of a state.
-fn states(limits: &JointLimits, m: &Measured) -> [f64; 3] {
-    let mut ratios = [0.0_f64; 3];
-    for i in 0..limits.count {
-        ratios[0] = ratios[0].max(m.velocity[i].abs() / limits.velocity[i]);
-        ratios[1] = ratios[1].max(m.acceleration[i].abs() / limits.acceleration[i]);
-        ratios[2] = ratios[2].max(m.jerk[i].abs() / limits.jerk[i]);
-    }
-    ratios
+/// One over the limits of velocity, acceleration and jerk of the joints: samples are judged by the hundred thousand.
+pub(crate) struct Parts {
+    count: usize,
+    per: [[f64; MAX_JOINTS]; 3],
 }
 
-/// Highest parts of the limits of mean acceleration and mean jerk between two samples.
-fn over_a_cycle(limits: &JointLimits, cycle: f64, a: &Measured, b: &Measured) -> [f64; 2] {
-    let mut ratios = [0.0_f64; 2];
-    for i in 0..limits.count {
-        ratios[0] = ratios[0].max((b.velocity[i] - a.velocity[i]).abs() / (cycle * limits.acceleration[i]));
-        ratios[1] = ratios[1].max((b.acceleration[i] - a.acceleration[i]).abs() / (cycle * limits.jerk[i]));
+impl Parts {
+    pub(crate) fn new(l: &JointLimits) -> Self {
+        Self { count: l.count, per: [l.velocity, l.acceleration, l.jerk].map(|limits| limits.map(|x| 1.0 / x)) }
     }
-    ratios
-}
 
-/// Highest parts of the limits of the first, second and third difference that end at the last of four set points.
-fn differences(limits: &JointLimits, cycle: f64, row: &[JointValues; 4]) -> [f64; 3] {
-    let mut ratios = [0.0_f64; 3];
-    for i in 0..limits.count {
-        let means = means(cycle, row, i);
-        ratios[0] = ratios[0].max(means[0] / limits.velocity[i]);
-        ratios[1] = ratios[1].max(means[1] / limits.acceleration[i]);
-        ratios[2] = ratios[2].max(means[2] / limits.jerk[i]);
+    /// Highest parts of the limits of a state.
+    fn states(&self, m: &Measured) -> [f64; 3] {
+        let highest = |values: &JointValues, per: &[f64; MAX_JOINTS]| {
+            (0..self.count).fold(0.0, |high: f64, i| high.max(values[i].abs() * per[i]))
+        };
+        let [v, a, j] = &self.per;
+        [highest(&m.velocity, v), highest(&m.acceleration, a), highest(&m.jerk, j)]
     }
-    ratios
+
+    /// Highest parts of the limits of mean acceleration and mean jerk between two samples.
+    fn over_a_cycle(&self, cycle: f64, a: &Measured, b: &Measured) -> [f64; 2] {
+        let per = 1.0 / cycle;
+        let highest = |from: &JointValues, to: &JointValues, limit: &[f64; MAX_JOINTS]| {
+            (0..self.count).fold(0.0, |high: f64, i| high.max((to[i] - from[i]).abs() * per * limit[i]))
+        };
+        [highest(&a.velocity, &b.velocity, &self.per[1]), highest(&a.acceleration, &b.acceleration, &self.per[2])]
+    }
+
+    /// Highest parts of the limits of the first, second and third difference that end at the last of four set points.
+    fn differences(&self, cycle: f64, row: &[JointValues; 4]) -> [f64; 3] {
+        let mut ratios = [0.0_f64; 3];
+        for i in 0..self.count {
+            let means = means(cycle, row, i);
+            for order in 0..3 {
+                ratios[order] = ratios[order].max(means[order] * self.per[order][i]);
+            }
+        }
+        ratios
+    }
 }
 
 /// Sizes of the mean velocity, acceleration and jerk of a joint over the last one, two and three cycles, less rounding.
@@ -130,14 +140,14 @@ const PROMISE: f64 = 1.001;
 /// What passes the promise at a set point that is about to be emitted behind three others, by its state or by a difference:
 /// joint, order (velocity, acceleration, jerk), value and limit.
 pub(crate) fn broken(
-    limits: &JointLimits,
+    (limits, parts): (&JointLimits, &Parts),
     cycle: f64,
     before: &[JointValues; REACH],
     m: &Measured,
 ) -> Option<(usize, usize, f64, f64)> {
     let row = [before[0], before[1], before[2], m.q];
     let highest = |ratios: [f64; 3]| ratios.iter().any(|r| *r > PROMISE);
-    if !highest(states(limits, m)) && !highest(differences(limits, cycle, &row)) {
+    if !highest(parts.states(m)) && !highest(parts.differences(cycle, &row)) {
         return None;
     }
     let mut worst = (0, 0, 0.0, f64::INFINITY);
@@ -183,7 +193,7 @@ mod tests {
     }
 
     fn limits(jerk: f64) -> JointLimits {
-        let free = [f64::INFINITY; proveout_machine::MAX_JOINTS];
+        let free = [f64::INFINITY; MAX_JOINTS];
         let mut l = JointLimits { count: 1, velocity: free, rapid: free, acceleration: free, jerk: free };
         l.jerk[0] = jerk;
         l
@@ -233,9 +243,10 @@ mod tests {
     fn what_breaks_the_promise_is_named() {
         let samples = cubic(0.01, 6, 6.0);
         let before = [samples[0].q, samples[1].q, samples[2].q];
-        assert_eq!(broken(&limits(6.0), 0.01, &before, &samples[3]), None);
-        assert_eq!(broken(&limits(5.995), 0.01, &before, &samples[3]), None, "within 0.1 percent");
-        let (joint, order, value, limit) = broken(&limits(5.9), 0.01, &before, &samples[3]).expect("jerk 6 of 5.9");
+        let told = |jerk: f64| broken((&limits(jerk), &Parts::new(&limits(jerk))), 0.01, &before, &samples[3]);
+        assert_eq!(told(6.0), None);
+        assert_eq!(told(5.995), None, "within 0.1 percent");
+        let (joint, order, value, limit) = told(5.9).expect("jerk 6 of 5.9");
         assert!(joint == 0 && order == 2 && (value - 6.0).abs() < 1e-6 && limit == 5.9);
     }
 }
