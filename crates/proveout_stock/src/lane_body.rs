@@ -18,7 +18,12 @@
 //! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of the material; by two
 //! points on both sides of the minimum along the ray; or, most often, by the support of the body on its way in the direction of
 //! the normal across the ray (`lane_sample::clearance`), which says the same about all of the ray. The search begins inside of the
-//! body, where its axis is nearest to the ray, and leaves it on the parabola with the height, slope and curvature of the skin.
+//! body, where its axis is nearest to the ray, and leaves it on the parabola with the height, slope and curvature of the skin. The
+//! first sample (`lane_search::look`) settles most rays and gives the starts of the searches for both ends.
+//!
+//! An end is accepted before F is zero where the skin is smooth: the last step d along the ray leaves at most curvature d^2 / 2,
+//! and the parabola takes most of that away. Its half space is turned to be perpendicular to the velocity, as the normal of the
+//! swept surface is: what it leaves open is then of second order in the error of the time.
 //!
 //! Lanes without proof after a few samples are gathered and get a second chance with more, and in quarters of a turning motion;
 //! what is left, such as rays that meet the rim of a flat end mill, is searched by `ray_translate` and `ray_turn`, which always

@@ -278,6 +278,23 @@ mod tests {
     }
 
     #[test]
+    fn lines_beside_an_arc_are_left_out_and_edges_end_the_smooth_range() {
+        let m = Meridian::whole(&bull());
+        // The arc stands for the bottom and the side; the top has an edge.
+        assert_eq!(m.pieces.len(), 2);
+        assert_eq!(m.tubes.len(), 2);
+        assert_eq!((m.smooth[0], m.smooth[1], m.bend), (f64::NEG_INFINITY, 30.0 - EDGE, 1.0 / 3.0));
+        let corner = Segment::Line { from: [0.0, 0.0], to: [5.0, 0.0] };
+        let flat = Profile::new(vec![
+            corner,
+            Segment::Line { from: [5.0, 0.0], to: [5.0, 30.0] },
+            Segment::Line { from: [5.0, 30.0], to: [0.0, 30.0] },
+        ])
+        .expect("convex");
+        assert_eq!(Meridian::whole(&flat).smooth, [EDGE, 30.0 - EDGE]);
+    }
+
+    #[test]
     fn only_a_ball_that_fits_is_split_off() {
         let ball = |length: f64| {
             Profile::new(vec![
