@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::sync::Mutex;
+
 use common::{Program, Random, Run, bc_machine, for_all, limit_use, run_with, tool};
 use proveout_controller::{Dynamics, Settings};
 use proveout_geom::Point;
@@ -125,12 +127,14 @@ fn dynamics_do_not_change_the_time() {
 
 /// Total time over the bound, summed over random programs.
 fn over_bound(make: fn(u64) -> Program, machine: &Machine) -> f64 {
-    let (mut total, mut bound) = (0.0, 0.0);
-    for seed in 0..20 {
+    let sums = Mutex::new([0.0; 2]);
+    for_all(0..20, |seed| {
         let s = run_with(&make(seed), machine, &[tool(1, 120.0)], &Settings::default()).summary;
-        total += s.total_s - s.tool_change_s;
-        bound += s.lower_bound_s.expect("a bound") - s.tool_change_s;
-    }
+        let mut sums = sums.lock().expect("no other thread has failed");
+        sums[0] += s.total_s - s.tool_change_s;
+        sums[1] += s.lower_bound_s.expect("a bound") - s.tool_change_s;
+    });
+    let [total, bound] = sums.into_inner().expect("no thread has failed");
     total / bound
 }
 
