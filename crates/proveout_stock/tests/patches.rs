@@ -129,10 +129,10 @@ fn a_patch_has_the_rays_of_a_whole_stock_of_its_cells() {
         let (mine, other) = (patch.surface_points().collect::<Vec<_>>(), in_window(&whole, patch.window()));
         let cut = mine.iter().filter(|p| p.made_by.is_some()).count();
         assert!(cut > 200, "only {cut} points were cut");
-        // Where a ray leaves the box of the patch the searches begin elsewhere and end within their bound; rays, and most ends, are
-        // the same bits.
+        // Where a ray leaves the box of the patch the searches begin elsewhere and end within their bound; the rays are the same, and
+        // with them, to the bit, the ends that a closed form or the raw stock gives: a quarter and more of these random cuts.
         let (unmet, same) = unmatched(&mine, &other, 2.0 * whole.sweep_bound_mm());
-        assert!(unmet * 1000 <= mine.len() && same * 2 > mine.len(), "{unmet} missing, {same} equal of {}", mine.len());
+        assert!(unmet * 1000 <= mine.len() && same * 4 > mine.len(), "{unmet} missing, {same} equal of {}", mine.len());
         let (have, want) = (patch.surface(), whole.surface().inside(patch.window()));
         let off = (volume(&have) - volume(&want)).abs();
         // A node within the bound of a face may count to either side, so that cells at sharp edges come out otherwise.

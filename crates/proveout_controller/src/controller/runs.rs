@@ -1,0 +1,169 @@
+//! Runs between two stops: blocks into the path, windows of the look-ahead, rapid motion of independent joints.
+
+use std::sync::Arc;
+
+use proveout_machine::{JointValues, RapidMode};
+use proveout_nc::Command;
+
+use super::{Begin, Controller, scope};
+use crate::{
+    output::{BlockKind, BlockRecord, MoveKind},
+    path::{Path, PathBlock},
+    profile::Law,
+    retime::Entry,
+    scurve::{Rates, peak_speed},
+    shape::{Shape, Timed},
+    stretch::{self, Outcome, Stretch},
+};
+
+impl<E, I> Controller<'_, I>
+where
+    E: std::error::Error + 'static,
+    I: Iterator<Item = Result<Command, E>>,
+{
+    pub(super) fn push_block(&mut self, block: PathBlock, from: JointValues) {
+        if block.length <= 0.0 {
+            // No way to go: a record without time, in its place in the order of blocks.
+            self.stop_run();
+            self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
+            return;
+        }
+        let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
+            && block.kind != MoveKind::Feed
+            && self.mapping.tcp_length.is_none();
+        if independent {
+            self.stop_run();
+            self.independent(block, from);
+            return;
+        }
+        let frame = self.device.frame(self.mapping);
+        let block_copy = if self.path.is_empty() { None } else { Some(block.clone()) };
+        if !self.path.push(&frame, block) {
+            self.stop_run();
+            if let Some(block) = block_copy {
+                let frame = self.device.frame(self.mapping);
+                self.path.push(&frame, block);
+            }
+        }
+        if self.path.blocks.len() >= self.window {
+            self.commit_window();
+        }
+    }
+
+    /// Plans and emits all of the run; the machine then stands.
+    pub(super) fn stop_run(&mut self) {
+        let frame = self.device.frame(self.mapping);
+        self.path.finish(&frame);
+        if !self.path.cells.is_empty() && !self.commit(true, false) {
+            self.halt();
+            if !self.path.cells.is_empty() {
+                self.commit(true, false);
+            }
+        }
+        let number = self.path.first_block + self.path.blocks.len() as u64;
+        self.out.length_before += self.path.end();
+        self.path = Path::starting_with(number);
+        self.begin = Begin::default();
+        self.window = self.settings.look_ahead_blocks;
+        self.out.release(number, self.out.clock);
+    }
+
+    /// Plans the known part of a long run and emits what the unknown part cannot change.
+    pub(super) fn commit_window(&mut self) {
+        if !self.commit(false, true) {
+            self.halt();
+        }
+    }
+
+    /// Plans and emits up to the end of what is known, or to a node before it; `open` tells that the path goes on there. False
+    /// where nothing was found that keeps the limits: never from rest to rest.
+    pub(super) fn commit(&mut self, finish: bool, open: bool) -> bool {
+        let frame = self.device.frame(self.mapping);
+        let grid = self.out.grid();
+        match stretch::plan(&mut self.path, &frame, grid, self.begin.speed, &self.begin.entry, finish) {
+            Outcome::Planned(stretch) => self.emit(*stretch, open),
+            // Tried again when there is more to see, so that the cost stays linear.
+            Outcome::NotYet => self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1,
+            Outcome::Failed => return false,
+        }
+        true
+    }
+
+    /// Brings the machine to rest where no law was found from here on: by the reserve of the stretch before, or, where it stands,
+    /// by all that is known as a motion from rest to rest.
+    pub(super) fn halt(&mut self) {
+        let (frame, grid) = (self.device.frame(self.mapping), self.out.grid());
+        match self.begin.reserve.take() {
+            Some(reserve) => {
+                let stretch = reserve.stretch(&self.path, &frame, grid);
+                self.emit(stretch, true);
+            }
+            None => {
+                self.commit(true, true);
+            }
+        }
+        self.begin.halted = true;
+    }
+
+    /// Emits a stretch; the path goes on behind it.
+    pub(super) fn emit(&mut self, stretch: Stretch, open: bool) {
+        let scope = scope(&self.device, &self.settings, self.mapping);
+        // A halt is the plan's, not the path's: the lower bound does not count it.
+        self.out.stretch(&scope, &self.path, &stretch, [self.begin.speed > 0.0 || self.begin.halted, open]);
+        self.path.drop_before(stretch.s_end, stretch.cells);
+        self.begin = Begin { speed: stretch.v_end, entry: stretch.entry, reserve: stretch.reserve, halted: false };
+        self.window = self.settings.look_ahead_blocks;
+        self.ready = true;
+    }
+
+    /// A rapid motion with every joint at its own speed.
+    pub(super) fn independent(&mut self, mut block: PathBlock, from: JointValues) {
+        let to = block.shape.jet(block.length).0[0];
+        let l = &self.device.limits;
+        let mut joints = Vec::new();
+        let mut duration = 0.0_f64;
+        for i in 0..l.count {
+            let distance = (to[i] - from[i]).abs();
+            if distance > 0.0 {
+                let rates = Rates { acceleration: l.acceleration[i], jerk: l.jerk[i] };
+                let fastest = l.rapid[i].min(crate::limits::UNLIMITED_SPEED);
+                let peak = peak_speed(0.0, 0.0, distance, fastest, rates, rates);
+                let mut law = Law::default();
+                law.push_move([0.0, distance], [0.0, peak, 0.0], rates, rates);
+                duration = duration.max(law.duration);
+                joints.push((i, (to[i] - from[i]).signum(), law));
+            }
+        }
+        let length = block.length;
+        block.shape = Shape::Timed(Box::new(Timed { from, joints }));
+        block.length = duration;
+        let number = self.path.first_block;
+        self.path = Path::single(number, block);
+        let frame = self.device.frame(self.mapping);
+        let law = Law::uniform(0.0, duration);
+        let samples = stretch::measure(&self.path, &frame, self.out.grid(), &law, 0);
+        let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, entry: Entry::default(), samples, reserve: None };
+        let scope = scope(&self.device, &self.settings, self.mapping);
+        self.out.stretch(&scope, &self.path, &s, [false, false]);
+        if let Some(record) = self.out.chunk.blocks.last_mut() {
+            record.length = length;
+        }
+        self.out.length_before += length;
+        self.path = Path::starting_with(number + 1);
+        self.ready = true;
+    }
+
+    pub(super) fn record(&mut self, index: u32, file: &Arc<str>, line: u32, kind: BlockKind, start_time: f64) {
+        self.out.meter.summary.blocks += 1;
+        self.out.chunk.blocks.push(BlockRecord {
+            index,
+            file: file.clone(),
+            line,
+            start_time,
+            end_time: self.out.clock,
+            length: 0.0,
+            feed: 0.0,
+            kind,
+        });
+    }
+}
