@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use proveout_geom::ToolPose;
-use proveout_machine::{JointKind, JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::{
     limits::{JointLimits, bound_time},
@@ -137,6 +137,7 @@ impl Emitter {
 
     fn samples(&mut self, scope: &Scope<'_>, path: &Path, samples: &[Measured]) {
         let mut at = 0;
+        self.chunk.samples.reserve(samples.len());
         for m in samples {
             let block = &path.blocks[path.block_at(m.state.s, &mut at)];
             let actual = match scope.settings.dynamics {
@@ -146,9 +147,6 @@ impl Emitter {
                     scope.kinematics.position(&block.shape.jet(u).0[0])
                 }
             };
-            let slope = m.task.first();
-            let linear = scope.machine.joints.iter().enumerate().filter(|(_, j)| j.kind == JointKind::Linear);
-            let rate = linear.map(|(i, _)| slope[i] * slope[i]).sum::<f64>().sqrt();
             let sample = Sample {
                 time: m.time,
                 block: block.index,
@@ -160,7 +158,7 @@ impl Emitter {
                 actual,
                 pose: scope.kinematics.pose(&actual),
                 feed_programmed: block.feed_programmed,
-                feed: m.state.v * if block.tip_moves { rate } else { 1.0 },
+                feed: m.state.v * if block.tip_moves { m.rate } else { 1.0 },
                 kind: block.kind,
                 drive: None,
             };

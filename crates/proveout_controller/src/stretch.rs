@@ -1,9 +1,8 @@
 //! Plans the known part of a path and measures the plan at the control samples.
 
-use proveout_machine::JointValues;
+use proveout_machine::{JointKind, JointValues};
 
 use crate::{
-    jet::JointJet,
     limits::slow_down,
     path::{Frame, Path},
     plan::{Cell, Node, Plan},
@@ -43,7 +42,8 @@ const AHEAD: f64 = 0.5;
 pub(crate) struct Measured {
     pub(crate) time: f64,
     pub(crate) state: PathState,
-    pub(crate) task: JointJet,
+    /// Way of the tip (or of the linear joints) by the path parameter.
+    pub(crate) rate: f64,
     pub(crate) q: JointValues,
     pub(crate) velocity: JointValues,
     pub(crate) acceleration: JointValues,
@@ -289,26 +289,28 @@ fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node
 /// Joint states at the control samples of a law but the first ones.
 pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) -> Vec<Measured> {
     let (mut phase, mut span) = (Cursor::default(), 0);
-    clock
-        .samples(law.duration)
-        .skip(skipped)
-        .map(|time| {
-            let state = law.at(time - clock.start, &mut phase);
-            let task = path.rounded(state.s, &mut span);
-            let q = frame.kinematics.joints(&task);
-            let (q1, q2, q3) = (q.first(), q.second(), q.third());
-            let PathState { v, a, j, .. } = state;
-            Measured {
-                time,
-                state,
-                task,
-                q: q.0[0],
-                velocity: q1 * v,
-                acceleration: q1 * a + q2 * (v * v),
-                jerk: q1 * j + q2 * (3.0 * v * a) + q3 * (v * v * v),
-            }
-        })
-        .collect()
+    let joints = frame.kinematics.machine.joints.iter().enumerate();
+    let linear: Vec<usize> = joints.filter(|(_, j)| j.kind == JointKind::Linear).map(|(i, _)| i).collect();
+    // A law that never ends has no samples to make room for.
+    let count = (law.duration / clock.cycle).clamp(0.0, 1e6) as usize + 1;
+    let mut samples = Vec::with_capacity(count.saturating_sub(skipped));
+    for time in clock.samples(law.duration).skip(skipped) {
+        let state = law.at(time - clock.start, &mut phase);
+        let task = path.rounded(state.s, &mut span);
+        let q = frame.kinematics.joints(&task);
+        let (q1, q2, q3) = (q.first(), q.second(), q.third());
+        let PathState { v, a, j, .. } = state;
+        samples.push(Measured {
+            time,
+            state,
+            rate: linear.iter().map(|&i| task.0[1][i] * task.0[1][i]).sum::<f64>().sqrt(),
+            q: q.0[0],
+            velocity: q1 * v,
+            acceleration: q1 * a + q2 * (v * v),
+            jerk: q1 * j + q2 * (3.0 * v * a) + q3 * (v * v * v),
+        });
+    }
+    samples
 }
 
 /// Slows down the cells of samples that pass a limit, and their neighbors, each by the highest excess.

@@ -167,7 +167,6 @@ pub(crate) fn broken(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jet::JointJet;
 
     /// Samples of x = t^3, whose third difference is 6 h^3 exactly, of a joint alone.
     fn cubic(cycle: f64, n: usize, state_jerk: f64) -> Vec<Measured> {
@@ -182,7 +181,7 @@ mod tests {
                 Measured {
                     time: 5.0 + t,
                     state: PathState { s: t, v: 1.0, a: 0.0, j: 0.0 },
-                    task: JointJet::constant(JointValues::ZERO),
+                    rate: 1.0,
                     q: one(t * t * t),
                     velocity: one(3.0 * t * t),
                     acceleration: one(6.0 * t),
