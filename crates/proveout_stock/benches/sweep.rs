@@ -199,21 +199,17 @@ fn arithmetic() -> f64 {
 /// How much longer a program takes when its moves in air become twice as long.
 fn air_share(cell: f64, body: &Profile, rows: usize) {
     let block = Aabb { min: Point::new(0.0, 0.0, -20.0), max: Point::new(100.0, 100.0, 0.0) };
-    let with_air = |length: f64| {
+    let with_air = |count: u32, length: f64| {
         let mut moves = Vec::new();
         for row in waves(rows, 0.349).chunks(192) {
             moves.extend_from_slice(row);
-            // Up, across and down again above the block, in moves of half a millimeter like the rest.
-            let high = |x: f64| ToolPose { tip: Point::new(50.0 + x, 50.0, 15.0), axis: Vector::z() };
-            let steps = (length / 0.5) as usize;
-            moves.extend(
-                (0..steps)
-                    .map(|k| SweepMotion { from: high(0.5 * (k % 64) as f64), to: high(0.5 * (k % 64 + 1) as f64) }),
-            );
+            let high =
+                |k: u32| ToolPose { tip: Point::new(20.0 + length * f64::from(k), 50.0, 15.0), axis: Vector::z() };
+            moves.extend((0..count).map(|k| SweepMotion { from: high(k % 64), to: high(k % 64 + 1) }));
         }
         moves
     };
-    let (once, twice) = (with_air(100.0), with_air(200.0));
+    let programs = [with_air(200, 0.5), with_air(200, 1.0), with_air(400, 0.5)];
     // One thread, since threads that wait for work take processor time too; in turns, since the machine's speed drifts.
     let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(1).build() else { return };
     let seconds = |moves: &[SweepMotion]| {
@@ -224,13 +220,14 @@ fn air_share(cell: f64, body: &Profile, rows: usize) {
         pool.install(|| stock.sweep(&items));
         cpu_seconds().zip(start).map(|(b, a)| b - a)
     };
-    let mut least = [f64::INFINITY; 2];
+    let mut least = [f64::INFINITY; 3];
     for _ in 0..15 {
-        for (least, moves) in least.iter_mut().zip([&once, &twice]) {
+        for (least, moves) in least.iter_mut().zip(&programs) {
             *least = seconds(moves).unwrap_or(f64::INFINITY).min(*least);
         }
     }
-    println!("air moves twice as long: {:+.2} percent of processor time", 100.0 * (least[1] / least[0] - 1.0));
+    let more = |k: usize| 100.0 * (least[k] / least[0] - 1.0);
+    println!("air moves twice as long: {:+.2} percent of processor time, twice as many: {:+.2}", more(1), more(2));
 }
 
 /// Memory of a blade block with fine cells, and the speed of memory itself.
