@@ -33,6 +33,12 @@ fn off(p: &Point, points: &[Point]) -> f64 {
     points.windows(2).map(near).fold(f64::INFINITY, f64::min)
 }
 
+/// Largest distance of the samples of the cut from the programmed path, mm.
+fn worst_off(run: &Run, points: &[Point]) -> f64 {
+    let cut = run.all.samples.iter().filter(|s| s.kind == MoveKind::Feed && s.block > 1);
+    cut.map(|s| off(&s.pose.tip, points)).fold(0.0, f64::max)
+}
+
 /// Samples in the middle half of the cut.
 fn cruise(run: &Run) -> impl Iterator<Item = &proveout_controller::Sample> {
     let cut: Vec<f64> = run.all.samples.iter().filter(|s| s.kind == MoveKind::Feed).map(|s| s.time).collect();
@@ -51,13 +57,7 @@ fn chords_of_a_curve_are_passed_at_the_feed_without_shaking_the_joints() {
         let limit = machine.joints[0].max_jerk.expect("a limit");
         // The curve itself: v^3 x''' with the third derivative by the arc length, at most 5 (3/40)^3 + 1/40^2 per mm^2.
         let own = feed.powi(3) * (5.0 * (3.0_f64 / 40.0).powi(3) + 1.0 / 1600.0);
-        let worst = run
-            .all
-            .samples
-            .iter()
-            .filter(|s| s.kind == MoveKind::Feed && s.block > 1)
-            .map(|s| off(&s.pose.tip, &points))
-            .fold(0.0, f64::max);
+        let worst = worst_off(&run, &points);
         println!(
             "chords of {length} mm at {feed} mm/s: feed {slowest:.3}, jerk {jerk:.0} of {limit} (the curve's own {own:.0}), {worst:.5} mm off"
         );
@@ -77,13 +77,7 @@ fn rounded_coordinates_of_short_blocks_cost_little_time() {
     let time = |grid: f64| {
         let (program, points) = chords(0.1, grid, 3000, 0.01, 60.0);
         let run = run_with(&program, &machine, &[], &Settings::default());
-        let worst = run
-            .all
-            .samples
-            .iter()
-            .filter(|s| s.kind == MoveKind::Feed && s.block > 1)
-            .map(|s| off(&s.pose.tip, &points))
-            .fold(0.0, f64::max);
+        let worst = worst_off(&run, &points);
         assert!(worst <= 0.01 + 1e-9, "{worst}");
         let use_of = limit_use(&run, &machine, 0.002);
         assert!(use_of.jerk <= 1.001 && use_of.acceleration <= 1.001);

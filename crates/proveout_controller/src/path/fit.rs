@@ -94,8 +94,7 @@ fn lift(x: f64, d: f64) -> f64 {
     if t < 1.0 { d * (3.0 - t * (8.0 - t * (6.0 - t * t))) / 16.0 } else { 0.0 }
 }
 
-/// The first three derivatives of d e(x/d) by x (value, slope, half of the curvature), x counted from the kink; `behind`: the
-/// block lies behind it.
+/// Value, slope and half of the second derivative of d e(x/d) by x, counted from the kink; `behind`: the block lies behind it.
 pub(super) fn lift_jet(x: f64, d: f64, behind: bool) -> [f64; 3] {
     let t = (x / d).abs();
     if t >= 1.0 {
