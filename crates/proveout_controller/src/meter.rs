@@ -9,9 +9,56 @@ use crate::{
 /// Speeds below this (mm/s or rad/s) do not tell a direction of motion.
 const STANDSTILL: f64 = 1e-6;
 
+/// Part by which the feed must fall, or rise, to be taken for falling or rising.
+const STEADY: f64 = 1e-3;
+
+/// Looks for places of low feed between the ramps of a run: where the feed falls and rises again without a stop.
+///
+/// ```text
+///   feed |   ____      ___
+///        |  /    \    /   \        ramps from and to a standstill do not count: the lowest place does,
+///        | /      \__/     \       and where there is none, the highest
+///        |/        x        ///        +-----------------------> t
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+struct FeedWatch {
+    /// Highest part of the programmed feed since the last standstill.
+    reached: Option<f64>,
+    /// Highest feed while it rises, lowest while it falls.
+    turn: f64,
+    /// The part of the programmed feed at the lowest feed, while it falls; none there in rapid motion.
+    falling: Option<Option<f64>>,
+}
+
+impl FeedWatch {
+    /// The lowest place that this feed turns out to be behind; `programmed` is zero in rapid motion.
+    fn next(&mut self, feed: f64, programmed: f64) -> Option<f64> {
+        let part = (programmed > 0.0).then(|| feed / programmed);
+        if let Some(part) = part {
+            self.reached = Some(self.reached.map_or(part, |most| most.max(part)));
+        }
+        match self.falling {
+            None if feed >= self.turn * (1.0 - STEADY) => self.turn = self.turn.max(feed),
+            Some(_) if feed > self.turn * (1.0 + STEADY) => {
+                self.turn = feed;
+                return self.falling.take().flatten();
+            }
+            Some(_) if feed >= self.turn => {}
+            _ => (self.turn, self.falling) = (feed, Some(part)),
+        }
+        None
+    }
+
+    /// A standstill: the highest part of the programmed feed before it.
+    fn rest(&mut self) -> Option<f64> {
+        std::mem::take(self).reached
+    }
+}
+
 /// Collects the summary while the run goes on.
 pub(crate) struct Meter {
     pub(crate) summary: Summary,
+    feed: FeedWatch,
     pub(crate) bound_s: f64,
     low: JointValues,
     high: JointValues,
@@ -26,6 +73,7 @@ impl Meter {
     pub(crate) fn new(start: &JointValues) -> Self {
         Self {
             summary: Summary::default(),
+            feed: FeedWatch::default(),
             bound_s: 0.0,
             low: *start,
             high: *start,
@@ -42,8 +90,24 @@ impl Meter {
         self.high = self.high.zip_map(*q, f64::max);
     }
 
+    /// A part of the programmed feed that was not passed.
+    pub(crate) fn feed_ratio(&mut self, ratio: f64) {
+        let least = self.summary.min_feed_ratio.get_or_insert(1.0);
+        *least = least.min(ratio);
+    }
+
+    /// The machine stands.
+    pub(crate) fn rest(&mut self) {
+        if let Some(part) = self.feed.rest() {
+            self.feed_ratio(part);
+        }
+    }
+
     pub(crate) fn sample(&mut self, sample: &Sample) {
         self.position(&sample.actual);
+        if let Some(part) = self.feed.next(sample.feed, sample.feed_programmed) {
+            self.feed_ratio(part);
+        }
         let high = |m: f64, v: f64| m.max(v.abs());
         self.velocity = self.velocity.zip_map(sample.velocity, high);
         self.acceleration = self.acceleration.zip_map(sample.acceleration, high);

@@ -23,9 +23,12 @@ mod cells;
 mod corner;
 mod curve;
 mod fit;
+mod reversal;
+mod way;
 
 use proveout_machine::Machine;
 
+pub(crate) use self::way::Way;
 use self::{
     cells::{blend_cells, exact_cells},
     corner::{Corner, corner, size},
@@ -135,6 +138,8 @@ pub(crate) struct Span {
     /// Running number of the block in which it begins.
     pub(crate) block: u64,
     pub(crate) shape: SpanShape,
+    /// What counts as way on it.
+    pub(crate) way: Way,
 }
 
 /// A cell with its limits.
@@ -184,7 +189,7 @@ impl Path {
     /// A path of one block that has its own law over the path parameter.
     pub(crate) fn single(first_block: u64, block: PathBlock) -> Self {
         let s1 = block.length;
-        let span = Span { s0: 0.0, s1, block: first_block, shape: SpanShape::Exact };
+        let span = Span { s0: 0.0, s1, block: first_block, shape: SpanShape::Exact, way: Way::Parameter };
         Self { first_block, s_done: s1, spans: vec![span], blocks: vec![block], ..Self::default() }
     }
 
@@ -250,7 +255,7 @@ impl Path {
             for (end, limits) in cells {
                 self.cells.push(PathCell { s1: end, limits, block: number, exact: true });
             }
-            self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact });
+            self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact, way: Way::Parameter });
             self.s_done = s1;
         }
     }
@@ -259,17 +264,17 @@ impl Path {
         let before = self.block(number);
         let rapid = before.is_rapid() && next.is_rapid();
         let feed = before.feed.min(next.feed);
+        let way = Way::of([before.tip_moves, next.tip_moves]);
         let s0 = self.s_done;
         let s1 = quintic.u1;
-        for (end, limits) in blend_cells(frame, rapid, feed, s0, &quintic) {
+        for (end, limits) in blend_cells(frame, (rapid, feed, way), s0, &quintic) {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: false });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic) });
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic), way });
         self.s_done = s1;
     }
 
-    /// Task coordinates of the rounded path at s; the cursor `hint` (a span) makes a forward walk linear.
-    pub(crate) fn rounded(&self, s: f64, hint: &mut usize) -> JointJet {
+    fn span_at(&self, s: f64, hint: &mut usize) -> usize {
         let mut i = (*hint).min(self.spans.len().saturating_sub(1));
         while i > 0 && self.spans[i].s0 > s {
             i -= 1;
@@ -278,6 +283,32 @@ impl Path {
             i += 1;
         }
         *hint = i;
+        i
+    }
+
+    /// Way along the path that is run between two places; the cursor `hint` is that of [`Self::rounded`].
+    pub(crate) fn way(&self, machine: &Machine, [from, to]: [f64; 2], hint: &mut usize) -> f64 {
+        let mut i = self.span_at(from, hint);
+        let (mut at, mut sum) = (from, 0.0);
+        while at < to {
+            let Some(span) = self.spans.get(i) else { return sum + to - at };
+            let end = if i + 1 == self.spans.len() { to } else { span.s1.min(to) };
+            if end > at {
+                sum += match &span.shape {
+                    SpanShape::Exact => self.block(span.block).shape.way([at, end]),
+                    SpanShape::Blend(q) => span.way.length(machine, q, [at, end]),
+                };
+                at = end;
+            }
+            *hint = i;
+            i += 1;
+        }
+        sum
+    }
+
+    /// Task coordinates of the rounded path at s; the cursor `hint` (a span) makes a forward walk linear.
+    pub(crate) fn rounded(&self, s: f64, hint: &mut usize) -> JointJet {
+        let i = self.span_at(s, hint);
         let span = &self.spans[i];
         match &span.shape {
             SpanShape::Exact => {

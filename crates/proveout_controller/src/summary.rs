@@ -85,7 +85,7 @@ pub struct Summary {
     pub unlimited_joints: Vec<UnlimitedJoint>,
     /// Number of blocks.
     pub blocks: u64,
-    /// Length of the tip's path, mm.
+    /// Length of the tip's path that is run, with its corners rounded, mm.
     pub length_mm: f64,
     /// Largest deviation of a piece from the motion that it stands for, mm.
     pub max_chord_error_mm: f64,
@@ -99,7 +99,9 @@ pub struct Summary {
     pub loads: Option<LoadTrust>,
     /// Largest rounding of a corner in the plan, whatever the dynamics, mm.
     pub planned_contour_error_mm: f64,
-    /// Lowest part of the programmed feed that joint limits allowed in the middle of a feed block.
+    /// Lowest part of the programmed feed on the path that is run: that to which it falls between the ramps from and to standstills, at
+    /// the control samples; the highest one of a run between two standstills that does not reach its feed; and the most that the
+    /// velocities of the joints allow in a feed block.
     pub min_feed_ratio: Option<f64>,
     /// Final position of the joints.
     pub end_position: JointValues,

@@ -22,7 +22,7 @@
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use super::{
-    Frame, Path, PathCell, Span, SpanShape, Tolerance,
+    Frame, Path, PathCell, Span, SpanShape, Tolerance, Way,
     cells::blend_cells,
     corner::size,
     fit::{EventKind, Fit, Kink, lift_jet},
@@ -165,10 +165,12 @@ impl Path {
         let first = self.blocks.partition_point(|b| b.end() <= s0).min(self.blocks.len() - 1);
         let number = self.first_block + first as u64;
         let feed = self.blocks[first..].iter().take_while(|b| b.s0 < s1).fold(f64::INFINITY, |m, b| m.min(b.feed));
-        for (end, limits) in blend_cells(frame, false, feed, s0, &quintic) {
+        let tip_moves = self.blocks[first].tip_moves;
+        let way = Way::of([tip_moves, tip_moves]);
+        for (end, limits) in blend_cells(frame, (false, feed, way), s0, &quintic) {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: overlaps });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)) });
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)), way });
         self.s_done = s1;
     }
 
