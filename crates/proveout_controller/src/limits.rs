@@ -93,6 +93,8 @@ impl Stride {
     }
 }
 
+/// Step of the highest way by the parameter in the first law; half of it may be missing, which is within what the feed may be passed by.
+const RATE_STEP: f64 = 1e-3;
 /// Part by which the sum of a way may be too long.
 const SUMMED: f64 = 1e-6;
 
@@ -100,7 +102,9 @@ const SUMMED: f64 = 1e-6;
 pub(crate) fn cell_limits(l: &JointLimits, stride: &Stride, b: &DerivativeBounds) -> CellLimits {
     let Stride { rapid, feed, length, way, rate: [slow, fast], whole } = *stride;
     let velocity = if rapid { &l.rapid } else { &l.velocity };
-    let mut speed = (feed / fast.max(f64::MIN_POSITIVE)).min(UNLIMITED_SPEED);
+    // Rounded, and no faster than where the parameter is the way: a chain of many speeds that hardly differ would shake the joints.
+    let fast = ((fast / RATE_STEP - 0.5).ceil() * RATE_STEP).max(1.0);
+    let mut speed = (feed / fast).min(UNLIMITED_SPEED);
     let mut highest = (feed / slow.max(f64::MIN_POSITIVE)).min(UNLIMITED_SPEED);
     let mut bound_speed = highest;
     let mut steady_joint = None;
@@ -116,7 +120,7 @@ pub(crate) fn cell_limits(l: &JointLimits, stride: &Stride, b: &DerivativeBounds
             bound_speed = bound_speed.min(velocity[i] / b.first_low[i]);
         }
     }
-    let steady = speed * fast;
+    let steady = (speed * fast).min(feed);
     let least_time = if feed.is_finite() && way != Way::Parameter { whole * (1.0 - SUMMED) / feed } else { 0.0 };
     for i in 0..l.count {
         if b.second[i] > 0.0 {

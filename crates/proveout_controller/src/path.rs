@@ -23,6 +23,7 @@ mod cells;
 mod corner;
 mod curve;
 mod fit;
+mod points;
 mod reversal;
 mod way;
 

@@ -10,12 +10,14 @@ use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 const NARROWEST: f64 = 1e-6;
 /// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
 const BLEND_SHARE: f64 = 0.5;
+/// Largest kink (radian) between chords of a curve: more is a corner, also between short blocks.
+const GENTLE: f64 = 0.5;
 /// Lowest way by the parameter in the middle of a corner that its width is made for: that of 170 degrees, where it becomes a stop.
 const SLOWEST_MIDDLE: f64 = 0.087;
 /// Half width over length of short blocks. The transform of the parabola, `3 (sin x - x cos x)/x^3` with `x = 2 pi d/L`, has its second
 /// zero here: the second derivative of equal chords has no wave of the blocks' frequency, and 2.5 percent of itself at twice that.
-/// A fitted arc of curvature k lies `k d^2/10` inside of its points, about as far as the middles of its chords: 0.15 `k L^2` and
-/// 0.125 `k L^2`; wider would cost accuracy.
+/// An averaged arc of curvature k lies `k d^2/10` inside of its chords, in their middle 0.15 `k L^2` where those are 0.125 `k L^2` off: by so
+/// much its points are moved outward first (`points.rs`).
 const OVER_SHORT: f64 = 1.23;
 /// Half width over feed of short blocks, s: waves of many tiny blocks are to die out as well.
 const SMOOTHED: f64 = 0.005;
@@ -47,9 +49,12 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     let scale = end.first().max_abs().max(start.first().max_abs());
     let kinked = slope.max_abs() > 1e-9 * scale;
     let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
+    let longest = a.length.max(b.length);
+    let short = longest <= SHORT * a.feed.min(b.feed);
     if !kinked && lines && feeds {
         let none = Tolerance { tip: 0.0, angle: 0.0 };
-        let kink = Kink::new((number, b.s0), [end.first(), JointValues::ZERO], none, f64::INFINITY, tolerance);
+        let slopes = [end.first(), JointValues::ZERO];
+        let kink = Kink::new((number, b.s0), slopes, none, f64::INFINITY, (tolerance, short));
         return Corner::Kink(Box::new(kink));
     }
     if !kinked && (lines || bend.max_abs() < 1e-9 * end.second().max_abs().max(start.second().max_abs())) {
@@ -71,9 +76,9 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
         }
         if feeds {
             let (tip, angle) = size(machine, &slope);
-            let longest = a.length.max(b.length);
-            let wanted =
-                if longest <= SHORT * feed { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
+            let wanted = if short { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
+            let turn = if a.tip_moves { tip } else { angle / scale };
+            let gentle = short && turn <= GENTLE;
             let tighter = b.corner.map_or(tolerance, |other| tolerance.min(other));
             let size = Tolerance { tip, angle };
             return Corner::Kink(Box::new(Kink::new(
@@ -81,7 +86,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
                 [end.first(), slope],
                 size,
                 wanted.min(f64::MAX),
-                tighter,
+                (tighter, gentle),
             )));
         }
         let quintic = Box::new(blend(a, b, d));

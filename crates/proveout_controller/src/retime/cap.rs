@@ -131,7 +131,7 @@ mod tests {
         });
         let rows = inner_points(&nodes, &caps, 0.1);
         assert!(rows.iter().all(|r| *r >= 1.25), "{rows:?}");
-        let turning = [0.8, 0.2, 0.0, 0.6].map(|value| {
+        let turning = [0.8, 0.2, 0.0, 0.3].map(|value| {
             let mut caps = [Cap::default(); MAX_JOINTS + 1];
             caps[3] = Cap { value, slope: -3.0 };
             caps
