@@ -192,6 +192,8 @@ where
         while !self.finished {
             if self.ended {
                 self.stop_run();
+                let frame = self.device.frame(self.mapping);
+                self.out.meter.tube.stand(&frame, 0.0);
                 self.last_sample();
                 self.finished = true;
                 return Ok(Some(self.out.take()));
@@ -382,6 +384,8 @@ where
         self.state.position.q = path.end;
         if mapping != self.mapping {
             self.stop_run();
+            let frame = self.device.frame(self.mapping);
+            self.out.meter.tube.remap(&frame);
             self.mapping = mapping;
         }
         let stops = exact_stop || pace == Pace::Probe || matches!(pace, Pace::Thread { stroke: true, .. });
@@ -396,6 +400,7 @@ where
             feed,
             feed_programmed,
             corner,
+            stands: stops || self.state.path_mode == PathMode::ExactStop,
             tip_moves: path.tip_moves,
             file: location.file.clone(),
             line: location.line,

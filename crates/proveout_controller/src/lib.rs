@@ -81,6 +81,7 @@ mod shape;
 mod stretch;
 mod summary;
 mod tempo;
+mod tube;
 mod watch;
 
 pub use controller::Controller;

@@ -4,6 +4,7 @@ use crate::{
     limits::JointLimits,
     output::{MoveKind, Sample},
     summary::{JointSummary, Summary, UnlimitedJoint},
+    tube::Tube,
 };
 
 /// Speeds below this (mm/s or rad/s) do not tell a direction of motion.
@@ -59,7 +60,9 @@ impl FeedWatch {
 pub(crate) struct Meter {
     pub(crate) summary: Summary,
     feed: FeedWatch,
+    /// Bounds of the time on the path that is run, and on any within the tolerances.
     pub(crate) bound_s: f64,
+    pub(crate) tube: Tube,
     low: JointValues,
     high: JointValues,
     velocity: JointValues,
@@ -75,6 +78,7 @@ impl Meter {
             summary: Summary::default(),
             feed: FeedWatch::default(),
             bound_s: 0.0,
+            tube: Tube::default(),
             low: *start,
             high: *start,
             velocity: JointValues::ZERO,
@@ -136,7 +140,9 @@ impl Meter {
         let mut s = self.summary.clone();
         s.total_s = time;
         s.end_position = *q;
-        s.lower_bound_s = Some(self.bound_s);
+        let any = self.tube.bound_s();
+        // The path that is run is one of those within the tolerances.
+        (s.lower_bound_s, s.path_bound_s) = (Some(any), Some(self.bound_s.max(any)));
         let use_of = |value: f64, limit: f64| limit.is_finite().then(|| value / limit);
         s.joints = (0..limits.count)
             .map(|i| JointSummary {

@@ -81,6 +81,8 @@ pub(crate) struct PathBlock {
     pub(crate) feed_programmed: f64,
     /// Rounding at its end; none: exact stop.
     pub(crate) corner: Option<Tolerance>,
+    /// The program makes the machine stand at its end.
+    pub(crate) stands: bool,
     /// The line that stands for a short curved block, see [`Path::push`].
     pub(crate) chord: Option<Shape>,
     /// False when the parameter is in degrees since the tip stands.

@@ -77,8 +77,12 @@ pub struct Summary {
     pub dwell_s: f64,
     /// Tool changes without the motion to their position, s.
     pub tool_change_s: f64,
-    /// No plan of the same paths under the same velocity and acceleration limits is shorter, s; standstill included.
+    /// No motion within the tolerances of the path takes less, s, whatever path it takes and whatever control makes it: at the same feeds,
+    /// velocities and accelerations of the joints, standing where the program stands; standstill included.
     pub lower_bound_s: Option<f64>,
+    /// No motion along the path that is run (with these roundings of its corners) takes less, s: under the same feeds, velocities
+    /// and accelerations; standstill included. Another rounding within the tolerance may be faster.
+    pub path_bound_s: Option<f64>,
     /// Joints in machine order.
     pub joints: Vec<JointSummary>,
     /// Joints that lack limits.

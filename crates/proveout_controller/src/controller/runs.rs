@@ -28,6 +28,8 @@ where
             self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
             return;
         }
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.block(&frame, &block);
         let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
             && block.kind != MoveKind::Feed
             && self.mapping.tcp_length.is_none();

@@ -35,6 +35,7 @@ fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
             feed: 150.0,
             feed_programmed: 150.0,
             chord: None,
+            stands: false,
             corner: Some(Tolerance { tip: 0.05, angle: 0.01 }),
             tip_moves: true,
             file: std::sync::Arc::from("test"),
