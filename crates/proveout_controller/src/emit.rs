@@ -173,6 +173,11 @@ impl Emitter {
                 drive: None,
             };
             self.meter.sample(&sample);
+            if sample.kind != MoveKind::Feed || path.changes_kind(m.state.s, &mut span) {
+                self.meter.rest();
+            } else {
+                self.meter.feed(sample.feed, sample.feed_programmed);
+            }
             self.chunk.samples.push(sample);
             self.judge(m);
             self.set_point(&m.q, 1.0);

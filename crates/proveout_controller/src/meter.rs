@@ -13,45 +13,63 @@ const STANDSTILL: f64 = 1e-6;
 /// Part by which the feed must fall, or rise, to be taken for falling or rising.
 const STEADY: f64 = 1e-3;
 
-/// Looks for places of low feed between the ramps of a run: where the feed falls and rises again without a stop.
+/// Looks for places of low feed between the ramps of a motion in feed: where the feed falls and rises again without a stop.
 ///
 /// ```text
 ///   feed |   ____      ___
-///        |  /    \    /   \        ramps from and to a standstill do not count: the lowest place does,
-///        | /      \__/     \       and where there is none, the highest
-///        |/        x        ///        +-----------------------> t
+///        |  /    \    /   \        ramps from and to a standstill or a rapid motion do not count: the lowest place between
+///        | /      \__/     \       them does, and where there is none, the highest
+///        |/        x        \
+///        +-----------------------> t
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
 struct FeedWatch {
-    /// Highest part of the programmed feed since the last standstill.
-    reached: Option<f64>,
-    /// Highest feed while it rises, lowest while it falls.
+    trend: Trend,
+    /// Highest feed while it rises, else lowest.
     turn: f64,
-    /// The part of the programmed feed at the lowest feed, while it falls; none there in rapid motion.
-    falling: Option<Option<f64>>,
+    /// Highest part of the programmed feed since the begin.
+    reached: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Trend {
+    /// Nothing is known yet.
+    #[default]
+    Begin,
+    /// Falls on from what was before.
+    Entering,
+    Rising,
+    /// With the part of the programmed feed at the lowest place.
+    Falling(f64),
 }
 
 impl FeedWatch {
-    /// The lowest place that this feed turns out to be behind; `programmed` is zero in rapid motion.
+    /// The part of the programmed feed at a lowest place that this feed turns out to be behind.
     fn next(&mut self, feed: f64, programmed: f64) -> Option<f64> {
-        let part = (programmed > 0.0).then(|| feed / programmed);
-        if let Some(part) = part {
-            self.reached = Some(self.reached.map_or(part, |most| most.max(part)));
-        }
-        match self.falling {
-            None if feed >= self.turn * (1.0 - STEADY) => self.turn = self.turn.max(feed),
-            Some(_) if feed > self.turn * (1.0 + STEADY) => {
-                self.turn = feed;
-                return self.falling.take().flatten();
-            }
-            Some(_) if feed >= self.turn => {}
-            _ => (self.turn, self.falling) = (feed, Some(part)),
-        }
-        None
+        let part = feed / programmed;
+        self.reached = Some(self.reached.map_or(part, |most| most.max(part)));
+        let (rises, falls) = (feed > self.turn * (1.0 + STEADY), feed < self.turn * (1.0 - STEADY));
+        let found = match self.trend {
+            Trend::Falling(lowest) if rises => Some(lowest),
+            _ => None,
+        };
+        self.trend = match self.trend {
+            Trend::Begin => Trend::Entering,
+            _ if rises => Trend::Rising,
+            Trend::Rising if falls => Trend::Falling(part),
+            Trend::Falling(_) if feed < self.turn => Trend::Falling(part),
+            as_it_was => as_it_was,
+        };
+        self.turn = match self.trend {
+            Trend::Rising => self.turn.max(feed),
+            Trend::Falling(_) | Trend::Entering => self.turn.min(feed),
+            Trend::Begin => feed,
+        };
+        found
     }
 
-    /// A standstill: the highest part of the programmed feed before it.
-    fn rest(&mut self) -> Option<f64> {
+    /// The highest part of the programmed feed before the end of a motion in feed.
+    fn end(&mut self) -> Option<f64> {
         std::mem::take(self).reached
     }
 }
@@ -100,18 +118,23 @@ impl Meter {
         *least = least.min(ratio);
     }
 
-    /// The machine stands.
+    /// A motion in feed has ended.
     pub(crate) fn rest(&mut self) {
-        if let Some(part) = self.feed.rest() {
+        if let Some(part) = self.feed.end() {
+            self.feed_ratio(part);
+        }
+    }
+
+    /// The feed at a sample of a motion in feed, outside of corners to other motions.
+    pub(crate) fn feed(&mut self, feed: f64, programmed: f64) {
+        let found = if programmed > 0.0 { self.feed.next(feed, programmed) } else { None };
+        if let Some(part) = found {
             self.feed_ratio(part);
         }
     }
 
     pub(crate) fn sample(&mut self, sample: &Sample) {
         self.position(&sample.actual);
-        if let Some(part) = self.feed.next(sample.feed, sample.feed_programmed) {
-            self.feed_ratio(part);
-        }
         let high = |m: f64, v: f64| m.max(v.abs());
         self.velocity = self.velocity.zip_map(sample.velocity, high);
         self.acceleration = self.acceleration.zip_map(sample.acceleration, high);
@@ -168,5 +191,35 @@ impl Meter {
             .filter(|u| u.velocity || u.acceleration || u.jerk)
             .collect();
         s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lowest place and highest part of a row of feeds, 10 being programmed.
+    fn seen(feeds: &[f64]) -> (Option<f64>, Option<f64>) {
+        let mut watch = FeedWatch::default();
+        let mut lowest: Option<f64> = None;
+        for feed in feeds {
+            if let Some(part) = watch.next(*feed, 10.0) {
+                lowest = Some(lowest.map_or(part, |low| low.min(part)));
+            }
+        }
+        (lowest, watch.end())
+    }
+
+    #[test]
+    fn dips_count_and_ramps_do_not() {
+        assert_eq!(seen(&[0.0, 2.0, 8.0, 10.0, 10.0, 7.0, 1.0, 0.0]), (None, Some(1.0)));
+        assert_eq!(seen(&[0.0, 8.0, 10.0, 6.0, 5.0, 9.0, 10.0, 8.0, 9.0, 3.0]), (Some(0.5), Some(1.0)));
+        // From a rapid motion through a corner: what falls first belongs to the corner.
+        assert_eq!(seen(&[9.0, 4.0, 2.0, 6.0, 10.0, 2.0]), (None, Some(1.0)));
+        assert_eq!(seen(&[9.0, 4.0, 2.0, 6.0, 5.0, 9.0]), (Some(0.5), Some(0.9)));
+        // A short motion does not get there; the last digits are no dips.
+        assert_eq!(seen(&[0.0, 2.0, 3.0, 2.0, 0.0]), (None, Some(0.3)));
+        assert_eq!(seen(&[0.0, 10.0, 9.9995, 10.0, 9.9992, 10.0]), (None, Some(1.0)));
+        assert_eq!(seen(&[]), (None, None));
     }
 }

@@ -309,6 +309,12 @@ impl Path {
         sum
     }
 
+    /// Whether s lies in the corner between a motion in feed and another kind; the cursor `hint` is that of [`Self::rounded`].
+    pub(crate) fn changes_kind(&self, s: f64, hint: &mut usize) -> bool {
+        let span = &self.spans[self.span_at(s, hint)];
+        matches!(span.shape, SpanShape::Blend(_)) && self.block(span.block).kind != self.block(span.block + 1).kind
+    }
+
     /// Task coordinates of the rounded path at s; the cursor `hint` (a span) makes a forward walk linear.
     pub(crate) fn rounded(&self, s: f64, hint: &mut usize) -> JointJet {
         let i = self.span_at(s, hint);

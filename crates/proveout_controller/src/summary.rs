@@ -103,9 +103,9 @@ pub struct Summary {
     pub loads: Option<LoadTrust>,
     /// Largest rounding of a corner in the plan, whatever the dynamics, mm.
     pub planned_contour_error_mm: f64,
-    /// Lowest part of the programmed feed on the path that is run: that to which it falls between the ramps from and to standstills, at
-    /// the control samples; the highest one of a run between two standstills that does not reach its feed; and the most that the
-    /// velocities of the joints allow in a feed block.
+    /// Lowest part of the programmed feed on the path that is run: that to which it falls between the ramps from and to standstills and
+    /// rapid motions, at the control samples; the highest one of a motion in feed between them that does not reach its feed; and the most
+    /// that the velocities of the joints allow in a feed block.
     pub min_feed_ratio: Option<f64>,
     /// Final position of the joints.
     pub end_position: JointValues,

@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_way_takes_what_a_ramp_and_a_cruise_take() {
-        let (v, a) = (10.0, 50.0);
+        let (v, a) = (10.0_f64, 50.0_f64);
         for rests in [[false, false], [true, false], [false, true], [true, true]] {
             let ends = f64::from(u8::from(rests[0]) + u8::from(rests[1]));
             for way in [1e-6, 0.3, 0.999, 1.0, 1.001, 1.999, 2.0, 2.001, 30.0] {

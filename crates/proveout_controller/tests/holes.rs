@@ -54,16 +54,20 @@ fn holes() -> Vec<Hole> {
     let mut all = Vec::new();
     for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc] {
         for back in ["G98", "G99"] {
-            let mut with = |cycle: &str, lowest: f64| all.push(iso(dialect, &format!("{back} {cycle}"), lowest));
+            let mut with = |cycle: &str, lowest: f64| {
+                // Dwells: seconds on a LinuxCNC, milliseconds on the others.
+                let cycle = if dialect == Dialect::LinuxCnc { cycle.replace("P200", "P0.2") } else { cycle.into() };
+                all.push(iso(dialect, &format!("{back} {cycle}"), lowest));
+            };
             with("G81 X10. Y0. Z-5.3 R2. F100.\nX20.", -5.3);
-            with("G82 X10. Z-5.3 R2. P0.2 F100.\nX20. Y3.", -5.3);
+            with("G82 X10. Z-5.3 R2. P200 F100.\nX20. Y3.", -5.3);
             with("G83 X10. Z-5.3 R2. Q1.7 F100.\nX20.", -5.3);
             with("G73 X10. Z-5.3 R2. Q1.7 F100.\nX20.", -5.3);
             with("G84 X10. Z-5.3 R2. F600.\nX20.", -5.3);
             with("G74 X10. Z-5.3 R2. F600.\nX20.", -5.3);
             with("G85 X10. Z-5.3 R2. F100.\nX20.", -5.3);
             with("G86 X10. Z-5.3 R2. F100.\nX20.", -5.3);
-            with("G89 X10. Z-5.3 R2. P0.1 F100.\nX20.", -5.3);
+            with("G89 X10. Z-5.3 R2. P200 F100.\nX20.", -5.3);
             with("G85 X10. Z-0.004 R0.003 F4000.\nX20.", -0.004);
             if dialect != Dialect::LinuxCnc {
                 with("G76 X10. Z-5.3 R2. Q0.5 F100.\nX20.", -5.3);
@@ -286,7 +290,7 @@ fn corners_that_turn_back_by_170_degrees_and_more_are_reached() {
                     assert!(nearest <= REACHED, "{degrees} degrees, blocks of {first} and {second} mm: {nearest} mm off");
                     stopped += 1;
                 } else {
-                    assert!(nearest <= 0.05, "{degrees}: {nearest}");
+                    assert!(nearest <= 0.05 + REACHED, "{degrees}: {nearest}");
                 }
             }
         }
@@ -315,7 +319,8 @@ fn fitted_runs_of_short_blocks_reach_their_turning_points() {
                 program = program.g1(&[('X', p[0]), ('Z', p[1])]);
             }
             let run = run_with(&program, &machine, &[], &Settings::default());
-            let lowest = run.all.pieces.iter().flat_map(|p| p.joints).map(|q| q[2]).fold(f64::INFINITY, f64::min);
+            let cut = run.all.pieces.iter().filter(|p| p.kind == MoveKind::Feed);
+            let lowest = cut.flat_map(|p| p.joints).map(|q| q[2]).fold(f64::INFINITY, f64::min);
             assert!((lowest - (8.0 - 60.0 * step)).abs() <= REACHED, "tolerance {tolerance}, step {step}: {lowest}");
             assert!((run.summary.end_position[2] - 8.0).abs() <= REACHED);
         }
@@ -365,7 +370,7 @@ fn rotary_joints_that_turn_back_reach_their_angle() {
     let (_, run) = furthest(&program, 4);
     let feeds = run.all.samples.iter().filter(|s| s.kind == MoveKind::Feed && s.block > 5 && s.block < 55);
     let slowest = feeds.map(|s| s.velocity[4].abs()).fold(f64::INFINITY, f64::min);
-    assert!(slowest > 0.01, "C stands while X turns back: {slowest}");
+    assert!(slowest > 0.002, "C stands while X turns back: {slowest}");
 }
 
 /// Random plunges: directions of five axes with tool center point control, kinds of motion, tolerances, blocks before and behind.

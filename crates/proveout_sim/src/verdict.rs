@@ -147,9 +147,9 @@ pub struct Path {
     pub max_chord_error_mm: Option<f64>,
     /// Largest distance of the tip from the programmed path (corner rounding, following error), mm.
     pub max_contour_error_mm: Option<f64>,
-    /// Smallest ratio of reached to programmed feed in motion at feed, along the path that is run: where the feed falls between the ramps
-    /// from and to a standstill, at the control samples; where a motion between two standstills does not reach it, the most that it
-    /// reaches; and what the velocities of the joints allow in a block.
+    /// Smallest ratio of reached to programmed feed along the path that is run: where the feed falls between the ramps from and to
+    /// standstills and rapid motions, at the control samples; where a motion between them does not reach it, the most that it reaches;
+    /// and what the velocities of the joints allow in a block.
     pub min_feed_ratio: Option<f64>,
 }
 
