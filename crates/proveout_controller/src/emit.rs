@@ -229,6 +229,10 @@ impl Emitter {
         let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
         cutter.cut(&places, &mut |from, to, deviation| {
             let end = start + law.time_at(to.s, phase);
+            let middle = (cutter.stance)(0.5 * (from.s + to.s));
+            for x in [from, &middle, to] {
+                meter.off_program(block.off(scope.machine, x.s, &x.q));
+            }
             meter.position(&to.q);
             meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
             watch_travel(scope, over, &from.q, time);
@@ -263,7 +267,8 @@ impl Emitter {
     ) -> f64 {
         let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
         let ends = [a, b].map(|s| scope.kinematics.position(&path.rounded(s, span).0[0]));
-        for (q, time) in ends.iter().zip(times) {
+        for ((q, time), s) in ends.iter().zip(times).zip([a, b]) {
+            self.meter.off_program(block.off(scope.machine, s, q));
             self.meter.position(q);
             watch_travel(scope, &mut self.over_travel, q, time);
         }
@@ -272,6 +277,7 @@ impl Emitter {
         let within = &stretch.samples[first.min(last)..last];
         for (k, m) in within.iter().enumerate() {
             watch_travel(scope, &mut self.over_travel, &m.q, m.time);
+            self.meter.off_program(block.off(scope.machine, m.state.s, &m.q));
             let Some(next) = within.get(k + 1) else { break };
             let mut turned = m.q;
             let mut turns = false;
@@ -417,6 +423,7 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::End { time, .. }
         | Event::Limit { time, .. }
         | Event::UnreachablePose { time, .. }
+        | Event::LeavesCircle { time, .. }
         | Event::Probe { time, .. }
         | Event::FeedReduced { time, .. } => *time = at,
     }

@@ -24,7 +24,7 @@ mod corner;
 mod curve;
 mod fit;
 
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 
 use self::{
     cells::{blend_cells, exact_cells},
@@ -35,6 +35,7 @@ use crate::{
     jet::JointJet,
     limits::{CellLimits, JointLimits},
     mapping::Kinematics,
+    motion::Programmed,
     output::MoveKind,
     shape::{Quintic, Shape},
 };
@@ -81,6 +82,8 @@ pub(crate) struct PathBlock {
     pub(crate) chord: Option<Shape>,
     /// False when the parameter is in degrees since the tip stands.
     pub(crate) tip_moves: bool,
+    /// What the program says of the way, and the share of it that this block runs; none where it says the end alone.
+    pub(crate) told: Option<(std::sync::Arc<Programmed>, [f64; 2])>,
     pub(crate) file: std::sync::Arc<str>,
     pub(crate) line: u32,
 }
@@ -88,6 +91,13 @@ pub(crate) struct PathBlock {
 impl PathBlock {
     pub(crate) fn end(&self) -> f64 {
         self.s0 + self.length
+    }
+
+    /// How far joints are from the programmed way at s: tip or linear joints, mm, and the tool axis, radian.
+    pub(crate) fn off(&self, machine: &Machine, s: f64, q: &JointValues) -> Option<(f64, f64)> {
+        let (way, [t0, t1]) = self.told.as_ref()?;
+        let part = if self.length > 0.0 { ((s - self.s0) / self.length).clamp(0.0, 1.0) } else { 0.0 };
+        Some(way.off(machine, t0 + (t1 - t0) * part, q))
     }
 
     /// What the rounded path follows: the exact path, or the line that stands for it.

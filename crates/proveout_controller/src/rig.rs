@@ -186,6 +186,26 @@ impl Rig {
         (p, d)
     }
 
+    /// The tip that task coordinates stand for.
+    pub(crate) fn point(&self, task: &JointValues) -> Vector {
+        Vector::from_fn(|k, _| task[self.slots[k]])
+    }
+
+    /// Tool axis in K with its derivatives, from the rotary joints of task coordinates.
+    pub(crate) fn axis(&self, task: &JointJet) -> VectorJet {
+        let mut axis = VectorJet::constant(self.gauge_pose.vector(&Vector::z()));
+        for link in self.tool.iter().rev().filter(|l| l.rotary) {
+            let (s, c) = task.joint(link.joint).sin_cos();
+            axis = axis.turned(&link.direction, &s, &c);
+        }
+        // From the base out to the table each turn is undone.
+        for link in self.work.iter().filter(|l| l.rotary) {
+            let (s, c) = task.joint(link.joint).sin_cos();
+            axis = axis.turned(&-link.direction, &s, &c);
+        }
+        axis
+    }
+
     /// Task coordinates of a position of the joints.
     pub(crate) fn task(&self, machine: &Machine, q: &JointValues, length: f64) -> JointValues {
         let tip = machine.forward(q, length).tip;

@@ -246,6 +246,11 @@ impl Quintic {
         std::array::from_fn(|k| (self.control[k + 1] - self.control[k]) * per)
     }
 
+    /// The same piece further on.
+    pub(crate) fn moved(self, by: f64) -> Self {
+        Self { u0: self.u0 + by, u1: self.u1 + by, ..self }
+    }
+
     /// The two parts before and after t = 1/2 (de Casteljau).
     pub(crate) fn halves(&self) -> [Self; 2] {
         let mut level = self.control;

@@ -209,8 +209,20 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
             file.default_orientation_tolerance_deg,
         )?
         .map(rad),
+        pole_cone: read_pole_cone(source, file.pole_cone_deg)?,
         tool_change_position,
     })
+}
+
+fn read_pole_cone(source: &Source<'_>, degrees: Option<f64>) -> Checked<f64> {
+    let Some(degrees) = degrees else { return Ok(Machine::USUAL_POLE_CONE) };
+    let path = [Key("control"), Key("pole_cone_deg")];
+    let cone = rad(not_negative(source, &path, degrees)?);
+    if cone > Machine::WIDEST_POLE_CONE {
+        let message = format!("the cone about a pole is {degrees} degrees");
+        return Err(source.error("machine-range", &path, message, "give at most 5 degrees"));
+    }
+    Ok(cone)
 }
 
 /// Collects the notes on numbers; each must belong to a key of its table.

@@ -205,8 +205,12 @@ pub(crate) struct ControlFile {
     pub(crate) rapid_mode: RapidFile,
     /// Path tolerance where the program states none.
     pub(crate) default_tolerance_mm: f64,
-    /// Tolerance of the tool orientation where the program states none.
+    /// Tolerance of the tool orientation where the program states none; when left out, that of the tip over the way from the tip
+    /// to the end of the cutting edges, at most 0.05 degrees.
     pub(crate) default_orientation_tolerance_deg: Option<f64>,
+    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
+    /// is led through it. 0.001 when left out.
+    pub(crate) pole_cone_deg: Option<f64>,
     /// Where numbers of this table come from.
     #[serde(default)]
     pub(crate) source: Notes,
