@@ -225,6 +225,10 @@ impl Emitter {
             tool_length: scope.kinematics.mapping.tool_length,
             stance,
         };
+        for u in block.shape.knots(a - block.s0, b - block.s0) {
+            let x = (cutter.stance)(block.s0 + u);
+            self.meter.off_program(block.off(scope.machine, x.s, &x.q));
+        }
         let mut time = start + law.time_at(a, phase);
         let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
         cutter.cut(&places, &mut |from, to, deviation| {
@@ -271,6 +275,10 @@ impl Emitter {
             self.meter.off_program(block.off(scope.machine, s, q));
             self.meter.position(q);
             watch_travel(scope, &mut self.over_travel, q, time);
+        }
+        for u in block.shape.knots(a - block.s0, b - block.s0) {
+            let q = scope.kinematics.position(&path.rounded(block.s0 + u, span).0[0]);
+            self.meter.off_program(block.off(scope.machine, block.s0 + u, &q));
         }
         let first = stretch.samples.partition_point(|m| m.state.s < a);
         let last = stretch.samples.partition_point(|m| m.state.s <= b);

@@ -18,7 +18,7 @@ impl Machine {
 
     /// Tool axes (unit vectors of K) at which the first of two rotary joints, the one on the table's side, does not turn the
     /// tool: the poles. None, one, or two opposite ones; travel is not looked at. Held joints stand where `at` has them.
-    pub fn poles(&self, at: &JointValues) -> impl Iterator<Item = Vector> {
+    pub fn poles(&self, at: &JointValues) -> impl Iterator<Item = Vector> + use<> {
         let pair = self.solver.pair(&self.chain, at);
         let poles = pair.map_or([None; 2], |pair| pair.poles());
         poles.map(|pole| pole.map(|p| self.solver.from_pair(&self.chain, at, &p))).into_iter().flatten()

@@ -116,7 +116,7 @@ fn a_branch_is_one_curve_past_a_pole_at_any_distance() {
                     let mut before = None;
                     let mut turned = 0.0;
                     for k in -160..=160 {
-                        let x = distance.sin() * (0.5 * f64::from(k)).to_radians().tan().clamp(-0.4, 0.4);
+                        let x = (distance.sin() * (0.5 * f64::from(k)).to_radians().tan()).clamp(-0.4, 0.4);
                         let axis = (closest * (1.0 - x * x).sqrt() + way * x).normalize();
                         let near = before.unwrap_or(home);
                         let q = machine.on_branch(&axis, index, &near).expect("in reach");
