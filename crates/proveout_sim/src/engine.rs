@@ -466,6 +466,16 @@ impl<'a> Engine<'a> {
                     &finding::UNREACHABLE,
                     format!("the programmed tool pose cannot be reached: {reason}"),
                 ),
+                Event::LeavesCircle { angle, at_flank, in_cone, reason, .. } => {
+                    let code = if *in_cone { &finding::POLE_CROSSED } else { &finding::OFF_CIRCLE };
+                    let angle = angle.to_degrees();
+                    let message = format!(
+                        "{reason}: the tool axis leaves the programmed great circle by {angle:.6} degrees, {at_flank:.6} mm at the flank"
+                    );
+                    let mut f = FindingLog::of(code, message);
+                    (f.value, f.unit) = (Some(angle), Some("deg".into()));
+                    f
+                }
                 Event::Probe { .. } => FindingLog::of(
                     &finding::PROBED,
                     "the probing motion runs to its end: what the probe finds is not known".into(),

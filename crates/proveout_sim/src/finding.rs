@@ -103,6 +103,8 @@ codes! {
     NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
+    OFF_CIRCLE = "limits-off-circle", Limits, Error, "The tool axis leaves the programmed great circle.";
+    POLE_CROSSED = "limits-pole-crossed", Limits, Warning, "The tool axis is led through a pole that its great circle passes nearby.";
     SPINDLE_SPEED = "limits-spindle-speed", Limits, Error, "The programmed spindle speed is above the limit of spindle or tool.";
     DRIVE_SATURATED = "limits-drive-saturated", Limits, Error, "A drive lacks the force that the motion needs.";
     PLANNED_MOTION = "limits-planned-motion", Limits, Error, "The planned motion passes a limit of a joint.";

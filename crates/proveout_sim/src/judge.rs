@@ -58,6 +58,7 @@ pub(crate) fn judge(
             length_mm: summary.length_mm,
             max_chord_error_mm: Some(summary.max_chord_error_mm),
             max_contour_error_mm: Some(summary.max_contour_error_mm),
+            max_axis_error_deg: Some(summary.max_axis_error.to_degrees()),
             min_feed_ratio: summary.min_feed_ratio,
         },
         removal: Removal {

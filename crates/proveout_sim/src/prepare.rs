@@ -238,6 +238,7 @@ impl Prepared {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
             length_active_after_change: length_active_after_change(dialect),
             ..defaults
         }
