@@ -15,7 +15,7 @@ use crate::{
     plan::Cell,
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
-    stretch::{Clock, Measured, Stretch},
+    stretch::{Clock, Measured, Stretch, grid_number},
     watch::{Parts, REACH, broken},
 };
 
@@ -363,11 +363,8 @@ impl Emitter {
     /// Stands still for a while; the first and the last control sample of it are emitted.
     pub(crate) fn stand(&mut self, scope: &Scope<'_>, q: &JointValues, block: u32, duration: f64) {
         let (start, end) = (self.clock, self.clock + duration);
-        let first = (start / self.cycle).ceil();
-        let mut last = (end / self.cycle).ceil() - 1.0;
-        if last * self.cycle >= end {
-            last -= 1.0;
-        }
+        let first = grid_number(start, self.cycle);
+        let last = grid_number(end, self.cycle) - 1.0;
         self.set_point(q, last - first + 1.0);
         if last >= first {
             self.still_sample(scope, q, block, first * self.cycle);

@@ -209,7 +209,7 @@ where
 
     /// The sample after the end: the machine stands.
     pub(super) fn last_sample(&mut self) {
-        let time = (self.out.clock / self.out.cycle).ceil() * self.out.cycle;
+        let time = crate::stretch::grid_number(self.out.clock, self.out.cycle) * self.out.cycle;
         let scope = scope(&self.device, &self.settings, self.mapping);
         let block = self.next_block.saturating_sub(1);
         self.out.still_sample(&scope, &self.state.position.q, block, time);
