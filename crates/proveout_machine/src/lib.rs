@@ -61,6 +61,7 @@ mod plan;
 mod plan_events;
 mod platform;
 mod platform_reader;
+mod program_zero;
 mod solver;
 mod structure;
 mod table;
@@ -76,7 +77,7 @@ pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, T
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
-pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
+pub use machine::{Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
 pub use mass::BodyMass;
 pub use plan::{BranchPlan, PlanError, PlanOptions, plan_branches};
 pub use plan_events::PlanEvent;

@@ -77,6 +77,10 @@ impl Location {
     }
 }
 
+/// What a [`Op::Note`] begins with that tells more than a word without effect: the reader takes something for granted that
+/// depends on the control or on its set-up. A judgement on the program leaves it open.
+pub const ASSUMED: &str = "assumed: ";
+
 /// One canonical command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Command {

@@ -35,6 +35,7 @@ mod diagnostic;
 mod dialect;
 mod frame;
 mod json;
+mod machine_data;
 pub mod post;
 
 mod program;
@@ -48,5 +49,6 @@ pub use command::*;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
+pub use machine_data::{Kinematics, ReferencePoints};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};

@@ -17,6 +17,7 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    machine_data::with_machine,
     part_on_table::PartOnTable,
     programs,
     raw_stock::{self, StockMemory},
@@ -146,7 +147,7 @@ impl Prepared {
 
         let nc_settings = NcSettings {
             compensation: Compensation::ToolCenter(tool_radii(&tools)),
-            ..Self::reader_settings(&scene, entry)?
+            ..with_machine(Self::reader_settings(&scene, entry)?, &machine)
         };
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
