@@ -11,7 +11,8 @@
 //! * Haas: G53 leaves it; G28 cancels it "for the following lines of code" (*Mill operator's manual*, G28), and G234 with it.
 //! * Fanuc: the offset of the axes that moved is canceled while the display goes on to say G43; whether the next motion or only
 //!   the next G43, G44 or H brings it back is set up on the control (bit 6 of parameter 5001; *Operator's manual*, "G53, G28 and
-//!   G30 commands in tool length compensation mode"). It is read as back, and a motion of Z before such a word says so.
+//!   G30 commands in tool length compensation mode"). It is read as back, and where a machine is to run the
+//!   program, a motion of Z before such a word says so.
 //!
 //! **Under tool center point control** every axis of the machine moves the tip in all coordinates of the table, so that none of
 //! them is known behind such a block; axes that the next block does not name stay where they are.
@@ -110,7 +111,8 @@ impl Interpreter {
     /// A Fanuc has canceled the tool length in Z, and its set-up says what brings it back.
     fn length_in_doubt(&mut self, word: &'static str, axes: u16) {
         let length = matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_));
-        if self.flavor == Flavor::Fanuc && length && !self.modal.in_table() && axes & 0b100 != 0 {
+        let runs = self.settings.reference_points.is_some();
+        if runs && self.flavor == Flavor::Fanuc && length && !self.modal.in_table() && axes & 0b100 != 0 {
             self.technology.length_canceled_by = Some(word);
         }
     }

@@ -206,8 +206,8 @@ pub(crate) fn function(flavor: Flavor, code: u32) -> Function {
         67 | 68 if flavor.is_linuxcnc() => Function::AnalogOutput,
         // M428 to M430: `LinuxCNC`, *Switchable kinematics*, and the configurations that come with it; M128, M129: those before
         // it, TCPM of a Hurco and of a TNC. On a Haas M121 to M128 set an output for the user.
-        428..=430 => Function::Kinematics,
-        128 | 129 if flavor != Flavor::Haas => Function::Kinematics,
+        129 | 428..=430 => Function::Kinematics,
+        128 if flavor != Flavor::Haas => Function::Kinematics,
         97 if flavor == Flavor::Haas => Function::Call,
         96 | 109 if flavor == Flavor::Haas => {
             Function::Refused("the input is not known to the twin; take the block out")
