@@ -333,7 +333,10 @@ where
             machine: self.device.machine,
             rig: self.device.rig.as_ref(),
             mapping: Mapping { tcp_length: tcp.then(|| self.active_length()), tool_length: self.tool_length() },
-            active_length: self.active_length(),
+            active_length: match machine_coordinates && !self.settings.length_in_machine_coordinates {
+                true => 0.0,
+                false => self.active_length(),
+            },
             orientation: self.state.tcp.interpolation,
             location,
         }
@@ -350,8 +353,8 @@ where
         self.check_coordinates(motion, mapping, location)?;
         // The base coordinates are told only when the motion is accepted.
         self.move_along(pace, location, mapping, path, motion.exact_stop)?;
-        // Positions of axes say nothing about the coordinates of the tip on the table.
-        let of_axes = motion.machine_coordinates && self.state.tcp.on;
+        // Positions of axes say nothing about the coordinates of the tip on the table, or without the tool length.
+        let of_axes = motion.machine_coordinates && (self.state.tcp.on || !self.settings.length_in_machine_coordinates);
         for letter in 0..AXIS_LETTERS.len() {
             let told = motion.end_base.get(letter);
             if told.is_some() || motion.tool_axis_base.is_some() && (3..6).contains(&letter) {

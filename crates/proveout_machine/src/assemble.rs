@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use proveout_geom::{Point, Pose, Vector, rad};
 
 use crate::{
-    Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData,
-    TableData, Trust,
+    Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError,
+    RapidMode, SpindleData, TableData, Trust,
     bodies::read_bodies,
     chain::Chain,
     description::{JointFile, KinematicsFile, MachineFile, Notes, RapidFile},

@@ -77,7 +77,9 @@ pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, T
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
-pub use machine::{Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
+pub use machine::{
+    Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
+};
 pub use mass::BodyMass;
 pub use plan::{BranchPlan, PlanError, PlanOptions, plan_branches};
 pub use plan_events::PlanEvent;

@@ -59,12 +59,15 @@ mod tests {
     use super::*;
 
     fn read(name: &str) -> Machine {
-        Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines").join(name)).expect("library machine")
+        Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines").join(name))
+            .expect("library machine")
     }
 
     #[test]
     fn axes_that_read_the_gauge_line_begin_at_the_table_frame() {
-        for name in ["spinner-u5-620", "ac-trunnion-620", "bc-trunnion", "fork-head-gantry", "starrag-lx-451", "jdgr200t"] {
+        for name in
+            ["spinner-u5-620", "ac-trunnion-620", "bc-trunnion", "fork-head-gantry", "starrag-lx-451", "jdgr200t"]
+        {
             // Exactly, so that nothing is added to the coordinates of their programs.
             assert_eq!(read(name).program_zero(), Some(Point::origin()), "{name}");
         }

@@ -86,10 +86,11 @@ fn a_point_that_nobody_states_is_refused_by_name() {
         let error = read_with("G21 G90 G0 X1. Y2. Z3. C0\nG91 G28 C0\n", &on_machine(dialect)).unwrap_err();
         assert!(error.starts_with("nc-position-unknown"), "{error}");
         for word in ["G28 sends C", "\"M\"", "home_deg", "p.nc:2"] {
-            let diagnostic = Program::from_text("p.nc", "G21 G90 G0 X1. Y2. Z3. C0\nG91 G28 C0\n", &on_machine(dialect))
-                .unwrap()
-                .find_map(Result::err)
-                .unwrap();
+            let diagnostic =
+                Program::from_text("p.nc", "G21 G90 G0 X1. Y2. Z3. C0\nG91 G28 C0\n", &on_machine(dialect))
+                    .unwrap()
+                    .find_map(Result::err)
+                    .unwrap();
             let told = format!("{diagnostic} {}", diagnostic.help.clone().unwrap_or_default());
             assert!(told.contains(word), "{word}: {told}");
         }
@@ -112,16 +113,20 @@ fn a_point_that_nobody_states_is_refused_by_name() {
 fn on_a_haas_g28_cancels_the_tool_length() {
     let edges = |dialect, text: &str| -> Vec<u32> {
         let ops = read_with(text, &on_machine(dialect)).unwrap();
-        ops.iter().filter_map(|op| if let Op::Offset(Offset::ToolEdge { edge }) = op { Some(*edge) } else { None }).collect()
+        ops.iter()
+            .filter_map(|op| if let Op::Offset(Offset::ToolEdge { edge }) = op { Some(*edge) } else { None })
+            .collect()
     };
     let text = "G21 G90 G0 X1. Y2.\nG43 H4 Z50.\nG91 G28 Z0\n";
     assert_eq!(edges(Dialect::Haas, text), [4, 0]);
     assert_eq!(edges(Dialect::LinuxCnc, text), [4, 0, 4]);
     assert_eq!(edges(Dialect::Haas, "G21 G90 G0 X1. Y2.\nG43 H4 Z50.\nG53 G0 Z0\n"), [4, 0, 4]);
     // G234 ends with it.
-    let ops = read_with("G21 G90 G0 B0 C0\nG234 H4\nG0 X1. Y2. Z50.\nG91 G28 Z0\nG90 G0 B90.\n", &on_machine(Dialect::Haas));
+    let ops =
+        read_with("G21 G90 G0 B0 C0\nG234 H4\nG0 X1. Y2. Z50.\nG91 G28 Z0\nG90 G0 B90.\n", &on_machine(Dialect::Haas));
     let ops = ops.unwrap();
-    let tcp: Vec<bool> = ops.iter().filter_map(|op| if let Op::Tcp(Tcp { on, .. }) = op { Some(*on) } else { None }).collect();
+    let tcp: Vec<bool> =
+        ops.iter().filter_map(|op| if let Op::Tcp(Tcp { on, .. }) = op { Some(*on) } else { None }).collect();
     assert_eq!(tcp, [true, false]);
     assert!(!ops.iter().any(|op| matches!(op, Op::Note(text) if text.starts_with(ASSUMED))), "{ops:?}");
 }
@@ -184,7 +189,11 @@ fn words_that_switch_the_kinematics_are_refused_by_name() {
         (Dialect::Heidenhain, "FUNCTION MODE SET \"ROTARY\"", true),
     ] {
         let result = read_with(&format!("{block}\n"), &on_machine(dialect));
-        assert_eq!(result.as_ref().is_err_and(|e| e.starts_with("nc-unsupported-word")), refused, "{block}: {result:?}");
+        assert_eq!(
+            result.as_ref().is_err_and(|e| e.starts_with("nc-unsupported-word")),
+            refused,
+            "{block}: {result:?}"
+        );
     }
 }
 
@@ -207,7 +216,9 @@ const SWITCHES: [(Dialect, &str, bool); 12] = [
 #[test]
 fn a_kinematics_that_the_machine_does_not_list_is_refused() {
     for (dialect, text, tcp) in SWITCHES {
-        let with = |kinematics: Option<Kinematics>| read_with(&format!("{text}\n"), &Settings { kinematics, ..on_machine(dialect) });
+        let with = |kinematics: Option<Kinematics>| {
+            read_with(&format!("{text}\n"), &Settings { kinematics, ..on_machine(dialect) })
+        };
         let listed = |tcp, tilted_plane| Some(Kinematics { machine: "Mill 3".to_owned(), tcp, tilted_plane });
         assert!(with(None).is_ok(), "{text}: {:?}", with(None));
         assert!(with(listed(tcp, !tcp)).is_ok(), "{text}: {:?}", with(listed(tcp, !tcp)));

@@ -13,11 +13,12 @@ pub fn with_machine(settings: Settings, machine: &Machine) -> Settings {
     });
     let (mut axes, mut first, mut second) = (0, AxisValues::NONE, AxisValues::NONE);
     for (index, letter) in AXIS_LETTERS.into_iter().enumerate() {
-        let Some(joint) = machine.joint_for_letter(letter).and_then(|j| machine.joints.get(j)).filter(|j| !j.held) else {
+        let Some(joint) = machine.joint_for_letter(letter).and_then(|j| machine.joints.get(j)).filter(|j| !j.held)
+        else {
             continue;
         };
         axes |= 1 << index;
-        let mut state = |values: &mut AxisValues, point: fn(&Joint) -> Option<f64>| {
+        let state = |values: &mut AxisValues, point: fn(&Joint) -> Option<f64>| {
             if let Some(value) = point(joint) {
                 values.put(index, value);
             }
@@ -64,7 +65,11 @@ mod tests {
                 let key = format!("joint.{}.{}", joint.name, if joint.is_rotary() { "home_deg" } else { "home_mm" });
                 let all = format!("joint.{}.*", joint.name);
                 let note = machine.trust.iter().find(|t| t.key == key || t.key == all);
-                assert!(note.is_some_and(|t| !t.note.is_empty()), "{}: {key} has neither source nor reason", path.display());
+                assert!(
+                    note.is_some_and(|t| !t.note.is_empty()),
+                    "{}: {key} has neither source nor reason",
+                    path.display()
+                );
                 seen += 1;
             }
         }

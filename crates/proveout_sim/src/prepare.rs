@@ -240,6 +240,7 @@ impl Prepared {
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
             length_active_after_change: length_active_after_change(dialect),
+            length_in_machine_coordinates: length_in_machine_coordinates(dialect),
             ..defaults
         }
     }
@@ -263,6 +264,12 @@ fn length_active_after_change(dialect: Dialect) -> bool {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
         Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
     }
+}
+
+/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
+/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
+fn length_in_machine_coordinates(dialect: Dialect) -> bool {
+    !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {

@@ -36,8 +36,9 @@ fn way(numbers: &Numbers, on: &str) -> Result<V3, Failure> {
 /// Part of a place along a slide, which must run along an axis of the machine.
 fn along(direction: V3, place: V3) -> Result<f64, Failure> {
     let axis = (0..3).find(|&k| direction[k] == 1.0);
-    axis.map(|k| place[k])
-        .ok_or_else(|| Failure(format!("a slide along {direction:?} has no place at home: write an axis of the machine")))
+    axis.map(|k| place[k]).ok_or_else(|| {
+        Failure(format!("a slide along {direction:?} has no place at home: write an axis of the machine"))
+    })
 }
 
 /// Parts of a machine with its zero at home, by the maker of one with its zero on the table.

@@ -93,8 +93,7 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     }
 }
 
-const ONE_SWIVEL_AXIS: &str =
-    "it takes rotary axes out of M128, TCPM and tilted planes, and the twin has the kinematics of the machine file: \
+const ONE_SWIVEL_AXIS: &str = "it takes rotary axes out of M128, TCPM and tilted planes, and the twin has the kinematics of the machine file: \
      name both axes, or program their positions";
 
 /// Remedy for an M function that is refused.

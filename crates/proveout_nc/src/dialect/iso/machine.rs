@@ -28,7 +28,9 @@ use crate::{AXIS_LETTERS, AxisValues, Motion, Offset, Op};
 
 /// What the twin does with machine coordinates under tool center point control.
 fn under_tcp(word: &str) -> String {
-    format!("machine coordinates under {word} are positions of the axes, and the tip is followed again from where it then is: write G49 before them")
+    format!(
+        "machine coordinates under {word} are positions of the axes, and the tip is followed again from where it then is: write G49 before them"
+    )
 }
 
 /// Numbers of the parameters that hold the reference points of G28 and G30 on a `LinuxCNC`; settings may give them for all.
@@ -139,7 +141,13 @@ impl Interpreter {
         }
         self.position.moved_in_machine(&end, axes, self.modal.in_table());
         if self.modal.tcp && axes != 0 {
-            let word = if self.modal.vectors { "G43.5" } else if self.flavor == Flavor::Haas { "G234" } else { "G43.4" };
+            let word = if self.modal.vectors {
+                "G43.5"
+            } else if self.flavor == Flavor::Haas {
+                "G234"
+            } else {
+                "G43.4"
+            };
             self.assume(under_tcp(word));
         }
         let motion = Motion {
@@ -202,13 +210,7 @@ impl Interpreter {
     }
 
     /// Reference point of some axes: of the parameters, else of the machine.
-    fn reference_point(
-        &mut self,
-        word: &'static str,
-        first: u32,
-        axes: u16,
-        span: Span,
-    ) -> Result<AxisValues, Fault> {
+    fn reference_point(&mut self, word: &'static str, first: u32, axes: u16, span: Span) -> Result<AxisValues, Fault> {
         let mut end = AxisValues::NONE;
         for axis in (0..9usize).filter(|axis| axes >> axis & 1 == 1) {
             if let Some(value) = self.variables.numbered(first + axis as u32) {
@@ -233,7 +235,8 @@ impl Interpreter {
         for axis in open {
             let (letter, machine) = (AXIS_LETTERS[axis], &points.machine);
             if machine.is_empty() {
-                let message = format!("{word} sends {letter} to its reference point, and no machine is named that states it");
+                let message =
+                    format!("{word} sends {letter} to its reference point, and no machine is named that states it");
                 return Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
                     .help("name the machine (--machine), or program the position with G53"));
             }
@@ -242,8 +245,9 @@ impl Interpreter {
                 return Err(Fault::new(codes::BAD_VALUE, span, message).help("take the axis out"));
             }
             let Some(value) = stated.get(axis) else {
-                let message =
-                    format!("{word} sends {letter} to its reference point, and machine \"{machine}\" states none for it");
+                let message = format!(
+                    "{word} sends {letter} to its reference point, and machine \"{machine}\" states none for it"
+                );
                 let key = if (3..6).contains(&axis) { "home_deg" } else { "home_mm" };
                 return Err(Fault::new(codes::POSITION_UNKNOWN, span, message).help(format!(
                     "add {key} to joint {letter} of the machine file, or program the position with G53"

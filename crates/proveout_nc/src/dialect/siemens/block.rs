@@ -320,8 +320,12 @@ impl Interpreter {
                 continue;
             };
             let what = match at {
-                0 => format!("`TRAORI({value})` switches to another data set of the control, which the twin does not know"),
-                1..=3 => "`TRAORI` with a direction of the tool other than that of the spindle is not supported".to_owned(),
+                0 => format!(
+                    "`TRAORI({value})` switches to another data set of the control, which the twin does not know"
+                ),
+                1..=3 => {
+                    "`TRAORI` with a direction of the tool other than that of the spindle is not supported".to_owned()
+                }
                 _ => "`TRAORI` with offsets of the rotary axes is not supported".to_owned(),
             };
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, what)
