@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
 use proveout_geom::{Pose, deg};
 use proveout_machine::{JointKind, JointValues};
-use proveout_nc::SpindleDirection;
+use proveout_nc::{ASSUMED, SpindleDirection};
 use proveout_stock::{Patch, SweepItem, SweepReport, TileId, TriDexel};
 use proveout_tool::{Role, Tool};
 
@@ -480,7 +480,10 @@ impl<'a> Engine<'a> {
                     &finding::PROBED,
                     "the probing motion runs to its end: what the probe finds is not known".into(),
                 ),
-                Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
+                Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
+                    Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
+                    None => FindingLog::of(&finding::NOTE, text.clone()),
+                },
                 _ => continue,
             };
             let mut f = found;

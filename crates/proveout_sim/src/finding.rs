@@ -101,6 +101,7 @@ macro_rules! codes {
 codes! {
     STOPPED = "program-stopped", Program, Error, "The program could not be executed to its end.";
     NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
+    ASSUMED = "program-assumed", Program, Warning, "What a word does depends on the control or its set-up: one reading is taken.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
     OFF_CIRCLE = "limits-off-circle", Limits, Error, "The tool axis leaves the programmed great circle.";

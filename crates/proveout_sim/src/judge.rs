@@ -251,7 +251,16 @@ fn judge_gates(
     };
     let program = Coverage {
         checked: Some(format!("executed to its end, {} blocks", summary.blocks)),
-        left_out: if facts.ended { vec![] } else { vec!["the text ends without M30 or M2: it may be cut off".into()] },
+        left_out: {
+            let cut_off = (!facts.ended).then(|| "the text ends without M30 or M2: it may be cut off".to_owned());
+            let mut assumed: Vec<&str> = Vec::new();
+            for finding in log.all().iter().filter(|f| f.code == finding::ASSUMED.code) {
+                if !assumed.contains(&finding.message.as_str()) {
+                    assumed.push(&finding.message);
+                }
+            }
+            cut_off.into_iter().chain(assumed.into_iter().map(|what| format!("taken for granted: {what}"))).collect()
+        },
     };
     let mut coverage = [
         program,

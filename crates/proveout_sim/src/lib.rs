@@ -36,6 +36,7 @@ mod error;
 mod inspect;
 mod judge;
 mod loose;
+mod machine_data;
 mod part_on_table;
 mod prepare;
 mod process;
@@ -45,6 +46,7 @@ mod surface_map;
 
 pub use engagement::Engagement;
 pub use error::SimError;
+pub use machine_data::with_machine;
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
 pub use prepare::{Choice, Prepared, tool_radii};
