@@ -6,6 +6,7 @@
 //! (table frame K), the smallest distance with its pair, and the list of pairs that were not checked, each with the reason.
 //!
 //! * [`Interference`] – takes pieces of motion in order.
+//! * [`StockReach`] – which bodies come within reach of the box of the stock, where nothing checks them against the stock itself.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
@@ -45,11 +46,13 @@ mod advance;
 mod distance;
 mod interference;
 mod parts;
+mod reach;
 mod report;
 mod shape;
 mod tool_clearance;
 
 pub use interference::Interference;
 pub use parts::Fixture;
+pub use reach::{Reached, StockReach};
 pub use report::{Breach, Clearance, CollisionError, Nearest, PairInfo, PartKind, Severity, Unchecked};
 pub use tool_clearance::ToolClearance;

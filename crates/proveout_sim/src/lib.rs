@@ -37,6 +37,7 @@ mod inspect;
 mod judge;
 mod loose;
 mod part_on_table;
+mod plunge;
 mod prepare;
 mod process;
 mod raw_stock;

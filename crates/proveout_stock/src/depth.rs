@@ -170,7 +170,9 @@ impl Taken {
         };
         for lap in laps {
             let (a, u, v) = place(grid, lap.ray);
-            let Some(seg) = self.0.get(&lap.ray).and_then(|segs| segs.iter().find(|s| s.hi >= lap.hi)) else { continue };
+            let Some(seg) = self.0.get(&lap.ray).and_then(|segs| segs.iter().find(|s| s.hi >= lap.hi)) else {
+                continue;
+            };
             let at = |s: f64| Grid::point(a, s, u, v);
             match seg.ends {
                 [End::Free(_), End::Free(_)] => look(at(0.5 * (seg.lo + seg.hi)), lap.ray, seg),

@@ -110,7 +110,8 @@ impl Batch<'_> {
             if sum.rays > 0 {
                 for (strip, [lo, hi]) in scratch.met.drain(..) {
                     let r = usize::from(strip.ray);
-                    let old = |reached: bool, upper: bool| reached.then(|| self.mark_of(a, work.tile.ray(r), &strip, upper));
+                    let old =
+                        |reached: bool, upper: bool| reached.then(|| self.mark_of(a, work.tile.ray(r), &strip, upper));
                     let ends = [old(lo == strip.lo, false), old(hi == strip.hi, true)];
                     let ray = (a as u8, (i0 + r % TILE) as u32, (j0 + r / TILE) as u32);
                     work.laps.push(Lap { item, ray, lo, hi, ends });
