@@ -2,7 +2,7 @@
 
 use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, StockReach};
 use proveout_controller::Piece;
-use proveout_geom::Point;
+use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
 use proveout_stock::TriDexel;
 
@@ -48,6 +48,8 @@ pub(crate) struct StockNear {
     pub(crate) clear: usize,
     /// Bodies that move as one with the stock.
     pub(crate) fixed: Vec<String>,
+    /// The stock or a fixture that reaches behind the face of the table, and how far, mm.
+    pub(crate) behind_table: Vec<(String, f64)>,
 }
 
 /// The check of all pairs, in order of time.
@@ -115,7 +117,20 @@ impl<'a> BodyCheck<'a> {
             reached: self.reach.reached().iter().map(|r| (r.body.to_string(), r.time)).collect(),
             clear: self.reach.clear(),
             fixed: self.reach.fixed_to_stock().iter().map(|name| name.to_string()).collect(),
+            behind_table: self.behind_table(),
         }
+    }
+
+    /// What stands on the table and reaches behind its face: no motion tells of it, since it moves as one with the table.
+    fn behind_table(&self) -> Vec<(String, f64)> {
+        let table = &self.prepared.machine.table;
+        let depth = |p: &Point| -(p - table.point).dot(&table.normal);
+        let stock = box_mesh(&self.prepared.stock.bounds()).transformed(&self.prepared.table_from_work);
+        let fixtures = self.prepared.fixtures.iter().map(|(name, mesh)| (name.clone(), mesh));
+        let all = std::iter::once(("stock".to_owned(), &stock)).chain(fixtures);
+        let deepest = |mesh: &TriMesh| mesh.positions.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
+        let touching = self.prepared.scene.file.tolerances.contact_mm;
+        all.map(|(name, mesh)| (name, deepest(mesh))).filter(|(_, d)| *d > touching).collect()
     }
 
     /// Number of pairs that were checked.

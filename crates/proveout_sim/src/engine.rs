@@ -14,6 +14,7 @@ use crate::{
     engagement::Engagement,
     error::SimError,
     finding::{self, Code, Finding},
+    legs,
     log::FindingLog,
     loose::LooseParts,
     observer::{BlockRow, SampleSignals},
@@ -213,6 +214,10 @@ impl<'a> Engine<'a> {
             }
         }
         self.judge_events(chunk);
+        for (mut f, at) in legs::breaches(&self.prepared.machine, &chunk.samples) {
+            (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), self.axes(&at.commanded));
+            self.log.push(f);
+        }
         if chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. })) {
             self.look_for_loose_parts(Some((chunk, first_id)));
         }

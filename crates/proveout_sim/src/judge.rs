@@ -11,7 +11,7 @@ use crate::{
     engine::Facts,
     finding::{self, Severity},
     gates::{self, Coverage},
-    inspect,
+    inspect, legs,
     log::FindingLog,
     prepare::Prepared,
     surface_map::SurfaceMap,
@@ -202,7 +202,10 @@ fn judge_gates(
         let no_travel = prepared.machine.joints.iter().filter(|j| j.travel.is_none() && !j.endless);
         let no_travel = no_travel.map(|j| format!("{} has no travel", j.name));
         let mut checked = "travel, velocity, acceleration and jerk of every joint; spindle speed".to_owned();
-        let mut left_out: Vec<String> = left_out.chain(no_travel).collect();
+        let mut left_out: Vec<String> = left_out.chain(no_travel).chain(legs::missing(&prepared.machine)).collect();
+        if !prepared.machine.platforms.is_empty() {
+            checked += "; length, velocity, acceleration and jerk of every leg, at the control samples";
+        }
         if let Some(loads) = &summary.loads {
             checked += "; force of every drive, without workpiece, fixtures, tool and cutting";
             if !loads.estimated.is_empty() {
@@ -244,6 +247,12 @@ fn judge_gates(
     collision.left_out.extend(facts.loose.clone());
     let near_mm = tolerances.near_miss_mm;
     collision.left_out.extend(stock_reached(facts, near_mm));
+    collision.left_out.extend(facts.stock_near.behind_table.iter().map(|(name, depth)| {
+        format!(
+            "{name} against the table: it reaches {depth:.3} mm behind the table's face of the machine file (`table.point_mm`, \
+             `table.normal`), where it would stand in the table unless that leaves room"
+        )
+    }));
     if let Some(checked) = &mut collision.checked {
         checked.push_str(&stock_kept_clear(facts, near_mm));
         let errors = prepared.machine.has_errors();

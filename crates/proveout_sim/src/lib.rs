@@ -35,6 +35,7 @@ mod engine;
 mod error;
 mod inspect;
 mod judge;
+mod legs;
 mod loose;
 mod part_on_table;
 mod plunge;
