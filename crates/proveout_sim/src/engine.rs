@@ -253,6 +253,8 @@ impl<'a> Engine<'a> {
             .filter(|u| library.iter().any(|t| t.name == u.name && !t.has_holder))
             .map(|u| u.name.clone())
             .collect();
+        let unknown_plunges =
+            self.unknown_plunges.iter().map(|(t, p)| unknown_plunge(&library[*t], p, &self.places)).collect();
         let facts = Facts {
             log: self.log.placed(&self.places),
             tools,
@@ -267,11 +269,7 @@ impl<'a> Engine<'a> {
             excluded_bodies: self.bodies.excluded(),
             checked_pairs: self.bodies.checked_pairs(),
             stock_near: self.bodies.stock_near(),
-            unknown_plunges: self
-                .unknown_plunges
-                .iter()
-                .map(|(t, p)| unknown_plunge(&library[*t], p, &self.places))
-                .collect(),
+            unknown_plunges,
         };
         (self.stock, self.patches, facts)
     }

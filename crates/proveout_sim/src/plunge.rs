@@ -55,6 +55,8 @@ fn cutter_radius(tool: &Tool) -> f64 {
     tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max)
 }
 
+/// Step across the axis in which a long piece is followed, in radii.
+const STEP: f64 = 0.1;
 /// Longest way of a ramp within the cutter's radius of a place, in radii.
 const TO_AND_FRO: f64 = 3.0;
 
@@ -138,6 +140,29 @@ impl PlungeWatch {
         }
         let [from, to] = &piece.pose;
         let radius = cutter_radius(tool);
+        let (down, aside) = way_down(&piece.pose);
+        let Some(met) = met.filter(|r| r.rays > 0 && down > 0.0) else {
+            self.leave_places(to, radius);
+            return None;
+        };
+        let r = core.max_radius();
+        let area = 2.0 * r * aside + std::f64::consts::PI * r * r;
+        let in_material = (met.volume_mm3 / area).min(down);
+        let parts = (aside / (STEP * radius)).ceil().clamp(1.0, 1e4);
+        let mut stub = 0.0_f64;
+        for k in 0..parts as usize {
+            self.places.push_back((from.interpolated(to, k as f64 / parts).tip, self.sunk));
+            self.sunk += in_material / parts;
+            self.leave_places(&from.interpolated(to, (k + 1) as f64 / parts), radius);
+            stub = stub.max(self.sunk - self.places.front().map_or(self.sunk, |(_, sunk)| *sunk));
+        }
+        self.down += in_material;
+        self.aside += aside * in_material / down;
+        (self.down > contact || stub > contact).then(|| Descent { angle: self.down.atan2(self.aside), stub })
+    }
+
+    /// Forgets the places up to the last one that is farther across the axis than the radius.
+    fn leave_places(&mut self, to: &ToolPose, radius: f64) {
         let left = self.places.iter().rposition(|(p, _)| {
             let off = p - to.tip;
             (off - to.axis * off.dot(&to.axis)).norm() > radius
@@ -145,17 +170,6 @@ impl PlungeWatch {
         if let Some(last) = left {
             self.places.drain(..=last);
         }
-        let (down, aside) = way_down(&piece.pose);
-        let met = met.filter(|r| r.rays > 0 && down > 0.0)?;
-        let r = core.max_radius();
-        let area = 2.0 * r * aside + std::f64::consts::PI * r * r;
-        let in_material = (met.volume_mm3 / area).min(down);
-        self.places.push_back((from.tip, self.sunk));
-        self.sunk += in_material;
-        self.down += in_material;
-        self.aside += aside * in_material / down;
-        let stub = self.sunk - self.places.front().map_or(self.sunk, |(_, sunk)| *sunk);
-        (self.down > contact || stub > contact).then(|| Descent { angle: self.down.atan2(self.aside), stub })
     }
 }
 

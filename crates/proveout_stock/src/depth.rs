@@ -1,37 +1,35 @@
 //! How deep a body was in the material that it met.
 //!
 //! The longest overlap on a ray is no depth: a cutter that slides along a wall and shaves a micrometer off it overlaps with a ray
-//! along the wall over all of its height. The depth of a point that the body has reached is its distance from the free surface of
-//! the material as it stood before, through what the body takes up; the depth of a motion is that of its deepest point.
+//! along the wall over all of its height. The depth of a place that the body has reached is its distance from the *opening*: the
+//! part of the free surface, as it stood before, that the body has taken away. The depth of a motion is that of its deepest place.
 //!
 //! ```text
-//!      ___________                ___________ free surface
-//!     |   :   |   |              |      |:   |
-//!     |   : d |   |              |      |:   |     : chord on a ray along the wall
-//!     |   :___|   |              |      |:_  |     the depth is the width of the shaving
-//!     |___________|              |___________|
+//!      ___________                ___________ free surface; the opening is dotted
+//!     |   .   .   |              |      :|   |
+//!     |   | d |   |              |      :|   |     chord on a ray along the wall: its whole height
+//!     |   |___|   |              |      :|   |     the depth is the width of the shaving
+//!     |___________|              |______ |___|
 //!       plunge                     shaving
 //! ```
 //!
-//! What the body takes up lies on rays of all three sets. An end of such an interval is *free* where the material itself ended
-//! there, otherwise it lies on the skin of the swept body, where the depth is asked for. From a point x the free ends are looked at
-//! on its own ray, and on the four rays of each other set next to x whose interval reaches as far as x. With the outward normal m
-//! of the material at the free end p,
+//! What the body takes up lies on rays of all three sets. An end of such an interval is a sample of the opening where the material
+//! itself ended there, with the outward normal m of the material; otherwise it lies on the skin of the swept body, where the depth is
+//! asked for. From the sample p that is nearest to x
 //!
 //! ```text
-//!     distance = |m . (x - p)|   where p lies beside the foot of x, within a cell and a half across m; else |x - p|, or what
-//!                                a free end beside the foot x - m (m . (x - p)) gives
+//!     depth of x = |m . (x - p)|   where p lies beside the foot of x: within a cell and a half across m
+//!                  |x - p|         elsewhere (beyond the rim of the opening)
 //! ```
 //!
-//! and the depth of x is the smallest of them. Faces that are plane over a cell and a half give their exact distance at any
-//! resolution; a face of curvature k is off by k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than on them by
-//! the sagitta of the body over a cell. Where both ends of an interval are free, its middle is asked for: a rib that is cut
-//! away as a whole is half as deep as it is thick. Where no point sees a free end (a body that began inside of material), the
-//! longest overlap stands for the depth.
+//! Faces that are plane over a cell and a half give their exact distance at any resolution; a face of curvature k is off by
+//! k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than on them by the sagitta of the body over a cell. A rib that
+//! is cut through counts with its thickness: twice the depth of the middle of an interval whose both ends are open. Where there is no
+//! opening at all (a body that began inside of material), the longest overlap stands for the depth.
 //!
 //! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has left. Its depth is
 //! that in the material as it stood before its first piece: items with [`Measure::Since`] put what they take together, and ends
-//! that items of the run have made are not free.
+//! that items of the run have made are not open.
 
 use std::collections::BTreeMap;
 
@@ -61,6 +59,7 @@ pub struct Depths {
     least: f64,
     since: Option<u32>,
     run: Taken,
+    opening: Opening,
 }
 
 /// An interval that an item takes up on a ray, with the ends of the material that it reaches.
@@ -75,31 +74,26 @@ pub(crate) struct Lap {
     pub ends: [Option<Mark>; 2],
 }
 
-#[derive(Clone, Copy, Debug)]
-enum End {
-    /// On the skin of the body, or where the run has been before.
-    Skin,
-    /// The free surface with its outward normal.
-    Free(Vector),
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Seg {
-    lo: f64,
-    hi: f64,
-    ends: [End; 2],
-}
-
-/// Intervals by ray, rising.
+/// What a run has taken, by ray, rising: ends, and which of them are open.
 #[derive(Clone, Debug, Default)]
-struct Taken(BTreeMap<(u8, u32, u32), Vec<Seg>>);
+struct Taken(BTreeMap<(u8, u32, u32), Vec<([f64; 2], [bool; 2])>>);
 
-/// Part of a cell across the normal within which a free end lies beside the foot of a point.
+/// Samples of the opening; the first `sorted` are a tree.
+#[derive(Clone, Debug, Default)]
+struct Opening {
+    samples: Vec<(Point, Vector)>,
+    sorted: usize,
+}
+
+/// Part of a cell across the normal within which a sample lies beside the foot of a point.
 const BESIDE: f64 = 1.5;
 /// Ends that lie this near to each other are one: one item has begun where the other has stopped, mm.
 const JOIN: f64 = 1e-9;
 /// Intervals of a single item that are looked at first; all only where these do not settle that it is deep.
 const FIRST: usize = 1500;
+/// Samples in a leaf of the tree, and the most that wait to be sorted in.
+const LEAF: usize = 8;
+const WAITING: usize = 512;
 
 impl Depths {
     /// Overlaps up to `least` (mm) on every ray are not measured further: their length is their depth.
@@ -113,147 +107,186 @@ impl Depths {
             Measure::No => longest,
             Measure::Alone if longest <= self.least => longest,
             Measure::Alone => {
-                let mut taken = Taken::default();
-                for lap in laps {
-                    taken.put(lap, None);
-                }
+                let mut opening = Opening::default();
+                laps.iter().for_each(|lap| opening.add(grid, lap, |_| true));
+                opening.sort();
+                let alone = |lap: &Lap| ([lap.lo, lap.hi], lap.ends.map(|e| e.is_some()));
                 let step = laps.len().div_ceil(FIRST).max(1);
-                let few = taken.deepest(grid, laps.iter().step_by(step));
+                let few = opening.deepest(grid, laps.iter().step_by(step), alone);
                 let depth = match few {
                     Some(d) if step == 1 || d > self.least => Some(d),
-                    _ => taken.deepest(grid, laps.iter()),
+                    _ => opening.deepest(grid, laps.iter(), alone),
                 };
                 depth.unwrap_or(longest).min(longest)
             }
             Measure::Since(first) => {
                 if self.since != Some(first) {
-                    (self.since, self.run) = (Some(first), Taken::default());
+                    (self.since, self.run, self.opening) = (Some(first), Taken::default(), Opening::default());
                 }
+                let open = |mark: Mark| mark.id == INITIAL || mark.id < first;
                 for lap in laps {
-                    self.run.put(lap, Some(first));
+                    self.run.put(lap, open);
+                    self.opening.add(grid, lap, open);
                 }
-                self.run.deepest(grid, laps.iter()).unwrap_or(longest)
+                self.opening.sort();
+                self.opening.deepest(grid, laps.iter(), |lap| self.run.at(lap)).unwrap_or(longest)
             }
         }
     }
 }
 
 impl Taken {
-    /// Adds an interval; ends made by items from `since` on are not free.
-    fn put(&mut self, lap: &Lap, since: Option<u32>) {
-        let end = |mark: Option<Mark>| match mark {
-            Some(m) if m.id == INITIAL || since.is_none_or(|first| m.id < first) => End::Free(m.normal()),
-            _ => End::Skin,
-        };
-        let mut new = Seg { lo: lap.lo, hi: lap.hi, ends: lap.ends.map(end) };
-        let segs = self.0.entry(lap.ray).or_default();
-        let first = segs.partition_point(|s| s.hi < new.lo - JOIN);
-        let last = first + segs[first..].partition_point(|s| s.lo <= new.hi + JOIN);
-        for s in &segs[first..last] {
-            if s.lo <= new.lo {
-                (new.lo, new.ends[0]) = (s.lo, s.ends[0]);
+    /// Adds an interval; `open` tells the ends that were there before the run.
+    fn put(&mut self, lap: &Lap, open: impl Fn(Mark) -> bool) {
+        let (mut new, mut ends) = ([lap.lo, lap.hi], lap.ends.map(|end| end.is_some_and(&open)));
+        let all = self.0.entry(lap.ray).or_default();
+        let first = all.partition_point(|(s, _)| s[1] < new[0] - JOIN);
+        let last = first + all[first..].partition_point(|(s, _)| s[0] <= new[1] + JOIN);
+        for (s, e) in &all[first..last] {
+            if s[0] <= new[0] {
+                (new[0], ends[0]) = (s[0], e[0]);
             }
-            if s.hi >= new.hi {
-                (new.hi, new.ends[1]) = (s.hi, s.ends[1]);
+            if s[1] >= new[1] {
+                (new[1], ends[1]) = (s[1], e[1]);
             }
         }
-        segs.splice(first..last, [new]);
+        all.splice(first..last, [(new, ends)]);
     }
 
-    /// Depth of the deepest point of some intervals; none where no point sees a free end.
-    fn deepest<'a>(&self, grid: &Grid, laps: impl Iterator<Item = &'a Lap>) -> Option<f64> {
-        let mut deepest = None;
-        let mut look = |x: Point, ray, seg: &Seg| {
-            if let Some(depth) = self.depth(grid, &x, ray, seg) {
-                deepest = Some(depth.max(deepest.unwrap_or(0.0)));
+    /// The interval that an added one has become a part of.
+    fn at(&self, lap: &Lap) -> ([f64; 2], [bool; 2]) {
+        let all = self.0.get(&lap.ray).map_or(&[][..], Vec::as_slice);
+        let found = all.get(all.partition_point(|(s, _)| s[1] < lap.hi));
+        found.copied().unwrap_or(([lap.lo, lap.hi], [false; 2]))
+    }
+}
+
+impl Opening {
+    fn add(&mut self, grid: &Grid, lap: &Lap, open: impl Fn(Mark) -> bool) {
+        for (s, end) in [lap.lo, lap.hi].into_iter().zip(lap.ends) {
+            if let Some(mark) = end.filter(|m| open(*m)) {
+                self.samples.push((point(grid, lap.ray, s), mark.normal()));
+            }
+        }
+    }
+
+    /// Sorts the samples that wait into the tree, when they have become many.
+    fn sort(&mut self) {
+        if self.samples.len() - self.sorted > WAITING.max(self.sorted / 2) {
+            sort(&mut self.samples, 0);
+            self.sorted = self.samples.len();
+        }
+    }
+
+    /// Depth of the deepest place of some intervals; none without an opening, or without a place on the skin.
+    fn deepest<'a>(
+        &self,
+        grid: &Grid,
+        laps: impl Iterator<Item = &'a Lap>,
+        whole: impl Fn(&Lap) -> ([f64; 2], [bool; 2]),
+    ) -> Option<f64> {
+        let near = BESIDE * grid.longest_cell();
+        let mut deepest: Option<f64> = None;
+        let mut look = |s: f64, lap: &Lap, factor: f64| {
+            if let Some(depth) = self.distance(&point(grid, lap.ray, s), near) {
+                deepest = Some(deepest.unwrap_or(0.0).max(factor * depth));
             }
         };
         for lap in laps {
-            let (a, u, v) = place(grid, lap.ray);
-            let Some(seg) = self.0.get(&lap.ray).and_then(|segs| segs.iter().find(|s| s.hi >= lap.hi)) else {
+            let ([lo, hi], open) = whole(lap);
+            if open == [true; 2] {
+                look(0.5 * (lo + hi), lap, 2.0);
                 continue;
-            };
-            let at = |s: f64| Grid::point(a, s, u, v);
-            match seg.ends {
-                [End::Free(_), End::Free(_)] => look(at(0.5 * (seg.lo + seg.hi)), lap.ray, seg),
-                _ => {
-                    for (s, end) in [(lap.lo, lap.ends[0]), (lap.hi, lap.ends[1])] {
-                        if end.is_none() {
-                            look(at(s), lap.ray, seg);
-                        }
-                    }
+            }
+            for (s, end) in [lap.lo, lap.hi].into_iter().zip(lap.ends) {
+                if end.is_none() {
+                    look(s, lap, 1.0);
                 }
             }
         }
         deepest
     }
 
-    /// Distance of a point on an interval from the free surface.
-    fn depth(&self, grid: &Grid, x: &Point, ray: (u8, u32, u32), own: &Seg) -> Option<f64> {
-        let mut nearest = f64::INFINITY;
-        let mut see = |p: &Point, m: &Vector| nearest = nearest.min(self.apart(grid, x, p, m));
-        for_free_ends(grid, ray, own, &mut see);
-        for b in (0..3_u8).filter(|b| *b != ray.0) {
-            let axis = usize::from(b);
-            let reach = grid.cells[axis];
-            self.on_rays_beside(grid, b, x, &mut |ray, seg| {
-                if seg.lo - reach <= x[axis] && x[axis] <= seg.hi + reach {
-                    for_free_ends(grid, ray, seg, &mut see);
-                }
-            });
-        }
-        nearest.is_finite().then_some(nearest)
-    }
-
-    /// Distance of a point from the free surface that has the end `p` with the normal `m`.
-    fn apart(&self, grid: &Grid, x: &Point, p: &Point, m: &Vector) -> f64 {
-        let way = x - p;
-        let along = m.dot(&way);
-        let near = BESIDE * grid.longest_cell();
-        if (way - m * along).norm() <= near {
-            return along.abs();
-        }
-        let foot = x - m * along;
-        let mut best = way.norm();
-        self.on_rays_beside(grid, m.iamax() as u8, &foot, &mut |ray, seg| {
-            for_free_ends(grid, ray, seg, &mut |q, n| {
-                if (q - foot).norm() <= near {
-                    best = best.min(n.dot(&(x - q)).abs());
-                }
-            });
-        });
-        best
-    }
-
-    /// The intervals on the rays of a set next to a point.
-    fn on_rays_beside(&self, grid: &Grid, b: u8, x: &Point, each: &mut dyn FnMut((u8, u32, u32), &Seg)) {
-        let a = usize::from(b);
-        let low = |axis: usize| ((x[axis] - grid.bounds.min[axis]) / grid.cells[axis] - 0.5).floor();
-        let (i, j) = (low((a + 1) % 3), low((a + 2) % 3));
-        for (di, dj) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
-            let (i, j) = (i + di, j + dj);
-            if i < 0.0 || j < 0.0 {
-                continue;
-            }
-            let ray = (b, i as u32, j as u32);
-            for seg in self.0.get(&ray).into_iter().flatten() {
-                each(ray, seg);
-            }
-        }
+    fn distance(&self, x: &Point, near: f64) -> Option<f64> {
+        let (tree, waiting) = self.samples.split_at(self.sorted);
+        let mut best = (f64::INFINITY, None);
+        nearest(tree, 0, x, &mut best);
+        look_at(waiting, x, &mut best);
+        best.1.map(|(p, m): (Point, Vector)| {
+            let way = x - p;
+            let along = m.dot(&way);
+            if (way - m * along).norm() <= near { along.abs() } else { way.norm() }
+        })
     }
 }
 
-/// Set of a ray, and where it stands along u and v, mm.
-fn place(grid: &Grid, (a, i, j): (u8, u32, u32)) -> (usize, f64, f64) {
+fn point(grid: &Grid, (a, i, j): (u8, u32, u32), s: f64) -> Point {
     let a = usize::from(a);
-    (a, grid.center((a + 1) % 3, i as usize), grid.center((a + 2) % 3, j as usize))
+    Grid::point(a, s, grid.center((a + 1) % 3, i as usize), grid.center((a + 2) % 3, j as usize))
 }
 
-fn for_free_ends(grid: &Grid, ray: (u8, u32, u32), seg: &Seg, see: &mut dyn FnMut(&Point, &Vector)) {
-    let (a, u, v) = place(grid, ray);
-    for (s, end) in [(seg.lo, &seg.ends[0]), (seg.hi, &seg.ends[1])] {
-        if let End::Free(m) = end {
-            see(&Grid::point(a, s, u, v), m);
+/// Puts samples into the order of a tree: the middle one divides the others along an axis, then each half along the next (Bentley
+/// 1975, "Multidimensional binary search trees").
+fn sort(samples: &mut [(Point, Vector)], axis: usize) {
+    if samples.len() <= LEAF {
+        return;
+    }
+    let middle = samples.len() / 2;
+    let (low, _, high) = samples.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]));
+    sort(low, (axis + 1) % 3);
+    sort(high, (axis + 1) % 3);
+}
+
+/// Square of the distance of the nearest sample so far, and the sample.
+type Best = (f64, Option<(Point, Vector)>);
+
+fn look_at(samples: &[(Point, Vector)], x: &Point, best: &mut Best) {
+    for sample in samples {
+        let square = (x - sample.0).norm_squared();
+        if square < best.0 {
+            *best = (square, Some(*sample));
         }
+    }
+}
+
+fn nearest(tree: &[(Point, Vector)], axis: usize, x: &Point, best: &mut Best) {
+    if tree.len() <= LEAF {
+        return look_at(tree, x, best);
+    }
+    let middle = tree.len() / 2;
+    let (low, rest) = tree.split_at(middle);
+    let (divider, high) = rest.split_at(1);
+    look_at(divider, x, best);
+    let over = x[axis] - divider[0].0[axis];
+    let (first, second) = if over < 0.0 { (low, high) } else { (high, low) };
+    nearest(first, (axis + 1) % 3, x, best);
+    if over * over < best.0 {
+        nearest(second, (axis + 1) % 3, x, best);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tree_finds_the_nearest_of_all() {
+        let number = |k: usize| ((k as f64 * 12.9898).sin() * 43758.5453).fract().abs();
+        let at = |k: usize| Point::new(10.0 * number(3 * k), 4.0 * number(3 * k + 1), number(3 * k + 2));
+        for n in [0, 1, 7, 9, 500, 3000] {
+            let mut opening = Opening { samples: (0..n).map(|k| (at(k), Vector::z())).collect(), sorted: 0 };
+            let plain = opening.samples.clone();
+            opening.sort();
+            // Some that came later wait.
+            opening.samples.extend((n..n + 20).map(|k| (at(k), Vector::z())));
+            for k in 0..200 {
+                let x = at(100_000 + k) * 1.2;
+                let all = plain.iter().map(|s| s.0).chain((n..n + 20).map(at));
+                let wanted = all.map(|p| (x - p).norm()).fold(f64::INFINITY, f64::min);
+                // No sample lies beside the foot: the distance itself.
+                assert_eq!(opening.distance(&x, -1.0), Some(wanted), "{n}");
+            }
+        }
+        assert_eq!(Opening::default().distance(&Point::origin(), 1.0), None);
     }
 }

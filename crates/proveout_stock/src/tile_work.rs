@@ -323,7 +323,12 @@ impl Batch<'_> {
 fn note<'a>(lanes: &Lanes, several: impl Iterator<Item = (usize, &'a Cut)>, met: &mut Vec<(Strip, [f64; 2])>) {
     let mut take = |r: usize, cut: &Cut| {
         let strip = lanes.strip(r);
-        met.extend(Left::of(&strip, cut).map(|left| (strip, left.met)));
+        // What is left as a sliver counts as gone: there the end of the material is reached.
+        met.extend(Left::of(&strip, cut).map(|left| {
+            let lo = if left.below.is_none() { strip.lo } else { left.met[0] };
+            let hi = if left.above.is_none() { strip.hi } else { left.met[1] };
+            (strip, [lo, hi])
+        }));
     };
     for r in (0..LANES).filter(|&r| lanes.state[r] == TAKEN) {
         take(r, &lanes.cut(r));
