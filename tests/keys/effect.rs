@@ -40,9 +40,9 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
         Setup::Next => next(folder.path()),
         _ => prove(folder.path()),
     });
-    // Errors name the folder.
+    // Blocks, findings and errors name the folder.
     let place = folder.path().display().to_string();
-    left.map_err(|e| e.to_string().replace(&place, "."))
+    left.map(|text| text.replace(&place, ".")).map_err(|e| e.to_string().replace(&place, "."))
 }
 
 fn prove(folder: &Path) -> Result<String, SimError> {

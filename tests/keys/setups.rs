@@ -190,6 +190,20 @@ check = true
 node = "column"
 
 [[body]]
+name = "saddle"
+role = "saddle"
+attached_to = "X"
+check = true
+box = [{ min_mm = [-60, -60, -98], max_mm = [60, 60, -85] }]
+
+[[body]]
+name = "slide"
+role = "slide"
+attached_to = "Y"
+check = true
+box = [{ min_mm = [-60, -60, -80], max_mm = [60, 60, -66] }]
+
+[[body]]
 name = "motor"
 role = "motor"
 attached_to = "Z"
@@ -289,7 +303,9 @@ fn five() -> String {
     let c =
         rotary_joint("C", "B", "[0, 0, 1]", "endless = true\nmax_velocity_rev_min = 30\nrapid_velocity_rev_min = 25");
     let joints = b + &c + "\n[spindle]";
-    let text = MILL.replacen("\n[spindle]", &joints, 1).replace("on = \"Y\"", "on = \"C\"");
+    let cradle = "\n[[body]]\nname = \"cradle\"\nrole = \"cradle\"\nattached_to = \"B\"\ncheck = true\n\
+                  box = [{ min_mm = [-15, -15, -56], max_mm = [15, 15, -42] }]\n";
+    let text = (MILL.to_owned() + cradle).replacen("\n[spindle]", &joints, 1).replace("on = \"Y\"", "on = \"C\"");
     let mass = "mass = { mass_kg = 30, center_mm = [5, 0, -20], inertia_kg_m2 = [0.2, 0.2, 0.3, 0, 0, 0] }";
     text.replace("role = \"table\"\nattached_to = \"Y\"", &format!("role = \"table\"\nattached_to = \"C\"\n{mass}"))
 }
@@ -591,7 +607,7 @@ impl Setup {
             Self::Apt => {
                 tools = one_tool(
                     "apt",
-                    "diameter_mm = 6\ncorner_radius_mm = 1\ncorner_center_radius_mm = 1.8\ncorner_center_height_mm = 1.2\n\
+                    "diameter_mm = 6\ncorner_radius_mm = 1.3\ncorner_center_radius_mm = 2\ncorner_center_height_mm = 1.2\n\
                      lower_angle_deg = 5\nupper_angle_deg = 5\ncutter_height_mm = 12",
                 );
             }

@@ -23,9 +23,10 @@
 //! ```
 //!
 //! Faces that are plane over a cell and a half give their exact distance at any resolution; a face of curvature k is off by
-//! k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than on them by the sagitta of the body over a cell. A rib that
-//! is cut through counts with its thickness: twice the depth of the middle of an interval whose both ends are open. Where there is no
-//! opening at all (a body that began inside of material), the longest overlap stands for the depth.
+//! k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than on them by the sagitta of the body over a cell. A rib
+//! that is cut through counts with its thickness: where both ends of an interval are open its middle is asked for, and counts twice
+//! where the opening lies as far away on its other side. Where there is no opening at all (a body that began inside of material), the
+//! longest overlap stands for the depth.
 //!
 //! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has left. Its depth is
 //! that in the material as it stood before its first piece: items with [`Measure::Since`] put what they take together, and ends
@@ -187,36 +188,43 @@ impl Opening {
     ) -> Option<f64> {
         let near = BESIDE * grid.longest_cell();
         let mut deepest: Option<f64> = None;
-        let mut look = |s: f64, lap: &Lap, factor: f64| {
-            if let Some(depth) = self.distance(&point(grid, lap.ray, s), near) {
-                deepest = Some(deepest.unwrap_or(0.0).max(factor * depth));
-            }
+        let mut look = |s: f64, lap: &Lap, middle: bool| {
+            let x = point(grid, lap.ray, s);
+            let Some((depth, foot)) = self.distance(&x, near) else { return };
+            let other = x + (x - foot);
+            let through = middle && self.nearest(&other).is_some_and(|(p, _)| (p - other).norm() <= near);
+            deepest = Some(deepest.unwrap_or(0.0).max(if through { 2.0 * depth } else { depth }));
         };
         for lap in laps {
             let ([lo, hi], open) = whole(lap);
             if open == [true; 2] {
-                look(0.5 * (lo + hi), lap, 2.0);
+                look(0.5 * (lo + hi), lap, true);
                 continue;
             }
             for (s, end) in [lap.lo, lap.hi].into_iter().zip(lap.ends) {
                 if end.is_none() {
-                    look(s, lap, 1.0);
+                    look(s, lap, false);
                 }
             }
         }
         deepest
     }
 
-    fn distance(&self, x: &Point, near: f64) -> Option<f64> {
+    /// Distance of a point, and the place that it is measured to.
+    fn distance(&self, x: &Point, near: f64) -> Option<(f64, Point)> {
+        let (p, m) = self.nearest(x)?;
+        let way = x - p;
+        let along = m.dot(&way);
+        let beside = (way - m * along).norm() <= near;
+        Some(if beside { (along.abs(), x - m * along) } else { (way.norm(), p) })
+    }
+
+    fn nearest(&self, x: &Point) -> Option<(Point, Vector)> {
         let (tree, waiting) = self.samples.split_at(self.sorted);
         let mut best = (f64::INFINITY, None);
         nearest(tree, 0, x, &mut best);
         look_at(waiting, x, &mut best);
-        best.1.map(|(p, m): (Point, Vector)| {
-            let way = x - p;
-            let along = m.dot(&way);
-            if (way - m * along).norm() <= near { along.abs() } else { way.norm() }
-        })
+        best.1
     }
 }
 
@@ -284,7 +292,7 @@ mod tests {
                 let all = plain.iter().map(|s| s.0).chain((n..n + 20).map(at));
                 let wanted = all.map(|p| (x - p).norm()).fold(f64::INFINITY, f64::min);
                 // No sample lies beside the foot: the distance itself.
-                assert_eq!(opening.distance(&x, -1.0), Some(wanted), "{n}");
+                assert_eq!(opening.distance(&x, -1.0).map(|d| d.0), Some(wanted), "{n}");
             }
         }
         assert_eq!(Opening::default().distance(&Point::origin(), 1.0), None);

@@ -46,15 +46,13 @@ fn longest(reports: &[SweepReport]) -> f64 {
 fn a_plunge_is_as_deep_as_its_tip() {
     // A drill is slender: rays across it see 3 mm at most, those along it all of its way.
     for (name, body) in [("flat", flat(1.5, 40.0)), ("drill", drill(1.5, 1.18, 40.0)), ("ball", ball(4.0, 40.0))] {
-        for depth in [0.02, 0.3, 4.0, 15.0] {
-            for pieces in [1, 7, 400] {
-                let mut stock = block(0.2);
-                // The axis stands on a ray along z, so that this one sees the tip.
-                let way = [at(30.1, 10.1, 3.0), at(30.1, 10.1, -depth)];
-                let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 5, way, pieces);
-                // Only the very tip of a cone is that deep: it lies on the ray, and 1e-7 mm are the body's shrinkage.
-                assert!((found - depth).abs() < 2e-6, "{name} {depth} in {pieces}: {found}");
-            }
+        for (depth, pieces) in [(0.02, 1), (0.3, 7), (4.0, 150), (15.0, 1), (15.0, 9)] {
+            let mut stock = block(0.2);
+            // The axis stands on a ray along z, so that this one sees the tip.
+            let way = [at(30.1, 10.1, 3.0), at(30.1, 10.1, -depth)];
+            let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 5, way, pieces);
+            // Only the very tip of a cone is that deep: it lies on the ray, and 1e-7 mm are the body's shrinkage.
+            assert!((found - depth).abs() < 2e-6, "{name} {depth} in {pieces}: {found}");
         }
     }
 }
@@ -62,7 +60,7 @@ fn a_plunge_is_as_deep_as_its_tip() {
 #[test]
 fn a_side_step_is_as_deep_as_it_goes() {
     for side in [0.05, 1.0, 3.5] {
-        for pieces in [1, 9, 200] {
+        for pieces in [1, 9, 50] {
             let mut stock = block(0.2);
             let body = flat(5.0, 40.0);
             // Beside the block, 8 mm below its top, then into its face x = 0: the deepest point is the apex on a ray along x.
@@ -133,7 +131,7 @@ fn a_deep_place_is_seen_beside_a_shaving() {
 fn a_rib_that_is_cut_through_is_as_deep_as_thick() {
     let rib = cuboid([0.0, 0.0, 0.0], [30.0, 0.8, 10.0]);
     let body = flat(4.0, 40.0);
-    for pieces in [1, 3, 28, 500] {
+    for pieces in [1, 3, 28, 150] {
         let mut stock = stock(&rib, 0.1);
         let way = [at(15.05, -6.0, -1.0), at(15.05, 8.0, -1.0)];
         let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 1, way, pieces);
