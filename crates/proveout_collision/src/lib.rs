@@ -1,5 +1,6 @@
 //! Interference of tool, holder, machine bodies and fixtures while the joints of a machine move. The stock judges itself
-//! what meets it (crate `proveout_stock`), and the design part is judged by the deviation of what was cut.
+//! what is swept through it, the parts of the tool (crate `proveout_stock`); of other bodies it is known whether they stay out of reach
+//! of its box ([`StockReach`]). The design part is judged by the deviation of what was cut.
 //!
 //! Data in: a [`proveout_machine::Machine`] with its bodies (M with all joints at zero), [`Fixture`]s (table frame K),
 //! tools, and straight motions of the joints, mm and radian. Data out: [`Breach`]es with time, joints, pair and place
