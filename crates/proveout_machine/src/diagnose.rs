@@ -118,6 +118,7 @@ impl Machine {
                     ("travel_mm", leg.travel.is_some()),
                     ("max_velocity_mm_min", leg.max_velocity.is_some()),
                     ("max_acceleration_mm_s2", leg.max_acceleration.is_some()),
+                    ("max_jerk_mm_s3", leg.max_jerk.is_some()),
                 ];
                 stated.iter().filter(|(_, stated)| !stated).for_each(|(key, _)| missing(&table, key));
             }
