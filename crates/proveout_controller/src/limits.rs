@@ -8,8 +8,8 @@
 //!   q... = q' s... + 3 q'' s. s.. + q''' s.^3
 //! ```
 //!
-//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and
-//! leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
+//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and the
+//! feed along the path that is run, and leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
 
 use proveout_machine::{MAX_JOINTS, Machine};
 

@@ -1,7 +1,7 @@
 //! A lower bound of the time of every motion within the tolerances, whatever path it takes.
 //!
 //! *What is bound.* A control may round the programmed path as it likes within the tolerances: its tip stays within `e` of the programmed
-//! path and its rotary joints within `a` of theirs, passing along it in order (there is a correspondence of both that never goes back). It keeps the
+//! path and its rotary joints within `a` of theirs (in the same branch of the inverse kinematics), passing along it in order (there is a correspondence of both that never goes back). It keeps the
 //! programmed feeds for the tip on its own path, and velocities and accelerations of the joints. Where the program makes the machine
 //! stand (exact stop, dwell, tool change, probing, tapping stroke, end), it stands in the programmed point; dwell, tool changes and waits
 //! for the spindle take their time. Jerk counts for nothing here: a control without limits of jerk is bound as well.
@@ -79,7 +79,7 @@ impl Between {
             f64::INFINITY
         };
         let [tip, turn] = if block.tip_moves { [feed, f64::INFINITY] } else { [f64::INFINITY, feed] };
-        Self { tip, turn, feed: block.kind == MoveKind::Feed }
+        Self { tip, turn, feed: block.kind != MoveKind::Rapid }
     }
 
     fn and(self, other: Self) -> Self {
@@ -157,7 +157,7 @@ impl Tube {
 
     /// The next block, programmed from where the one before ends.
     pub(crate) fn block(&mut self, frame: &Frame<'_>, block: &PathBlock) {
-        let own = block.corner.unwrap_or(NONE);
+        let own = block.loose.unwrap_or(NONE);
         let mut loose = own;
         if let Some(end) = self.end.take() {
             loose = wider(own, end.tolerance);

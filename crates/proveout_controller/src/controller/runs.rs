@@ -137,6 +137,8 @@ where
             }
         }
         let length = block.length;
+        // The program says where the joints end, not how they come there.
+        block.told = None;
         let counts = |i: &usize| self.device.machine.joints[*i].is_rotary() != block.tip_moves;
         let per = if block.tip_moves { 1.0 } else { 1.0_f64.to_degrees() };
         let counted = (0..l.count).filter(counts).map(|i| (i, per)).collect();
