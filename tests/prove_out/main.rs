@@ -8,4 +8,5 @@ mod cone_frustum;
 mod control;
 mod languages;
 mod li_2022;
+mod poles;
 mod tool_list;
