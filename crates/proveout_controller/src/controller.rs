@@ -37,6 +37,8 @@ struct Device<'m> {
     machine: &'m Machine,
     rig: Option<Rig>,
     limits: JointLimits,
+    /// Base coordinates have the same zero with tool center point control and without.
+    common_zero: bool,
 }
 
 impl Device<'_> {
@@ -67,6 +69,8 @@ struct State {
     spindle_ready: f64,
     /// Rotation and translation from work to base coordinates.
     frame: Option<([[f64; 3]; 3], [f64; 3])>,
+    /// Whether the last motion of X, Y or Z in work coordinates was under tool center point control.
+    in_table: Option<bool>,
 }
 
 /// How the machine moves at the begin of the path's first cell.
@@ -137,7 +141,12 @@ where
         Ok(Self {
             commands,
             tools,
-            device: Device { machine, rig: Rig::new(machine), limits: JointLimits::new(machine) },
+            device: Device {
+                machine,
+                rig: Rig::new(machine),
+                limits: JointLimits::new(machine),
+                common_zero: machine.program_zero().is_some(),
+            },
             state: State {
                 position: Position { q: home, base: [None; AXIS_LETTERS.len()], told: None },
                 tool: None,
@@ -151,6 +160,7 @@ where
                 feed_override: 1.0,
                 spindle_ready: 0.0,
                 frame: None,
+                in_table: None,
             },
             window: settings.look_ahead_blocks,
             settings,
@@ -323,7 +333,10 @@ where
             machine: self.device.machine,
             rig: self.device.rig.as_ref(),
             mapping: Mapping { tcp_length: tcp.then(|| self.active_length()), tool_length: self.tool_length() },
-            active_length: self.active_length(),
+            active_length: match machine_coordinates && !self.settings.length_in_machine_coordinates {
+                true => 0.0,
+                false => self.active_length(),
+            },
             orientation: self.state.tcp.interpolation,
             pole_cone: self.settings.pole_cone.unwrap_or(self.device.machine.control.pole_cone),
             location,
@@ -338,15 +351,42 @@ where
         mapping: Mapping,
         path: BlockPath,
     ) -> Result<(), Box<ControlError>> {
+        self.check_coordinates(motion, mapping, location)?;
         // The base coordinates are told only when the motion is accepted.
         self.move_along(pace, location, mapping, path, motion.exact_stop)?;
+        // Positions of axes say nothing about the coordinates of the tip on the table, or without the tool length.
+        let of_axes = motion.machine_coordinates && (self.state.tcp.on || !self.settings.length_in_machine_coordinates);
         for letter in 0..AXIS_LETTERS.len() {
             let told = motion.end_base.get(letter);
             if told.is_some() || motion.tool_axis_base.is_some() && (3..6).contains(&letter) {
-                self.state.position.base[letter] = told;
+                self.state.position.base[letter] = told.filter(|_| letter >= 3 || !of_axes);
             }
         }
         Ok(())
+    }
+
+    /// Where X, Y and Z of a machine do not move the tool along x, y and z of its table, a work offset cannot mean the same
+    /// point with tool center point control and without; a program that moves them in both is refused.
+    fn check_coordinates(
+        &mut self,
+        motion: &Motion,
+        mapping: Mapping,
+        location: &Location,
+    ) -> Result<(), Box<ControlError>> {
+        if self.device.common_zero || motion.machine_coordinates || motion.programmed & 0b111 == 0 {
+            return Ok(());
+        }
+        let in_table = mapping.tcp_length.is_some();
+        if self.state.in_table.replace(in_table).is_none_or(|before| before == in_table) {
+            return Ok(());
+        }
+        let message = format!(
+            "X, Y and Z of machine {} do not move the tool along x, y and z of its table, so that a work offset is another point \
+             with tool center point control than without; this program moves them in both",
+            self.device.machine.name
+        );
+        let help = "move X, Y and Z under tool center point control alone, and elsewhere in machine coordinates";
+        Err(Box::new(ControlError::at(location, "control-coordinates", message, help)))
     }
 
     fn move_along(

@@ -137,7 +137,7 @@ impl Context<'_> {
         let now: [f64; 3] = match self.mapping.tcp_length.zip(self.rig) {
             Some((length, rig)) => {
                 let task = rig.task(self.machine, &position.q, length);
-                std::array::from_fn(|axis| task[rig.slots[axis]])
+                std::array::from_fn(|axis| task[rig.slots[axis]] - rig.zero[axis])
             }
             None => {
                 let offset = self.length_offset();
@@ -335,7 +335,7 @@ impl Context<'_> {
         let mut tip = Vector::new(from[rig.slots[0]], from[rig.slots[1]], from[rig.slots[2]]);
         for (letter, joint, value) in self.targets(motion, position)? {
             if letter < 3 {
-                tip[letter] = value;
+                tip[letter] = value + rig.zero[letter];
             } else {
                 to[joint] = value;
             }
@@ -416,7 +416,7 @@ impl Context<'_> {
             Some((length, rig)) => {
                 let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
                 let end = self.joints(rig, &to, length);
-                (from, to, rig.slots, Vector::zeros(), end, unreachable)
+                (from, to, rig.slots, rig.zero, end, unreachable)
             }
             None => {
                 let (end, unreachable) = self.end_in_joints(motion, position)?;

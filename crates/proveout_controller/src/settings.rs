@@ -41,6 +41,9 @@ pub struct Settings {
     /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not on controls
     /// that want G43).
     pub length_active_after_change: bool,
+    /// The tool length that is in force counts in machine coordinates too (840D: programs write D0 beside SUPA); false where the
+    /// control leaves it out of them (TNC: M91, M92). ISO controls leave it out as well, and their reader says so block by block.
+    pub length_in_machine_coordinates: bool,
     /// Joint limits that keep a block below this part of its programmed feed are told by an event.
     pub feed_reduced_below: f64,
     /// Number of blocks that the control looks ahead before it must plan a part of a run without stops.
@@ -78,6 +81,7 @@ impl Default for Settings {
             sample_time: None,
             spindle_waits: true,
             length_active_after_change: true,
+            length_in_machine_coordinates: true,
             feed_reduced_below: 0.5,
             look_ahead_blocks: 2000,
         }

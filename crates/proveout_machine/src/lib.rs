@@ -60,6 +60,7 @@ mod places;
 mod platform;
 mod platform_reader;
 mod poles;
+mod program_zero;
 mod solver;
 mod structure;
 mod table;
@@ -75,7 +76,9 @@ pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, T
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
-pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
+pub use machine::{
+    Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
+};
 pub use mass::BodyMass;
 pub use platform::{Leg, Platform, PlatformError, TurnShift};
 pub use table::{Direction, TableError, kinematics_csv};

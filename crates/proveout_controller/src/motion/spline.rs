@@ -24,7 +24,7 @@ impl Context<'_> {
             Some((length, rig)) => {
                 let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
                 let end = self.joints(rig, &to, length);
-                (from, to, rig.slots, Vector::zeros(), end, unreachable)
+                (from, to, rig.slots, rig.zero, end, unreachable)
             }
             None => {
                 let (end, unreachable) = self.end_in_joints(motion, position)?;

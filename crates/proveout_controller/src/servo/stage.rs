@@ -111,7 +111,7 @@ impl<'m> ServoStage<'m> {
             last: None,
             loads,
             actual: [home, JointValues::ZERO],
-            pose: machine.forward(&home, 0.0),
+            pose: machine.actual_forward(&home, 0.0),
             spans: VecDeque::new(),
             blocks: VecDeque::new(),
             events: VecDeque::new(),
@@ -232,7 +232,8 @@ impl<'m> ServoStage<'m> {
             Some(last) => self.run_to(&last, sample)?,
         }
         sample.actual = self.actual[0];
-        let planned = self.machine.forward(&sample.commanded, self.sample_length);
+        // Both with the machine's geometric errors: what is measured here is what the drives add.
+        let planned = self.machine.actual_forward(&sample.commanded, self.sample_length);
         sample.pose = self.pose;
         self.contour.push(planned, &sample.pose, self.sample_length);
         sample.drive = Some(self.drives(sample));
@@ -360,7 +361,7 @@ impl<'m> ServoStage<'m> {
     }
 
     fn push_knot(&mut self, time: f64, block: u32, bound: f64) {
-        self.pose = self.machine.forward(&self.actual[0], self.sample_length);
+        self.pose = self.machine.actual_forward(&self.actual[0], self.sample_length);
         let (tool_length, pose) = (self.sample_length, self.pose);
         self.trail.push(Knot { time, q: self.actual[0], v: self.actual[1], block, bound, tool_length, pose });
     }
