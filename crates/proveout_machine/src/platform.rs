@@ -241,10 +241,3 @@ impl TurnShift {
         self.0 * -value.sin()
     }
 }
-
-impl Machine {
-    /// The platform that a joint belongs to, as its heave or its tilt.
-    pub fn platform_of(&self, joint: usize) -> Option<&Platform> {
-        self.platforms.iter().find(|p| p.heave == joint || p.tilt == joint)
-    }
-}

@@ -79,6 +79,8 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "description": c.description.trim().trim_end_matches('.'),
         "machine": c.machine,
         "baseline": c.baseline,
+        "limits_words": c.limits_in_words(),
+        "limits": rows::limits(c),
         "verdict": judged(c.verdict),
         "keys": keys(c),
         "others": c.order.iter().filter(|n| **n != c.baseline).collect::<Vec<_>>(),

@@ -261,6 +261,7 @@ mod tests {
             description: String::new(),
             experiment: String::new(),
             machine: String::new(),
+            joint_limits: Vec::new(),
             baseline: "a".into(),
             order: Vec::new(),
             verdict: State::Unchecked,

@@ -87,6 +87,7 @@ struct Entry {
     /// Until it is taken to be run.
     prepared: Option<Prepared>,
     case: MotionCase,
+    changed_limits: Vec<ChangedLimit>,
     /// Method, paper, source program.
     made: Option<(String, String, String)>,
     studies: Vec<Study>,
@@ -317,6 +318,7 @@ impl Entry {
         Ok(Self {
             name: name.to_owned(),
             case,
+            changed_limits: prepared.changed_limits.clone(),
             made,
             studies: runs.iter().map(pictures::study_of).collect(),
             judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged.is_some()),

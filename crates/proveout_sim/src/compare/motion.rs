@@ -142,7 +142,7 @@ impl MotionCase {
     pub(crate) fn new(prepared: &Prepared) -> Result<Self, SimError> {
         let dialect = prepared.program()?.dialect();
         let source = match &prepared.made {
-            Some(made) => Source::Text { name: format!("{}.mpf", prepared.program_name), text: made.text.clone() },
+            Some(made) => Source::Text { name: made.file.clone(), text: made.text.clone() },
             None => Source::File(prepared.program_path.clone()),
         };
         Ok(Self {
