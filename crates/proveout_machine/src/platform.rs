@@ -37,7 +37,7 @@
 use proveout_geom::Vector;
 use thiserror::Error;
 
-use crate::{JointValues, Machine};
+use crate::JointValues;
 
 /// Legs 2 and 3 count as equal within this, mm: a difference of 1e-6 tilts a plate of 100 mm by 1e-8 rad.
 const EQUAL_LEGS_MM: f64 = 1e-6;

@@ -78,6 +78,8 @@ pub struct Prepared {
     pub machine: Machine,
     /// Those limits beside the machine's own.
     pub changed_limits: Vec<ChangedLimit>,
+    /// The machine as its file describes it, where the scene sets limits.
+    pub own_machine: Option<Machine>,
     /// The tools.
     pub tools: ToolLibrary,
     /// For each tool the parts of its holder, widened by the clearance that the scene wants.
@@ -127,6 +129,7 @@ impl Prepared {
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
         let tools_path = scene.resolve(&scene.file.tools);
         let mut machine = Machine::read(&machine_path)?;
+        let described = machine.clone();
         let changed_limits = limit_joints(&scene, &mut machine)?;
         let tools = ToolLibrary::read(&tools_path)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
@@ -177,6 +180,7 @@ impl Prepared {
             made,
             nc_settings,
             machine,
+            own_machine: (!changed_limits.is_empty()).then_some(described),
             changed_limits,
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,

@@ -118,6 +118,9 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
             c.variations.iter().filter(|v| v.unchecked.is_none()).count(),
             if t.sign_holds { "holds" } else { "changes" }
         );
+        if let Some(percent) = c.at_own_limits(name) {
+            say!("  {:<16} {:>8} with the limits of the machine itself", "", number(Some(percent), 2));
+        }
     }
     if !c.published.is_empty() {
         say!("\n  published values");

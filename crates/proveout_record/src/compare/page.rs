@@ -36,6 +36,7 @@ struct Headline {
     class: String,
     stretch: rows::GainWords,
     cycle: rows::GainWords,
+    own_limits: Option<String>,
 }
 
 /// A plot with its heading.
@@ -122,6 +123,7 @@ fn headlines(c: &Comparison) -> Vec<Headline> {
         class: Style::Program(i).class(),
         stretch: rows::gain(&g.stretch_time),
         cycle: rows::gain(&g.cycle_time),
+        own_limits: c.at_own_limits(name).map(|v| fixed(v, 2)),
     };
     others.map(headline).collect()
 }

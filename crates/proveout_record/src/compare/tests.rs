@@ -98,6 +98,7 @@ fn compared(text: &str) -> Compared {
         programs: BTreeMap::from([(names[0].clone(), figures(text, true)), (names[1].clone(), figures(text, false))]),
         gains: BTreeMap::from([(names[1].clone(), gains)]),
         variations: vec![variation(None), variation(Some(text.into()))],
+        own_limits: Some(variation(None)),
         published: vec![Published {
             name: text.into(),
             measured: text.into(),
@@ -212,7 +213,7 @@ fn every_section_has_its_numbers() {
     let text = page("plain");
     for needle in
         ["19.20 ± 1.40 %", "sign holds", "38.1 %", "41.5 %", "103.9", "15.7 µm", "data-layer=\"2\"", "data-cells=\"2\"",
-        "62.4 deg/s (machine 360)"]
+        "62.4 deg/s (machine 360)", "limits of the machine itself 18.00 %"]
     {
         assert!(text.contains(needle), "{needle}");
     }

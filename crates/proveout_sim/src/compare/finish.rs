@@ -48,6 +48,7 @@ impl Comparing {
             gains: self.gains(&programs),
             programs,
             variations: std::mem::take(&mut self.variations),
+            own_limits: self.own_limits.take(),
             published: Vec::new(),
             expectations: Vec::new(),
             rules: rules(self.file.run_ends_s),
@@ -102,7 +103,7 @@ impl Comparing {
         entry.ideal.as_ref()?.center_shift(source.ideal.as_ref()?)
     }
 
-    fn stretch(&self, entry: &Entry) -> Option<Stretch> {
+    pub(super) fn stretch(&self, entry: &Entry) -> Option<Stretch> {
         let (motion, ideal) = (entry.motion.as_ref()?, entry.ideal.as_ref()?);
         let ranges = motion.stretch(self.file.run_ends_s);
         let blocks = ranges.iter().map(|r| r.len() as u64).sum();

@@ -268,6 +268,7 @@ mod tests {
             programs: programs.map(|(name, p)| (name.to_owned(), p)).into(),
             gains: BTreeMap::new(),
             variations: Vec::new(),
+            own_limits: None,
             published: Vec::new(),
             expectations: Vec::new(),
             rules: BTreeMap::new(),

@@ -62,6 +62,15 @@ fn limits(out: &mut String, c: &Comparison) {
         let (machine, joint, source) = (cell(&l.machine), cell(&l.joint), cell(&l.source));
         put(out, format_args!("| {machine} | {joint} | {} | {own} | {} | {} | {source} |\n", l.quantity, l.of_scene, l.unit));
     }
+    let own: Vec<String> = c
+        .order
+        .iter()
+        .filter_map(|name| Some(format!("`{name}` {:.2}", c.at_own_limits(name)?)))
+        .collect();
+    if !own.is_empty() {
+        let own = own.join(", ");
+        put(out, format_args!("\nWith the limits of the machine itself the cutting stretch saves, in percent: {own}.\n"));
+    }
     out.push('\n');
 }
 

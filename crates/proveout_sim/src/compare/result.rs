@@ -43,6 +43,10 @@ pub struct Comparison {
     pub gains: BTreeMap<String, Gain>,
     /// The twin with one parameter changed.
     pub variations: Vec<Variation>,
+    /// The twin with the limits of the machine itself in place of those that the scene sets; null where it sets none. It is another
+    /// twin: its gains are in no error.
+    #[serde(default)]
+    pub own_limits: Option<Variation>,
     /// Published values beside ours.
     pub published: Vec<Published>,
     /// Criteria of the scene.
@@ -60,6 +64,12 @@ impl Comparison {
         };
         let all: Vec<String> = self.joint_limits.iter().map(one).collect();
         (!all.is_empty()).then(|| all.join(", "))
+    }
+
+    /// Time of the cutting stretch that a program saves on the machine with its own limits, percent; none where the scene sets no
+    /// limit.
+    pub fn at_own_limits(&self, program: &str) -> Option<f64> {
+        self.own_limits.as_ref()?.gains.get(program)?.stretch_time_percent
     }
 }
 
