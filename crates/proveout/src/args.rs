@@ -181,7 +181,7 @@ pub(crate) struct KinematicsArgs {
     #[arg(long)]
     pub(crate) inverse: bool,
     /// With --inverse: one row, continuous with the row before
-    #[arg(long, requires = "inverse")]
+    #[arg(long, requires = "inverse", conflicts_with = "forward")]
     pub(crate) nearest: bool,
     /// From the tip to the gauge line, mm
     #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]

@@ -2,6 +2,7 @@
 
 #[path = "../tests/command_lines/pages.rs"]
 mod pages;
+#[allow(dead_code, reason = "the command lines are run by tests/command_lines")]
 #[path = "../tests/command_lines/typed.rs"]
 mod typed;
 
@@ -98,7 +99,8 @@ fn a_wrong_call_is_told_as_such() {
     for (words, kind) in [
         (vec!["kinematics", "m"], ErrorKind::MissingRequiredArgument),
         (vec!["kinematics", "m", "--forward", "--inverse"], ErrorKind::ArgumentConflict),
-        (vec!["kinematics", "m", "--forward", "--nearest"], ErrorKind::MissingRequiredArgument),
+        (vec!["kinematics", "m", "--forward", "--nearest"], ErrorKind::ArgumentConflict),
+        (vec!["kinematics", "m", "--nearest"], ErrorKind::MissingRequiredArgument),
         (vec!["nc", "p", "--inch"], ErrorKind::MissingRequiredArgument),
     ] {
         let error = Cli::command().try_get_matches_from(std::iter::once("proveout").chain(words.clone()));

@@ -74,7 +74,7 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             checks::layers::check(&workspace).map(|_| ())
         }
         ["schemas", options @ ..] => schemas(&root, options),
-        ["experiments", folders @ ..] if !folders.is_empty() => experiments(&root, folders),
+        ["experiments", words @ ..] if words.iter().any(|w| *w != "--check") => experiments(&root, words),
         ["figures", options @ ..] => {
             println!("{}", figures::run(&root, &figures::Wanted::read(options)?)?);
             Ok(())

@@ -13,7 +13,8 @@
 //! *Form*: `.2` is a number with two decimals, `s` a text as it is. `um` is for keys in mm that the page has in micrometers, `cm3` for
 //! keys in mm³, `pct` for ratios.
 //!
-//! *Bound*: how far, in the unit of the page, the number may be off where it is compared and the comparison is run with coarser cells.
+//! *Bound*: how far, in the unit of the page, a number of the surface may be off where it is compared. What follows from the motion alone
+//! has none: it is compared exactly.
 
 use serde_json::Value;
 
@@ -31,7 +32,7 @@ pub(super) struct Marker {
     /// Place in the run's result.
     pub(super) key: String,
     form: Form,
-    /// How far the number may be off where cells are coarser.
+    /// How far the number of a surface may be off.
     pub(super) bound: Option<f64>,
     /// Line of the page, from 1.
     pub(super) line: usize,
@@ -83,7 +84,7 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
                 [run, key] if key.starts_with('@') => (run, key, "s", None),
                 [run, key, form] => (run, key, *form, None),
                 [run, key, form, bound] => (run, key, *form, Some(*bound)),
-                _ => return Err(fault("a figure wants: run, key, form, and a bound where cells decide it")),
+                _ => return Err(fault("a figure wants: run, key, form, and a bound where it is of a surface")),
             };
             let form = Form::read(form).ok_or_else(|| fault("the form is none of .1, .2um, .1cm3, .1pct, s"))?;
             let bound = bound.map(|b| b.strip_prefix("+-").and_then(|b| b.parse::<f64>().ok()).filter(|b| *b >= 0.0));
@@ -145,11 +146,11 @@ impl Marker {
     }
 
     /// Whether two texts are the same figure: equal, or numbers within the bound.
-    pub(super) fn agree(&self, page: &str, run: &str, with_bound: bool) -> bool {
+    pub(super) fn agree(&self, page: &str, run: &str) -> bool {
         if page == run {
             return true;
         }
-        let (Some(bound), true) = (self.bound, with_bound) else { return false };
+        let Some(bound) = self.bound else { return false };
         match (page.parse::<f64>(), run.parse::<f64>()) {
             (Ok(a), Ok(b)) => (a - b).abs() <= bound + 1e-12,
             _ => false,
@@ -262,9 +263,8 @@ mod tests {
     #[test]
     fn motion_is_compared_exactly_and_the_surface_within_its_bound() {
         let m = one("<!--= r deviation.gouge_max_mm .2um +-0.05 -->0.65<!--/-->");
-        assert!(m.agree("0.65", "0.65", false) && m.agree("0.65", "0.70", true));
-        assert!(!m.agree("0.65", "0.71", true) && !m.agree("0.65", "0.66", false));
+        assert!(m.agree("0.65", "0.65") && m.agree("0.65", "0.70") && !m.agree("0.65", "0.71"));
         let m = one("<!--= r time.total_s .1 -->164.2<!--/-->");
-        assert!(!m.agree("164.2", "164.3", true), "no bound: the same text");
+        assert!(!m.agree("164.2", "164.3"), "no bound: the same text");
     }
 }

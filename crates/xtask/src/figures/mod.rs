@@ -26,8 +26,8 @@ struct Run {
     name: String,
     /// Words after `proveout`; `DATA` stands for the file of `data`.
     command: String,
-    /// More words where figures are compared: coarser cells.
-    check: String,
+    /// `docs/experiments.md` tells of it.
+    experiment: bool,
     /// A file that is published elsewhere, below `shared/cases` beside the checkout.
     data: Option<String>,
     /// Not made by `ci`.
@@ -93,7 +93,14 @@ pub(crate) fn run(root: &Path, wanted: &Wanted) -> Result<String, Failure> {
             None => left_out.push(run.name.clone()),
         }
     }
-    let account = if wanted.check { compare(&runs, &pages, &results)? } else { write(root, &runs, &pages, &results)? };
+    let account = if wanted.check { compare(&pages, &results)? } else { write(root, &runs, &pages, &results)? };
+    let experiments = runs.iter().filter(|r| r.experiment && results.contains_key(&r.name));
+    let folders: Vec<String> = experiments.map(|r| folder(root, r).display().to_string()).collect();
+    if !folders.is_empty() {
+        let check = wanted.check.then_some("--check");
+        let words: Vec<&str> = check.into_iter().chain(folders.iter().map(String::as_str)).collect();
+        crate::experiments(root, &words)?;
+    }
     let long: Vec<&str> = runs.iter().filter(|r| !results.contains_key(&r.name)).map(|r| r.name.as_str()).collect();
     let rest = if long.is_empty() { String::new() } else { format!("; not made here: {}", long.join(", ")) };
     for name in left_out {
@@ -110,17 +117,18 @@ fn registry(text: &str) -> Result<Vec<Run>, Failure> {
     let mut out: Vec<Run> = Vec::new();
     for entry in list {
         let entry = entry.as_table().ok_or_else(|| fault("a run is no table".into()))?;
-        let known = ["name", "command", "check", "data", "long", "made"];
+        let known = ["name", "command", "experiment", "data", "long", "made"];
         if let Some(key) = entry.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(fault(format!("unknown key {key:?}; a run has {}", known.join(", "))));
         }
         let text = |key: &str| entry.get(key).and_then(toml::Value::as_str).map(str::to_owned);
+        let flag = |key: &str| entry.get(key).and_then(toml::Value::as_bool).unwrap_or(false);
         let run = Run {
             name: text("name").ok_or_else(|| fault("a run without a name".into()))?,
             command: text("command").ok_or_else(|| fault("a run without a command".into()))?,
-            check: text("check").unwrap_or_default(),
+            experiment: flag("experiment"),
             data: text("data"),
-            long: entry.get("long").and_then(toml::Value::as_bool).unwrap_or(false),
+            long: flag("long"),
             made: text("made").unwrap_or_default(),
         };
         if run.long && run.made.is_empty() {
@@ -172,9 +180,9 @@ fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
     for (page, marker) in pages.iter().flat_map(|p| p.markers.iter().map(move |m| (p, m))) {
         match runs.iter().find(|r| r.name == marker.run) {
             None => faults.push(format!("{}:{}: {REGISTRY} has no run {:?}", page.name, marker.line, marker.run)),
-            Some(run) if !run.check.is_empty() && marker.of_surface() && marker.bound.is_none() => faults.push(format!(
-                "{}:{}: {} is compared with `{}`: say how far its figure may then be off (+-0.1)",
-                page.name, marker.line, marker.key, run.check
+            Some(_) if marker.bound.is_some() && !marker.of_surface() => faults.push(format!(
+                "{}:{}: {} comes from the motion alone, which is compared exactly: leave the bound out",
+                page.name, marker.line, marker.key
             )),
             Some(_) => {}
         }
@@ -187,9 +195,14 @@ fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
     if faults.is_empty() { Ok(()) } else { Err(Failure(faults.join("\n"))) }
 }
 
+/// Where a run lies.
+fn folder(root: &Path, run: &Run) -> PathBuf {
+    root.join("target/figures").join(&run.name)
+}
+
 /// The result of a run; none where its data set is not beside the checkout.
 fn made(root: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failure> {
-    let folder = root.join("target/figures").join(&run.name);
+    let folder = folder(root, run);
     let result = folder.join(if run.command.starts_with("compare") { "compare.json" } else { "verdict.json" });
     if !(wanted.kept && result.is_file()) {
         let data = match &run.data {
@@ -202,15 +215,14 @@ fn made(root: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failur
         };
         let mut command = Command::new(cargo());
         command.args(["run", "--quiet", "--locked", "--package", "proveout", "--"]).current_dir(root);
-        let more = if wanted.check { run.check.as_str() } else { "" };
-        for word in run.command.split_whitespace().chain(more.split_whitespace()) {
+        for word in run.command.split_whitespace() {
             match (&data, word) {
                 (Some(data), "DATA") => command.arg(data),
                 _ => command.arg(word),
             };
         }
         command.arg("--out").arg(&folder);
-        println!("proveout {} {more}", run.command);
+        println!("proveout {}", run.command);
         let output = command.output().map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
         // 1: the verdict is fail or unchecked, which is a result.
         if !matches!(output.status.code(), Some(0 | 1)) {
@@ -238,14 +250,13 @@ fn text_of(page: &Page, marker: &Marker, results: &BTreeMap<String, Value>) -> R
     marker.text(found.map_err(fault)?).map(Some).map_err(fault)
 }
 
-fn compare(runs: &[Run], pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, Failure> {
+fn compare(pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, Failure> {
     let (mut count, mut faults) = (0, Vec::new());
     for (page, marker) in pages.iter().flat_map(|p| p.markers.iter().map(move |m| (p, m))) {
         let Some(now) = text_of(page, marker, results)? else { continue };
         count += 1;
         let said = &page.text[marker.span.clone()];
-        let coarser = runs.iter().any(|r| r.name == marker.run && !r.check.is_empty());
-        if !marker.agree(said, &now, marker.of_surface() && coarser) {
+        if !marker.agree(said, &now) {
             faults.push(format!("{}:{}: {} of {}: the page says {said}, the run {now}", page.name, marker.line, marker.key, marker.run));
         }
     }
@@ -282,7 +293,7 @@ fn write(root: &Path, runs: &[Run], pages: &[Page], results: &BTreeMap<String, V
 mod tests {
     use super::*;
 
-    const REGISTERED: &str = "[[run]]\nname = \"r\"\ncommand = \"run scenes/s\"\ncheck = \"--resolution-mm 2\"\n";
+    const REGISTERED: &str = "[[run]]\nname = \"r\"\ncommand = \"run scenes/s\"\n";
 
     fn page(text: &str) -> Page {
         Page { name: "p.md".into(), text: text.into(), markers: markers("p.md", text).expect("figures") }
@@ -296,11 +307,11 @@ mod tests {
     }
 
     #[test]
-    fn a_run_without_figures_and_a_figure_without_run_or_bound_are_faults() {
+    fn a_run_without_figures_a_figure_without_run_and_a_bound_on_motion_are_faults() {
         let runs = registry(REGISTERED).expect("a run");
         let told = |text: &str| well_named(&runs, &[page(text)]).expect_err(text).0;
         assert!(told("<!--= q time.total_s .1 -->1<!--/-->").contains("no run \"q\""));
-        assert!(told("<!--= r deviation.rms_mm .1 -->1<!--/-->").contains("how far"));
+        assert!(told("<!--= r time.total_s .1 +-1 -->1<!--/-->").contains("compared exactly"));
         assert!(well_named(&runs, &[]).expect_err("no figure").0.contains("no page has"));
         well_named(&runs, &[page("<!--= r deviation.rms_mm .1 +-1 -->1<!--/-->")]).expect("in order");
         assert!(registry("[[run]]\nname = \"r\"\ncommand = \"run s\"\nlong = true\n").expect_err("undated").0.contains("made"));
@@ -309,15 +320,14 @@ mod tests {
 
     #[test]
     fn what_differs_is_told_with_its_page_and_line() {
-        let runs = registry(REGISTERED).expect("a run");
         let results = |total: f64, rms: f64| {
             let result = serde_json::json!({"time": {"total_s": total}, "deviation": {"rms_mm": rms}});
             BTreeMap::from([("r".to_owned(), result)])
         };
         let text = "\n<!--= r time.total_s .1 -->5.0<!--/--> s, <!--= r deviation.rms_mm .1um +-0.3 -->2.0<!--/--> µm\n";
         let pages = [page(text)];
-        assert_eq!(compare(&runs, &pages, &results(5.0, 0.0022)).expect("agrees"), "2 figures are those of their runs");
-        let Failure(told) = compare(&runs, &pages, &results(5.1, 0.0024)).expect_err("differs");
+        assert_eq!(compare(&pages, &results(5.0, 0.0022)).expect("agrees"), "2 figures are those of their runs");
+        let Failure(told) = compare(&pages, &results(5.1, 0.0024)).expect_err("differs");
         assert!(told.contains("p.md:2: time.total_s of r: the page says 5.0, the run 5.1"), "{told}");
         assert!(told.contains("rms_mm") && told.contains("remedy: cargo xtask figures"), "{told}");
     }
