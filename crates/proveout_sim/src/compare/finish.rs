@@ -257,7 +257,7 @@ fn axis_gains(base: &ProgramFigures, own: &ProgramFigures) -> BTreeMap<String, A
 
 /// Fail beats unchecked beats pass, over the programs, the criteria, and the published values that the scene gives a band: a
 /// value without one is shown and not judged.
-fn overall(comparison: &Comparison) -> State {
+pub(super) fn overall(comparison: &Comparison) -> State {
     let programs = comparison.programs.values().map(|p| p.verdict);
     let banded = comparison.published.iter().filter(|p| p.band.is_some()).map(|p| p.state);
     let states = programs.chain(comparison.expectations.iter().map(|e| e.state)).chain(banded);

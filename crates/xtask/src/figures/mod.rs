@@ -13,7 +13,10 @@ use std::{
 use serde_json::Value;
 
 use self::marker::{Marker, filled, markers, value};
-use crate::{Failure, files, workspace::cargo};
+use crate::{
+    Failure, files,
+    workspace::{Workspace, cargo},
+};
 
 /// Where the runs stand.
 const REGISTRY: &str = "docs/figures.toml";
@@ -80,10 +83,11 @@ pub(crate) fn run(root: &Path, wanted: &Wanted) -> Result<String, Failure> {
         return Err(Failure(format!("{REGISTRY} has no run {unknown:?}")));
     }
     let chosen = |r: &&Run| if wanted.runs.is_empty() { !r.long } else { wanted.runs.contains(&r.name) };
+    let program = program(root)?;
     let mut results: BTreeMap<String, Value> = BTreeMap::new();
     let mut left_out = Vec::new();
     for run in runs.iter().filter(chosen) {
-        match made(root, run, wanted)? {
+        match made(root, &program, run, wanted)? {
             Some(mut result) => {
                 let today = if wanted.check || !run.long { run.made.clone() } else { commit_and_day(root)? };
                 result["@command"] = format!("proveout {}", run.command).into();
@@ -195,13 +199,23 @@ fn well_named(runs: &[Run], pages: &[Page]) -> Result<(), Failure> {
     if faults.is_empty() { Ok(()) } else { Err(Failure(faults.join("\n"))) }
 }
 
+/// The product as the tests build it, so that `ci` builds it once.
+fn program(root: &Path) -> Result<PathBuf, Failure> {
+    let build = ["test", "--quiet", "--workspace", "--locked", "--no-run", "--test", "command_lines"];
+    let status = Command::new(cargo()).args(build).current_dir(root).status();
+    if !status.map_err(|e| Failure(format!("cannot start cargo: {e}")))?.success() {
+        return Err(Failure("the product could not be built".into()));
+    }
+    Ok(Workspace::read(root)?.target.join("debug").join(format!("proveout{}", std::env::consts::EXE_SUFFIX)))
+}
+
 /// Where a run lies.
 fn folder(root: &Path, run: &Run) -> PathBuf {
     root.join("target/figures").join(&run.name)
 }
 
 /// The result of a run; none where its data set is not beside the checkout.
-fn made(root: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failure> {
+fn made(root: &Path, program: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failure> {
     let folder = folder(root, run);
     let result = folder.join(if run.command.starts_with("compare") { "compare.json" } else { "verdict.json" });
     if !(wanted.kept && result.is_file()) {
@@ -213,8 +227,8 @@ fn made(root: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failur
                 Some(found)
             }
         };
-        let mut command = Command::new(cargo());
-        command.args(["run", "--quiet", "--locked", "--package", "proveout", "--"]).current_dir(root);
+        let mut command = Command::new(program);
+        command.current_dir(root);
         for word in run.command.split_whitespace() {
             match (&data, word) {
                 (Some(data), "DATA") => command.arg(data),
@@ -223,7 +237,7 @@ fn made(root: &Path, run: &Run, wanted: &Wanted) -> Result<Option<Value>, Failur
         }
         command.arg("--out").arg(&folder);
         println!("proveout {}", run.command);
-        let output = command.output().map_err(|e| Failure(format!("cannot start cargo: {e}")))?;
+        let output = command.output().map_err(|e| Failure(format!("cannot start {}: {e}", program.display())))?;
         // 1: the verdict is fail or unchecked, which is a result.
         if !matches!(output.status.code(), Some(0 | 1)) {
             let told = String::from_utf8_lossy(&output.stderr).into_owned();
