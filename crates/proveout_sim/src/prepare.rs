@@ -17,6 +17,7 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    machine_data::with_machine,
     part_on_table::PartOnTable,
     programs,
     raw_stock::{self, StockMemory},
@@ -152,7 +153,7 @@ impl Prepared {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let nc_settings = Self::running_settings(&scene, entry, &tools)?;
+        let nc_settings = Self::running_settings(&scene, entry, &tools, &machine)?;
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
@@ -204,7 +205,7 @@ impl Prepared {
         })
     }
 
-    /// Settings of a reader as a run has them: offsets, dialect, and contours as paths of the tool center.
+    /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
     ///
     /// # Errors
     /// A dialect that is not known.
@@ -212,9 +213,10 @@ impl Prepared {
         scene: &Scene,
         entry: Option<&ProgramFile>,
         tools: &ToolLibrary,
+        machine: &Machine,
     ) -> Result<NcSettings, ConfigError> {
         let compensation = Compensation::ToolCenter(tool_radii(tools));
-        Ok(NcSettings { compensation, ..Self::reader_settings(scene, entry)? })
+        Ok(NcSettings { compensation, ..with_machine(Self::reader_settings(scene, entry)?, machine) })
     }
 
     /// The text that runs, as findings name it.
@@ -264,7 +266,9 @@ impl Prepared {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
             length_active_after_change: length_active_after_change(dialect),
+            length_in_machine_coordinates: length_in_machine_coordinates(dialect),
             ..defaults
         }
     }
@@ -301,6 +305,12 @@ fn made_file(program: &str) -> String {
 fn model_of(machine_file: &Path) -> Option<PathBuf> {
     let table: toml::Table = toml::from_str(&std::fs::read_to_string(machine_file).ok()?).ok()?;
     Some(machine_file.with_file_name(table.get("model")?.as_str()?))
+}
+
+/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
+/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
+fn length_in_machine_coordinates(dialect: Dialect) -> bool {
+    !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
