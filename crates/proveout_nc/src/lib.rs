@@ -19,8 +19,7 @@
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!
 //! **Limits.** The README says word by word what each dialect supports. Rounding of corners is handed on as a tolerance. What
-//! a machine builder puts behind an M word is named in a note and not executed. Cutter radius compensation checks only blocks
-//! that follow each other.
+//! a machine builder puts behind an M word is named in a note and not executed.
 
 /// The example of the README.
 #[cfg(doctest)]
@@ -35,6 +34,7 @@ mod diagnostic;
 mod dialect;
 mod frame;
 mod json;
+mod overcut;
 pub mod post;
 
 mod program;
@@ -48,5 +48,6 @@ pub use command::*;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
+pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
 use proveout_geom::{Pose, deg};
 use proveout_machine::{JointKind, JointValues};
-use proveout_nc::SpindleDirection;
+use proveout_nc::{Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::{Patch, SweepItem, SweepReport, TileId, TriDexel};
 use proveout_tool::{Role, Tool};
 
@@ -471,6 +471,10 @@ impl<'a> Engine<'a> {
                     "the probing motion runs to its end: what the probe finds is not known".into(),
                 ),
                 Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
+                Event::Overcut { time, location, overcut, .. } => {
+                    self.log.push(overcut_finding(*time, location, overcut));
+                    continue;
+                }
                 _ => continue,
             };
             let mut f = found;
@@ -549,6 +553,21 @@ impl<'a> Engine<'a> {
             engagement: sum.engagement,
         })
     }
+}
+
+/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
+/// reader and not that of the block under way.
+fn overcut_finding(time: f64, location: &Location, overcut: &Overcut) -> Finding {
+    let code = match overcut.kind.weight() {
+        OvercutWeight::Error => &finding::OVERCUT,
+        OvercutWeight::Warning => &finding::CONTOUR_TOUCHED,
+        OvercutWeight::Info => &finding::NOTE,
+    };
+    let mut f = FindingLog::of(code, overcut.to_string());
+    (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
+    f.time_s = Some(time);
+    f.penetration_mm = Some(overcut.depth);
+    f
 }
 
 /// Signals beside the samples: those of the piece that holds the sample. `last` carries the piece that reaches over the

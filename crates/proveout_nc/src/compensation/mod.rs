@@ -63,9 +63,12 @@
 mod blocks;
 pub(crate) mod contour;
 mod corner;
+mod distance;
 mod emit;
 mod faults;
+mod overcut;
 mod plane;
+mod stretch;
 #[cfg(test)]
 mod tests;
 
@@ -74,6 +77,7 @@ use std::collections::VecDeque;
 use contour::{Element, Point};
 pub(crate) use faults::line_of;
 use plane::Plane;
+use stretch::Stretch;
 
 pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
 
@@ -96,12 +100,18 @@ struct Pending {
     element: Element,
     /// Offset to the left at its end, mm.
     offset: f64,
+    /// The smaller of those at its start and its end, mm.
+    least_offset: f64,
+    /// Where the tool center begins it.
+    from: Point,
     /// What the corner at its start has left of it, in the unit of [`Element::extent`].
     rest: f64,
     /// It leads onto the contour.
     entry: bool,
     feed: Option<Feed>,
     style: CompStyle,
+    /// Least and greatest height of the tip over the plane, mm, where they are known.
+    heights: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +138,12 @@ pub(crate) struct Compensated {
     /// Tool center minus programmed point, in the plane.
     residual: Point,
     pending: Option<Pending>,
+    /// Contour and path since compensation was switched on.
+    stretch: Stretch,
+    /// Behind G40: the same, for the exit, and where the tool center stands.
+    leaving: Option<(Stretch, Point)>,
+    /// Heights of the tip over the plane in the motion under way, mm.
+    heights: Option<[f64; 2]>,
     /// With KONT, behind G40: end of the contour, tangent and offset there.
     exit: Option<(Point, Point, f64)>,
     /// Commands behind the pending block that do not move in the plane.
@@ -167,6 +183,9 @@ impl Compensated {
             plane: None,
             residual: [0.0; 2],
             pending: None,
+            stretch: Stretch::default(),
+            leaving: None,
+            heights: None,
             exit: None,
             held: Vec::new(),
             frame: Frame::IDENTITY,

@@ -101,6 +101,9 @@ impl Interpreter {
             };
             self.emit(Op::CutterComp(CutterComp { side: told, offset: None, radius: None }));
         }
+        if side == Side::Off {
+            self.state.look_ahead = 1;
+        }
         self.state.side = Some(side);
     }
 
