@@ -1,7 +1,8 @@
 //! From one block of the contour to the next: where the path of the tool center leaves the first and enters the second.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use super::crumb;
 use super::contour::{
     self, Element, Meeting, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, inside_corner, left, norm, sub,
 };
@@ -129,7 +130,7 @@ pub(super) struct Join {
 
 impl Join {
     /// The first block ends beside its own end, the second begins beside its start.
-    fn beside(end: Point, pieces: Vec<Piece>, start: Point) -> Self {
+    pub(super) fn beside(end: Point, pieces: Vec<Piece>, start: Point) -> Self {
         Self { end, taken: 0.0, pieces, start, used: 0.0 }
     }
 
@@ -144,16 +145,30 @@ impl Join {
     }
 }
 
+/// A block of which the end is looked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Begun {
+    pub(super) element: Element,
+    /// Where the tool center begins it.
+    pub(super) from: Point,
+    /// What is left of it from there, in the unit of [`Element::extent`]; below zero where the tool is past its end.
+    pub(super) rest: f64,
+}
+
 /// Way from one block to the next with the tool `offset` to the left of the motion; none when the tool does not fit into the
-/// corner. `rest`: what is left of the first block. `straight_only`: circles are not possible (rapid motion).
+/// corner. `straight_only`: circles are not possible (rapid motion).
 pub(super) fn join(
-    first: &Element,
+    begun: &Begun,
     second: &Element,
     offset: f64,
-    rest: f64,
     corner: Corner,
     straight_only: bool,
 ) -> Option<Join> {
+    let Begun { element: first, from: _, rest } = begun;
+    let rest = *rest;
+    if rest < -ROUNDING_MM {
+        return crumb::past_end(begun, second, offset, straight_only);
+    }
     let (s, t) = (first.last_tangent(), second.first_tangent());
     let (p, q) = (first.offset_end(offset), second.offset_start(offset));
     let (sine, cosine) = (cross(s, t), dot(s, t));
@@ -165,7 +180,8 @@ pub(super) fn join(
         return inside_corner(first, second, offset, rest)
             .map(Join::at)
             .or_else(|| flat_corner(first, second, offset, rest, turn, true))
-            .or_else(|| gap(first, offset, p, q, turn));
+            .or_else(|| gap(first, offset, p, q, turn))
+            .or_else(|| crumb::swallowed(begun, second, offset));
     }
     if let Some(join) = flat_corner(first, second, offset, rest, turn, false) {
         return Some(join);
@@ -192,7 +208,10 @@ pub(super) fn join(
             if norm(sub(p, beside)) > SAME_POINT_MM {
                 pieces.push(Piece::LineTo(beside));
             }
-            pieces.push(Piece::ArcTo { end: q, counter_clockwise: offset < 0.0, sweep: turn });
+            // At a cusp whose tangents have crossed by rounding, the way around is a little more than half a turn.
+            let crossed = cosine < 0.0 && offset * sine > 0.0;
+            let sweep = if crossed { TAU - turn } else { turn };
+            pieces.push(Piece::ArcTo { end: q, counter_clockwise: offset < 0.0, sweep });
             return Some(Join::beside(p, pieces, q));
         }
     };

@@ -1,7 +1,7 @@
 //! Hands blocks of the contour out as motions of the tool center.
 
-use super::contour::{Element, Point, SAME_POINT_MM, Shape, cross, norm, sub};
-use super::corner::{self, Entry, FeedAt, Join, Piece};
+use super::contour::{Element, Point, ROUNDING_MM, SAME_POINT_MM, Shape, cross, norm, sub};
+use super::corner::{self, Begun, Entry, FeedAt, Join, Piece};
 use super::plane::Plane;
 use super::stretch::{Role, Way};
 use super::{Compensated, Fault, Pending, State, motion_mut, motion_of};
@@ -29,10 +29,11 @@ impl Compensated {
                 ));
             }
             None => {
-                let end = pending.element.offset_end(offset);
+                let past = pending.rest < -ROUNDING_MM;
+                let end = if past { pending.from } else { pending.element.offset_end(offset) };
                 let follow = self.reader.comp_style().unwrap_or(self.default_style).follow_contour;
                 self.exit = follow.then(|| (pending.element.end, pending.element.last_tangent(), offset));
-                Join::end_at(end)
+                Join { taken: if past { pending.rest } else { 0.0 }, ..Join::end_at(end) }
             }
             Some((element, _)) if pending.entry && pending.style.entry == Entry::Perpendicular => {
                 if pending.style.follow_contour {
@@ -47,7 +48,8 @@ impl Compensated {
             Some((element, command)) => {
                 let rapid = matches!(command.op, Op::Rapid(_));
                 let corner = self.reader.comp_style().unwrap_or(self.default_style).corner;
-                corner::join(&pending.element, element, offset, pending.rest, corner, rapid)
+                let begun = Begun { element: pending.element, from: pending.from, rest: pending.rest };
+                corner::join(&begun, element, offset, corner, rapid)
                     .ok_or_else(|| self.too_large(&pending, element, &command.location))?
             }
         };

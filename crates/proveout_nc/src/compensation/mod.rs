@@ -63,6 +63,7 @@
 mod blocks;
 pub(crate) mod contour;
 mod corner;
+mod crumb;
 mod distance;
 mod emit;
 mod faults;

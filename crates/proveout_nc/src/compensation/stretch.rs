@@ -9,9 +9,9 @@ use super::contour::{Element, Point, Shape, norm, sub};
 use super::distance::{self, Bounds};
 use crate::Location;
 
-/// Least depth of a cut into the contour that is one, mm. Rounding of intersections and the points that are taken as one
-/// stay below a hundredth of it.
-pub(super) const GOUGE_MM: f64 = 1e-4;
+/// Least depth of a cut into the contour that is one, mm: above the crumbs that the tool passes. Rounding of intersections
+/// and the points that are taken as one stay below a thousandth of it.
+pub(super) const GOUGE_MM: f64 = 1e-3;
 /// Blocks that are kept for the check; the path is held against so many before and behind it.
 pub(super) const WINDOW: usize = 100_000;
 

@@ -87,7 +87,8 @@ impl Chain {
 }
 
 /// A chain of any lines and arcs: corners of all angles, near-tangent ones of 1e-9 to 0.05 radian, cusps, reversals, arcs
-/// about as large as the tool, tiny blocks, full circles. It may cross itself, and be narrower than the tool anywhere.
+/// about as large as the tool, tiny blocks, full circles. It may cross itself, and be narrower than the tool anywhere. In
+/// three of four, inside corners and inside arcs that are too small are rare, so that the tool often fits.
 pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Contour {
     let radius = random.scale(0.1, 10.0);
     let left = random.chance(0.5);
@@ -98,7 +99,11 @@ pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Con
     let start = chain.at;
     let first_heading = chain.heading;
     let mut visit = |name: &'static str| *visits.entry(name).or_default() += 1;
-    for index in 0..2 + random.below(7) {
+    // Turns to this side are outside corners.
+    let outside = if left { -1.0 } else { 1.0 };
+    let mild = random.chance(0.75);
+    let side = |random: &mut Random| if mild && random.chance(0.95) { outside } else { random.sign() };
+    for index in 0..1 + random.below(6) {
         if index > 0 {
             let turn = match random.below(10) {
                 0 | 1 => {
@@ -107,7 +112,8 @@ pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Con
                 }
                 2 | 3 => {
                     visit("joint: near-tangent, 1e-9 to 0.05 rad");
-                    random.sign() * random.scale(1e-9, 0.05)
+                    let sign = random.sign();
+                    sign * random.scale(1e-9, if mild && sign != outside { 0.005 } else { 0.05 })
                 }
                 4 => {
                     visit("joint: reversal");
@@ -115,15 +121,19 @@ pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Con
                 }
                 5 => {
                     visit("joint: near reversal, 1e-9 to 0.05 rad");
-                    PI - random.sign() * random.scale(1e-9, 0.05)
+                    side(random) * (PI - random.sign() * random.scale(1e-9, 0.05))
                 }
                 _ => {
                     visit("joint: any angle");
-                    random.range(-PI, PI)
+                    let sign = side(random);
+                    sign * random.range(0.0, if mild { if sign == outside { 2.0 } else { 1.0 } } else { PI })
                 }
             };
             chain.heading += turn;
         }
+        // The smallest inside radius in a mild contour.
+        let least = |sign: f64, low: f64| if mild && sign != outside { 1.05 } else { low };
+        let longest = if mild && random.chance(0.8) { 2.0 } else { 0.95 * TAU };
         match random.below(10) {
             0 => {
                 visit("block: tiny line");
@@ -131,34 +141,37 @@ pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Con
             }
             1..=3 => {
                 visit("block: line");
-                chain.line(radius * random.scale(0.2, 20.0));
+                chain.line(radius * random.scale(if mild { 2.0 } else { 0.2 }, 20.0));
             }
             4 => {
                 visit("block: arc about as large as the tool");
-                let off = random.sign() * random.scale(1e-6, 0.3);
-                chain.arc(radius * (1.0 + off), random.sign() * random.range(0.05, 0.95 * TAU));
+                let (sign, off) = (side(random), random.scale(1e-6, 0.3));
+                let off = if mild && sign != outside { off } else { random.sign() * off };
+                chain.arc(radius * (1.0 + off), sign * random.range(0.05, longest));
             }
             5 => {
                 visit("block: small arc");
-                chain.arc(radius * random.scale(0.05, 0.9), random.sign() * random.range(0.05, 0.95 * TAU));
+                chain.arc(radius * random.scale(0.05, 0.9), side(random) * random.range(0.05, longest));
             }
             6 if full_circles => {
                 visit("block: full circle");
-                chain.arc(radius * random.scale(0.5, 10.0), random.sign() * TAU);
+                let sign = random.sign();
+                chain.arc(radius * random.scale(least(sign, 0.5), 10.0), sign * TAU);
             }
             7 => {
                 // Two arcs that leave their corner the way they came: the figure of a heart or of two bumps.
                 visit("block: two arcs with a cusp");
-                let side = random.sign();
-                let (a, b) = (radius * random.scale(0.5, 10.0), radius * random.scale(0.5, 10.0));
-                chain.arc(a, side * random.range(0.3, 3.0));
+                let sign = side(random);
+                let radii = [0; 2].map(|_| radius * random.scale(least(sign, 0.5), 10.0));
+                chain.arc(radii[0], sign * random.range(0.3, 3.0));
                 chain.heading += PI;
-                let same = if random.chance(0.8) { side } else { -side };
-                chain.arc(b, same * random.range(0.3, 3.0));
+                let same = if random.chance(0.8) { sign } else { -sign };
+                chain.arc(radii[1], same * random.range(0.3, 3.0));
             }
             _ => {
                 visit("block: arc");
-                chain.arc(radius * random.scale(0.5, 20.0), random.sign() * random.range(0.05, 0.95 * TAU));
+                let sign = random.sign();
+                chain.arc(radius * random.scale(least(sign, 0.5), 20.0), sign * random.range(0.05, longest));
             }
         }
     }

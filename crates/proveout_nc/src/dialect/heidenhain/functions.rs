@@ -126,6 +126,7 @@ impl Interpreter {
                 120 => {
                     let blocks = m.value.map(|value| self.variables.value(value, m.span)).transpose()?;
                     self.state.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
+                    self.state.look_ahead_ended = false;
                     self.note("M120");
                 }
                 126 => self.state.shortest = true,

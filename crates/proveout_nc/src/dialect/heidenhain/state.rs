@@ -56,6 +56,8 @@ pub(crate) struct State {
     pub(crate) departing: Option<super::words::Side>,
     /// M120 LA: blocks that the control looks ahead for undercuts, while compensation is on.
     pub(crate) look_ahead: usize,
+    /// R0 came since.
+    pub(crate) look_ahead_ended: bool,
     pub(crate) approach: Option<super::approach::Approach>,
     pub(crate) corner: Option<Corner>,
     pub(crate) pending_cycle: Option<OldCycle>,
@@ -106,6 +108,7 @@ impl State {
             feed_before: None,
             departing: None,
             look_ahead: 1,
+            look_ahead_ended: false,
             approach: None,
             corner: None,
             pending_cycle: None,
