@@ -98,14 +98,19 @@ impl fmt::Display for Overcut {
                 write!(f, "the tool of radius {radius} mm does not fit between this contour and that of line {line}")?;
             }
             OvercutKind::Above => {
-                write!(f, "the tool of radius {radius} mm runs above the contour of line {line}, between both it does not fit")?;
+                write!(
+                    f,
+                    "the tool of radius {radius} mm runs above the contour of line {line}, between both it does not fit"
+                )?;
             }
             OvercutKind::ContourEnd => {
                 write!(f, "the tool of radius {radius} mm runs into the open end of the contour in line {line}")?;
             }
             OvercutKind::Entry => write!(f, "the move onto the contour cuts the contour of line {line}")?,
             OvercutKind::Exit => write!(f, "the move off the contour cuts the contour of line {line}")?,
-            OvercutKind::Overlap => write!(f, "the contour runs over its own part of line {line}, which the tool cuts")?,
+            OvercutKind::Overlap => {
+                write!(f, "the contour runs over its own part of line {line}, which the tool cuts")?
+            }
         }
         write!(f, ", {depth:.4} mm deep at")?;
         for (axis, letter) in AXIS_LETTERS.iter().enumerate().take(3) {

@@ -99,8 +99,7 @@ impl Compensated {
             return;
         };
         let element = Element { start: *from, end, shape: Shape::Line };
-        let way =
-            Way { element, role: Role::Exit, wall, radius: self.offset.abs(), heights: self.heights, location };
+        let way = Way { element, role: Role::Exit, wall, radius: self.offset.abs(), heights: self.heights, location };
         self.check_exit(&way);
     }
 

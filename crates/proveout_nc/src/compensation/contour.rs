@@ -162,7 +162,13 @@ impl Element {
     pub(crate) fn curvature(&self) -> f64 {
         match self.shape {
             Shape::Line => 0.0,
-            Shape::Arc { radius, counter_clockwise, .. } => if counter_clockwise { 1.0 / radius } else { -1.0 / radius },
+            Shape::Arc { radius, counter_clockwise, .. } => {
+                if counter_clockwise {
+                    1.0 / radius
+                } else {
+                    -1.0 / radius
+                }
+            }
         }
     }
 

@@ -2,10 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use super::crumb;
 use super::contour::{
     self, Element, Meeting, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, inside_corner, left, norm, sub,
 };
+use super::crumb;
 
 /// Sine of the angle between two tangents that are opposite but for rounding.
 const REVERSAL: f64 = 1e-9;
@@ -82,8 +82,11 @@ impl CompStyle {
 
     /// Fanuc: intersection up to a right angle, a chamfer beyond; start-up and cancel of type A.
     /// Three blocks are read ahead (the least that parameter 19625 allows): a block is held against the two behind it.
-    pub(crate) const FANUC: Self =
-        Self { corner: Corner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer }, look_ahead: 2, ..Self::PLAIN };
+    pub(crate) const FANUC: Self = Self {
+        corner: Corner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer },
+        look_ahead: 2,
+        ..Self::PLAIN
+    };
 
     /// `LinuxCNC`: circles; the entry block is a part of the contour.
     pub(crate) const LINUX_CNC: Self = Self { entry: Entry::Parallel, ..Self::PLAIN };
@@ -157,13 +160,7 @@ pub(super) struct Begun {
 
 /// Way from one block to the next with the tool `offset` to the left of the motion; none when the tool does not fit into the
 /// corner. `straight_only`: circles are not possible (rapid motion).
-pub(super) fn join(
-    begun: &Begun,
-    second: &Element,
-    offset: f64,
-    corner: Corner,
-    straight_only: bool,
-) -> Option<Join> {
+pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner, straight_only: bool) -> Option<Join> {
     let Begun { element: first, from: _, rest } = begun;
     let rest = *rest;
     if rest < -ROUNDING_MM {
@@ -278,20 +275,14 @@ fn is_inside(first: &Element, second: &Element, offset: f64) -> bool {
 /// cos(w / 2) - 1)`, about `|o| w^2 / 8`, farther from the corner than the tool radius. Below [`FLAT_MM`] the way around on a
 /// circle would be a piece of a few micrometers that no control can tell from none. Where the equidistants bend
 /// away from their tangents by no more than rounding, the points along them are taken as one; else they are intersected.
-fn flat_corner(
-    first: &Element,
-    second: &Element,
-    offset: f64,
-    rest: f64,
-    turn: f64,
-    inside: bool,
-) -> Option<Join> {
+fn flat_corner(first: &Element, second: &Element, offset: f64, rest: f64, turn: f64, inside: bool) -> Option<Join> {
     if turn > FLAT_TURN || offset.abs() * turn * turn > 8.0 * FLAT_MM {
         return None;
     }
     let reach = offset.abs() * (0.5 * turn).tan();
     let sign = if inside { 1.0 } else { -1.0 };
-    let (on_first, on_second) = (reach / first.offset_radius(offset).unwrap_or(1.0), reach / second.offset_radius(offset).unwrap_or(1.0));
+    let (on_first, on_second) =
+        (reach / first.offset_radius(offset).unwrap_or(1.0), reach / second.offset_radius(offset).unwrap_or(1.0));
     let bends_little = |e: &Element, by: f64| e.shape == Shape::Line || by < FLAT_TURN;
     if !bends_little(first, on_first) || !bends_little(second, on_second) {
         return None;
@@ -315,8 +306,7 @@ fn flat_corner(
 fn gap(first: &Element, offset: f64, p: Point, q: Point, turn: f64) -> Option<Join> {
     let off = norm(sub(p, along(first.end, left(first.last_tangent()), offset)));
     let across = norm(sub(p, q));
-    (off > SAME_POINT_MM && across <= 2.0 * off && turn < FLAT_TURN)
-        .then(|| Join::beside(p, vec![Piece::LineTo(q)], q))
+    (off > SAME_POINT_MM && across <= 2.0 * off && turn < FLAT_TURN).then(|| Join::beside(p, vec![Piece::LineTo(q)], q))
 }
 
 /// What to say about a tool that does not fit: the largest radius that would.

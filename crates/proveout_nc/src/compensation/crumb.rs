@@ -41,8 +41,13 @@ pub(super) fn swallowed(begun: &Begun, second: &Element, offset: f64) -> Option<
     let end = first.offset_end(offset);
     let clear = distance::nearest(second, end).0 >= offset.abs() - CRUMB_MM;
     let used = second.after_start(end, offset);
-    (is_crumb(second) && clear && used >= second.extent())
-        .then(|| Join { end, taken: 0.0, pieces: Vec::new(), start: end, used })
+    (is_crumb(second) && clear && used >= second.extent()).then(|| Join {
+        end,
+        taken: 0.0,
+        pieces: Vec::new(),
+        start: end,
+        used,
+    })
 }
 
 /// The next block where the tool stands past the end of the one before.
@@ -111,7 +116,8 @@ mod tests {
     #[test]
     fn a_step_of_a_micrometer_is_passed() {
         // 10 mm, a crumb that rises by 0.5 um within 1 um, 10 mm on: the tool of 5 mm on the left cannot follow the crumb.
-        let (a, crumb, b) = (line([-10.0, 0.0], [0.0, 0.0]), line([0.0, 0.0], [1e-3, 5e-4]), line([1e-3, 5e-4], [10.0, 5e-4]));
+        let (a, crumb, b) =
+            (line([-10.0, 0.0], [0.0, 0.0]), line([0.0, 0.0], [1e-3, 5e-4]), line([1e-3, 5e-4], [10.0, 5e-4]));
         let begun = |element: Element, from, rest| Begun { element, from, rest };
         let onto = swallowed(&begun(a, [-10.0, 5.0], 10.0), &crumb, 5.0).unwrap();
         assert_eq!((onto.end, onto.start), ([0.0, 5.0], [0.0, 5.0]));

@@ -77,7 +77,8 @@ impl Compensated {
             at = element.end;
             if !rapid {
                 let (wall, location) = (self.stretch.walls.len(), command.location.clone());
-                let way = Way { element, role: Role::Corner, wall, radius: offset.abs(), heights: self.heights, location };
+                let way =
+                    Way { element, role: Role::Corner, wall, radius: offset.abs(), heights: self.heights, location };
                 self.stretch.ways.push(way);
             }
             let op = self.piece(piece, corner_point, offset, &plane, rapid).ok_or_else(|| {

@@ -20,7 +20,7 @@
 //! Where the tool does not fit and the two blocks lie within the look-ahead of the control, the program is refused. Farther
 //! apart the control cuts the contour without an alarm, and so does the twin, which tells it as an error of the contour.
 
-use super::contour::{Element, Point, cross, norm, sub};
+use super::contour::{Element, Point, cross, dot, norm, sub};
 use super::distance::{self, Part};
 use super::stretch::{Cut, Role, Stretch, Way};
 use super::{Compensated, Fault};
@@ -55,10 +55,13 @@ fn kind(stretch: &Stretch, way: &Way, cut: &Cut) -> Option<OvercutKind> {
     if lies_behind(stretch, cut.wall, contact) && !cross_each_other(&own.element, &wall.element) {
         return Some(OvercutKind::Overlap);
     }
+    // Beyond an end that has no neighbor; beside it the tool cuts the block as well.
+    let [start, end] = distance::ends(&wall.element);
+    let beyond = |end: Point, out: Point| dot(sub(cut.center, end), out) > TOUCH;
     let free = match distance::nearest(&wall.element, cut.center).2 {
         Part::Inside => false,
-        Part::Start => cut.wall == 0,
-        Part::End => cut.wall + 1 == walls.len(),
+        Part::Start => cut.wall == 0 && beyond(start, wall.element.first_tangent().map(|v| -v)),
+        Part::End => cut.wall + 1 == walls.len() && beyond(end, wall.element.last_tangent()),
     };
     Some(if free {
         OvercutKind::ContourEnd
@@ -138,13 +141,14 @@ impl Compensated {
 
     fn judge(&self, stretch: &Stretch) -> Result<Vec<Command>, Fault> {
         let mut places: Vec<Place> = Vec::new();
+        let mut refused: Option<Cut> = None;
         for cut in stretch.cuts() {
             let Some(way) = stretch.ways.get(cut.way) else { continue };
             let Some(kind) = kind(stretch, way, &cut) else { continue };
             if kind == OvercutKind::Narrow {
                 let later = stretch.walls.get(way.wall.max(cut.wall));
                 if later.is_some_and(|wall| apart(way, &cut) <= wall.look_ahead) {
-                    return Err(self.does_not_fit(stretch, way, &cut));
+                    refused = refused.filter(|worst| worst.depth >= cut.depth).or(Some(cut));
                 }
             }
             let told = places.iter().filter(|place| place.kind == kind).count();
@@ -162,6 +166,11 @@ impl Compensated {
                 }
                 None => places.push(Place { kind, worst: cut, blocks: 1, last_wall: way.wall }),
             }
+        }
+        if let Some(cut) = refused
+            && let Some(way) = stretch.ways.get(cut.way)
+        {
+            return Err(self.does_not_fit(stretch, way, &cut));
         }
         let tell = |place: &Place| {
             let way = stretch.ways.get(place.worst.way)?;

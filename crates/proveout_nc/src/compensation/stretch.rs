@@ -177,3 +177,40 @@ impl Tree {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn a_long_stretch_forgets_its_older_half_and_tells_nothing_twice() {
+        // A wall along X in blocks of 1 mm; the way beside it is 2 mm off and cuts nothing, but for one that is 1 mm off.
+        let location = Location { file: Arc::from("x"), line: 1, column: 1, length: 1, depth: 0 };
+        let line = |x: f64, y: f64| Element { start: [x, y], end: [x + 1.0, y], shape: Shape::Line };
+        let mut stretch = Stretch::default();
+        let mut add = |stretch: &mut Stretch, index: usize, y: f64| {
+            let (x, wall, location) = (index as f64, stretch.walls.len(), location.clone());
+            let way = Way { element: line(x, y), role: Role::Block, wall, radius: 2.0, heights: None, location };
+            let location = way.location.clone();
+            let element = line(x, 0.0);
+            stretch.walls.push(Wall { element, offset: 2.0, location, in_feed: true, heights: None, look_ahead: 1 });
+            stretch.ways.push(way);
+        };
+        for index in 0..2 * WINDOW {
+            assert!(!stretch.is_full());
+            add(&mut stretch, index, if index == WINDOW + 5 { 1.0 } else { 2.0 });
+        }
+        assert!(stretch.is_full());
+        let cuts = stretch.cuts();
+        // Its own block, and those on both sides that come nearer than 2 mm: ends 1 mm beside it are sqrt(2) away.
+        assert_eq!(cuts.iter().map(|c| c.wall).collect::<Vec<_>>(), (WINDOW + 3..=WINDOW + 7).collect::<Vec<_>>());
+        assert!((cuts[2].depth - 1.0).abs() < 1e-12 && (cuts[1].depth - 1.0).abs() < 1e-12);
+        stretch.forget();
+        assert_eq!((stretch.walls.len(), stretch.ways.len()), (WINDOW, WINDOW));
+        assert!(stretch.cuts().is_empty(), "told before");
+        add(&mut stretch, 2 * WINDOW, 1.5);
+        assert_eq!(stretch.cuts().iter().map(|c| c.wall).collect::<Vec<_>>(), [WINDOW - 2, WINDOW - 1, WINDOW]);
+        assert!(stretch.cuts().iter().all(|c| c.way == WINDOW));
+    }
+}

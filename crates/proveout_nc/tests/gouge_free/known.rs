@@ -127,7 +127,8 @@ fn near_tangent_corners_leave_no_spikes_and_no_crumbs() {
                 let up = if left { 1.0 } else { -1.0 };
                 let headings = [-first * 20.0 / 30.0, turn + second * 20.0 / 30.0];
                 let off = |p: Point, h: f64| [p[0] - up * 12.0 * h.sin(), p[1] + up * 12.0 * h.cos()];
-                let c = contour(off(start, headings[0]), start, vec![one, two], off(two.end(), headings[1]), left, radius);
+                let c =
+                    contour(off(start, headings[0]), start, vec![one, two], off(two.end(), headings[1]), left, radius);
                 let form = Form::plain(dialect);
                 let read = form.read(&form.text(&c), Some(radius)).unwrap();
                 if dialect == Dialect::Siemens840d && radius > 1.0 {
@@ -138,7 +139,10 @@ fn near_tangent_corners_leave_no_spikes_and_no_crumbs() {
                 // Pieces of their own only where the tool would swerve by 1e-5 mm without them: one arc, or two lines of half
                 // its length. The path never turns by more than the corner and what the equidistants bend beside it.
                 let shortest = inner.iter().map(|(_, s)| s.length()).fold(f64::INFINITY, f64::min);
-                assert!(shortest > 0.49 * (8e-5 * radius).sqrt(), "{shortest} {w} {side} {first} {second} {dialect:?} {read:?}");
+                assert!(
+                    shortest > 0.49 * (8e-5 * radius).sqrt(),
+                    "{shortest} {w} {side} {first} {second} {dialect:?} {read:?}"
+                );
                 let entry = usize::from(dialect == Dialect::LinuxCnc);
                 let all = turns(&read);
                 for turn in &all[1 + entry.min(all.len() - 2)..all.len() - 1] {
@@ -165,16 +169,19 @@ fn keyhole(width: f64, radius: f64, arcs: usize) -> Contour {
 #[test]
 fn a_narrow_place_within_the_look_ahead_is_refused_and_told_beyond() {
     for dialect in DIALECTS {
-        for (ahead, arcs) in [(false, 1), (false, 2), (false, 3), (false, 4), (true, 1), (true, 2), (true, 3), (true, 4)] {
+        for (ahead, arcs) in [(false, 1), (false, 2), (false, 3), (false, 4), (true, 3), (true, 4), (true, 5)] {
             let form = Form { ahead, ..Form::plain(dialect) };
             let read = taken(&form, &keyhole(4.1, 2.0, arcs));
             assert!(kinds(&read).is_empty(), "{dialect:?} {read:?}");
-            // A wall of the neck and the arc that comes back to the other lie as many blocks apart as there are arcs.
+            // The corner at the end of the neck belongs to the first arc too, and cuts the last one.
             let narrow = keyhole(3.0, 2.0, arcs);
-            if form.look_ahead() >= arcs {
+            if form.look_ahead() + 1 >= arcs {
                 let error = form.read(&form.text(&narrow), Some(2.0)).unwrap_err();
                 assert!(error.code == "nc-compensation" && error.message.contains("does not fit: beside"), "{error}");
-                assert!(error.message.contains("cuts 1.0000 mm into the contour of line"), "{error}");
+                // On the way around the corner of the neck; the tangents of a Fanuc meet beyond it.
+                let fanuc = matches!(dialect, Dialect::Fanuc | Dialect::Haas | Dialect::Iso);
+                let depth = if fanuc && arcs == 3 { "0.2241" } else { "1.0000" };
+                assert!(error.message.contains(&format!("cuts {depth} mm into the contour of line")), "{error}");
                 assert!(error.help.unwrap().contains("smaller tool"));
                 continue;
             }
@@ -272,8 +279,9 @@ fn heights_and_rapid_motions_are_told_apart() {
     let above = of(slot(turn, "Z5"), 4.0).unwrap();
     assert!(above.contains(&OvercutKind::Above), "{above:?}");
     // Way back at rapid rate, high over the first wall: nothing is cut, and nothing stands there that could be.
-    let rapid = slot(turn, "").replace("\nX60 \nX30\nX-10\n", "\nG0 X60\nX30\nX-10\n");
-    assert!(!of(rapid, 4.0).unwrap().contains(&OvercutKind::Narrow));
+    let rapid = slot("Y-10\nX110\nY16\nX90\nG0 Y6", "").replace("G40", "G40 G1");
+    let rapid = form.read(&rapid, Some(4.0)).unwrap();
+    assert!(!inner(&rapid).contains(&OvercutKind::Narrow), "{rapid:?}");
 }
 
 #[test]

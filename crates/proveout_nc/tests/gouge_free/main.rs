@@ -185,7 +185,8 @@ fn wild_contours_are_gouge_free_or_refused_or_told() {
         let text = form.text(&contour);
         let share = shares.entry(form.dialect.name()).or_default();
         // Circles at outside corners, and an entry that is no block of the contour.
-        let judged = matches!(form.dialect, Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt);
+        let judged =
+            matches!(form.dialect, Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt);
         let fits = judged && !form.intersection && surely_fits(&form, &contour, &walls(&form, &text));
         share.surely_fits += u64::from(fits);
         match form.read(&text, Some(contour.radius)) {
@@ -203,7 +204,8 @@ fn wild_contours_are_gouge_free_or_refused_or_told() {
                 assert!(!fits, "refused, though the tool fits: {error}\nradius {}\n{text}", contour.radius);
                 assert!(error.line > 0 && error.help.is_some(), "{error:?}\n{text}");
                 let words = ["does not fit into", "does not fit between", "does not fit: beside", "entry move is"];
-                let why = words.iter().find(|w| error.message.contains(**w)).unwrap_or_else(|| panic!("{error}\n{text}"));
+                let why =
+                    words.iter().find(|w| error.message.contains(**w)).unwrap_or_else(|| panic!("{error}\n{text}"));
                 *share.refused.entry((*why).to_owned()).or_default() += 1;
             }
         }

@@ -9,14 +9,14 @@ use crate::shape::{Point, Shape, far};
 
 /// One block of a contour.
 #[derive(Clone, Copy, Debug)]
-pub enum Block {
+pub(crate) enum Block {
     Line(Point),
     /// End, center, counter-clockwise.
     Arc(Point, Point, bool),
 }
 
 impl Block {
-    pub fn end(&self) -> Point {
+    pub(crate) fn end(&self) -> Point {
         match self {
             Self::Line(end) | Self::Arc(end, ..) => *end,
         }
@@ -25,34 +25,34 @@ impl Block {
 
 /// A contour with its tool, entry and exit.
 #[derive(Clone, Debug)]
-pub struct Contour {
-    pub from: Point,
-    pub start: Point,
-    pub blocks: Vec<Block>,
-    pub to: Point,
-    pub left: bool,
-    pub radius: f64,
+pub(crate) struct Contour {
+    pub(crate) from: Point,
+    pub(crate) start: Point,
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) to: Point,
+    pub(crate) left: bool,
+    pub(crate) radius: f64,
     /// Digits behind the decimal point.
-    pub digits: usize,
+    pub(crate) digits: usize,
 }
 
 /// How a contour is written.
 #[derive(Clone, Copy, Debug)]
-pub struct Form {
-    pub dialect: Dialect,
+pub(crate) struct Form {
+    pub(crate) dialect: Dialect,
     /// Normal of the working plane: 2 for G17, 1 for G18, 0 for G19.
-    pub normal: usize,
+    pub(crate) normal: usize,
     /// Siemens: G451.
-    pub intersection: bool,
+    pub(crate) intersection: bool,
     /// Siemens: mirrored in the first axis of the plane.
-    pub mirrored: bool,
+    pub(crate) mirrored: bool,
     /// Siemens: CDON; Heidenhain: M120 LA 3.
-    pub ahead: bool,
+    pub(crate) ahead: bool,
     /// Motions along the tool axis and dwells between the blocks.
-    pub between: bool,
+    pub(crate) between: bool,
 }
 
-pub const DIALECTS: [Dialect; 8] = [
+pub(crate) const DIALECTS: [Dialect; 8] = [
     Dialect::Siemens840d,
     Dialect::Fanuc,
     Dialect::Haas,
@@ -64,12 +64,12 @@ pub const DIALECTS: [Dialect; 8] = [
 ];
 
 impl Form {
-    pub fn plain(dialect: Dialect) -> Self {
+    pub(crate) fn plain(dialect: Dialect) -> Self {
         Self { dialect, normal: 2, intersection: false, mirrored: false, ahead: false, between: false }
     }
 
     /// Blocks that the control looks ahead, as the README says.
-    pub fn look_ahead(&self) -> usize {
+    pub(crate) fn look_ahead(&self) -> usize {
         match self.dialect {
             Dialect::Siemens840d | Dialect::Heidenhain if self.ahead => 3,
             Dialect::Fanuc | Dialect::Haas | Dialect::Iso => 2,
@@ -77,7 +77,7 @@ impl Form {
         }
     }
 
-    pub fn text(&self, c: &Contour) -> String {
+    pub(crate) fn text(&self, c: &Contour) -> String {
         match self.dialect {
             Dialect::Heidenhain => self.klartext(c),
             Dialect::HeidenhainIso => self.din(c),
@@ -194,7 +194,7 @@ impl Form {
         text
     }
 
-    pub fn settings(&self, radius: Option<f64>) -> Settings {
+    pub(crate) fn settings(&self, radius: Option<f64>) -> Settings {
         let compensation = radius.map_or(Compensation::Programmed, |radius| {
             let mut radii = ToolRadii::default();
             radii.by_tool.insert(ToolName::Number(1), radius);
@@ -205,7 +205,7 @@ impl Form {
     }
 
     /// What the reader makes of a text; with a radius, the path of the tool center.
-    pub fn read(&self, text: &str, radius: Option<f64>) -> Result<Read, Diagnostic> {
+    pub(crate) fn read(&self, text: &str, radius: Option<f64>) -> Result<Read, Diagnostic> {
         let (u, v) = ((self.normal + 1) % 3, (self.normal + 2) % 3);
         let mut read = Read::default();
         let mut at: Option<Point> = None;
@@ -251,7 +251,7 @@ impl Form {
 
 /// Motions in the plane with their lines, and what was told about cuts into the contour.
 #[derive(Clone, Debug, Default)]
-pub struct Read {
-    pub pieces: Vec<(u32, Shape)>,
-    pub overcuts: Vec<(u32, Overcut)>,
+pub(crate) struct Read {
+    pub(crate) pieces: Vec<(u32, Shape)>,
+    pub(crate) overcuts: Vec<(u32, Overcut)>,
 }

@@ -7,10 +7,10 @@ use crate::program::{Block, Contour};
 use crate::shape::{Point, far};
 
 #[derive(Clone, Debug)]
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x2545_f491_4f6c_dd1d)
     }
 
@@ -22,20 +22,20 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
     }
 
     /// Evenly by its logarithm.
-    pub fn scale(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.range(low.ln(), high.ln()).exp()
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.bits() % n as u64) as usize
     }
 
-    pub fn chance(&mut self, share: f64) -> bool {
+    pub(crate) fn chance(&mut self, share: f64) -> bool {
         self.range(0.0, 1.0) < share
     }
 
@@ -45,7 +45,7 @@ impl Random {
 }
 
 /// Counts of what the generator made, by name.
-pub type Visits = BTreeMap<&'static str, u64>;
+pub(crate) type Visits = BTreeMap<&'static str, u64>;
 
 fn rounded(p: Point, digits: usize) -> Point {
     let unit = 10f64.powi(digits as i32);
@@ -89,7 +89,7 @@ impl Chain {
 /// A chain of any lines and arcs: corners of all angles, near-tangent ones of 1e-9 to 0.05 radian, cusps, reversals, arcs
 /// about as large as the tool, tiny blocks, full circles. It may cross itself, and be narrower than the tool anywhere. In
 /// three of four, inside corners and inside arcs that are too small are rare, so that the tool often fits.
-pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Contour {
+pub(crate) fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Contour {
     let radius = random.scale(0.1, 10.0);
     let left = random.chance(0.5);
     // With three digits the text itself turns and moves corners by up to a micrometer.
@@ -185,7 +185,7 @@ pub fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Con
 
 /// A chain that runs to the right within 60 degrees of the first axis, with the tool above or below: lines of four tool
 /// radii at least, inside arcs of 1.5 radii at least, corners between lines, near-tangent ones anywhere. The tool fits everywhere.
-pub fn legal(random: &mut Random, visits: &mut Visits) -> Contour {
+pub(crate) fn legal(random: &mut Random, visits: &mut Visits) -> Contour {
     const STEEP: f64 = PI / 3.0;
     let radius = random.scale(0.1, 10.0);
     let left = random.chance(0.5);

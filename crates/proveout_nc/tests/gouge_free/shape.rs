@@ -2,29 +2,29 @@
 
 use std::f64::consts::TAU;
 
-pub type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
-pub fn far(a: Point, b: Point) -> f64 {
+pub(crate) fn far(a: Point, b: Point) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
 /// A straight or circular piece of a path, as a function from 0..1 to points.
 #[derive(Clone, Copy, Debug)]
-pub enum Shape {
+pub(crate) enum Shape {
     Line(Point, Point),
     /// Center, radius, start angle, signed sweep.
     Arc(Point, f64, f64, f64),
 }
 
 impl Shape {
-    pub fn at(&self, s: f64) -> Point {
+    pub(crate) fn at(&self, s: f64) -> Point {
         match self {
             Self::Line(a, b) => [a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1])],
             Self::Arc(c, r, from, sweep) => [c[0] + r * (from + s * sweep).cos(), c[1] + r * (from + s * sweep).sin()],
         }
     }
 
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         match self {
             Self::Line(a, b) => far(*a, *b),
             Self::Arc(_, r, _, sweep) => r * sweep.abs(),
@@ -32,7 +32,7 @@ impl Shape {
     }
 
     /// Direction of motion at a parameter.
-    pub fn heading(&self, s: f64) -> Point {
+    pub(crate) fn heading(&self, s: f64) -> Point {
         match self {
             Self::Line(a, b) => {
                 let l = far(*a, *b).max(1e-300);
@@ -46,7 +46,7 @@ impl Shape {
     }
 
     /// Nearest parameter of a point, and its distance.
-    pub fn nearest(&self, p: Point) -> (f64, f64) {
+    pub(crate) fn nearest(&self, p: Point) -> (f64, f64) {
         let s = match self {
             Self::Line(a, b) => {
                 let (d, e) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
@@ -68,7 +68,7 @@ impl Shape {
 
 /// Least distance of two pieces, and the parameter on the first where it is: points not farther apart than `step`, and a
 /// golden section about each local minimum that lies below `limit`.
-pub fn distance(a: &Shape, b: &Shape, step: f64, limit: f64) -> (f64, f64) {
+pub(crate) fn distance(a: &Shape, b: &Shape, step: f64, limit: f64) -> (f64, f64) {
     let n = ((a.length() / step).ceil() as usize).clamp(8, 20_000);
     let of = |s: f64| b.nearest(a.at(s)).1;
     let values: Vec<f64> = (0..=n).map(|k| of(k as f64 / n as f64)).collect();
