@@ -11,8 +11,7 @@ use serde_json::Value;
 
 /// A tool of 2 mm radius.
 const TOOLS: &str = "description = \"one end mill\"\n\n[[tool]]\nnumber = 1\nname = \"END_D4\"\nkind = \"flat\"\n\
-                     diameter_mm = 4.0\nflute_length_mm = 20.0\nshank_diameter_mm = 4.0\noverall_length_mm = 60.0\n\
-                     gauge_length_mm = 80.0\nsource = \"none: a test\"\n";
+                     diameter_mm = 4.0\nflute_length_mm = 20.0\nshank_diameter_mm = 4.0\ngauge_length_mm = 80.0\nsource = \"none: a test\"\n";
 
 /// Names, blocks of the head up to the move onto the contour, between them a place for its point.
 struct Language {
