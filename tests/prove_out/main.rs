@@ -12,5 +12,6 @@ mod feed_and_rapid;
 mod languages;
 mod li_2022;
 mod plunge;
+mod poles;
 mod stock_and_machine;
 mod tool_list;

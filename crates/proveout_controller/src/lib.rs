@@ -65,7 +65,6 @@ pub mod dynamics;
 mod emit;
 mod error;
 mod jet;
-mod joint_track;
 mod limits;
 mod mapping;
 mod meter;
@@ -90,7 +89,6 @@ mod watch;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
-pub use joint_track::{JointDemand, JointTrack, TrackSettings};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
 pub use program_runs::{ProgramBlock, ProgramRun, program_runs};
 pub use reprogram::{Reprogrammed, ReprogrammedRun, Reprogramming};

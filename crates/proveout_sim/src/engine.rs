@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
-use proveout_geom::{Pose, deg};
+use proveout_geom::Pose;
 use proveout_machine::{JointKind, JointValues};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
@@ -483,8 +483,8 @@ impl<'a> Engine<'a> {
             let found = match event {
                 Event::Limit { joint, value, limit, kind: LimitKind::Travel, .. } => {
                     let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
                     let name = joint.map_or("a joint", |j| j.name.as_str());
                     let (value, limit) = (value * scale, limit * scale);
                     let message = format!(
@@ -519,8 +519,8 @@ impl<'a> Engine<'a> {
                     ..
                 } => {
                     let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
                     let (word, per) = match kind {
                         LimitKind::Velocity => ("velocity", "s"),
                         LimitKind::Acceleration => ("acceleration", "s²"),
@@ -583,7 +583,7 @@ impl<'a> Engine<'a> {
     /// Joint positions by name, mm or degrees.
     fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
         let joints = self.prepared.machine.joints.iter().enumerate();
-        joints.map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] })).collect()
+        joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
     }
 
     /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.

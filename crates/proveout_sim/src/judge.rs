@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
-use proveout_machine::JointKind;
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
@@ -15,7 +14,9 @@ use crate::{
     log::FindingLog,
     prepare::Prepared,
     surface_map::SurfaceMap,
-    verdict::{Axis, Deviation, Gate, Inspected, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
+    verdict::{
+        Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
+    },
 };
 
 /// Measures the part and judges the run.
@@ -40,6 +41,10 @@ pub(crate) fn judge(
         schema_version: SCHEMA_VERSION,
         scene: prepared.scene.file.name.clone(),
         program: prepared.program_name.clone(),
+        machine: MachineUsed {
+            name: prepared.machine.name.clone(),
+            digest: prepared.digests.get("machine").cloned().unwrap_or_default(),
+        },
         digests: prepared.digests.clone(),
         verdict: gates::overall(&gates),
         gates,
@@ -103,13 +108,12 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
     let joints = prepared.machine.joints.iter().zip(&summary.joints);
     joints
         .map(|(joint, s)| {
-            let rotary = joint.kind == JointKind::Rotary;
-            let scale = |v: f64| if rotary { v.to_degrees() } else { v };
-            let position = |v: f64| if rotary { proveout_geom::deg(v) } else { v };
+            let rotary = joint.is_rotary();
+            let scale = |v: f64| v * joint.kind.unit_factor();
             let axis = Axis {
-                unit: if rotary { "deg" } else { "mm" }.into(),
-                min: position(s.min),
-                max: position(s.max),
+                unit: joint.kind.unit().into(),
+                min: joint.kind.in_unit(s.min),
+                max: joint.kind.in_unit(s.max),
                 max_velocity: scale(s.max_velocity),
                 max_acceleration: scale(s.max_acceleration),
                 max_jerk: scale(s.max_jerk),

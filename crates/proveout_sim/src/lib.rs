@@ -51,7 +51,7 @@ pub use error::SimError;
 pub use machine_data::with_machine;
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
-pub use prepare::{Choice, Prepared, tool_radii};
+pub use prepare::{Choice, MadeProgram, Prepared, tool_radii};
 pub use raw_stock::{STOCK_FILE, StockMemory, patch_file};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, PatchMap, SurfaceMap};

@@ -9,7 +9,10 @@ use proveout_stock::{Patch, TileId, TriDexel};
 use proveout_tool::ToolLibrary;
 use thiserror::Error;
 
-use crate::{engagement::Engagement, finding::Finding, scene::Scene, surface_map::SurfaceMap, verdict::Verdict};
+use crate::{
+    engagement::Engagement, finding::Finding, prepare::MadeProgram, scene::Scene, surface_map::SurfaceMap,
+    verdict::Verdict,
+};
 
 /// Why an observer could not write what it saw.
 #[derive(Debug, Error)]
@@ -30,6 +33,8 @@ pub struct Setup<'a> {
     pub program: &'a str,
     /// Lines of the program text, for progress.
     pub program_lines: u32,
+    /// The text that runs, where it was made from another program.
+    pub made: Option<&'a MadeProgram>,
     /// The machine.
     pub machine: &'a Machine,
     /// The tool library.

@@ -72,6 +72,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
         scene: &prepared.scene,
         program: &prepared.program_name,
         program_lines: prepared.program_lines,
+        made: prepared.made.as_ref(),
         machine: &prepared.machine,
         tools: &prepared.tools,
         stock,

@@ -64,11 +64,6 @@ impl SurfaceMap {
         self.mesh.triangles.len() + self.patches.iter().map(|p| p.mesh.triangles.len()).sum::<usize>()
     }
 
-    /// The patch that a point of [`Self::points`] belongs to; none for the stock itself.
-    pub fn patch_of(&self, point: usize) -> Option<&PatchMap> {
-        self.patches.iter().find(|p| p.points.contains(&point))
-    }
-
     /// All points, each with the number of points of the stock's own cells that would stand in its place: 1 outside of the
     /// patches. Means and shares over points take it as weight, so that a patch does not count more than its area.
     ///

@@ -44,6 +44,9 @@ pub struct Verdict {
     pub scene: String,
     /// Name of the program within the scene, or the file name.
     pub program: String,
+    /// The machine that ran it.
+    #[serde(default)]
+    pub machine: MachineUsed,
     /// SHA-256 of every input file, by role (`scene`, `machine`, `tools`, `program`, `stock`, `part`, ...).
     pub digests: BTreeMap<String, String>,
     /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass.
@@ -70,6 +73,15 @@ pub struct Verdict {
     pub tools: Vec<ToolUse>,
     /// Features measured on the cut part by the scene's inspection plan.
     pub inspection: Vec<Inspected>,
+}
+
+/// The machine of a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct MachineUsed {
+    /// Name in its `machine.toml`.
+    pub name: String,
+    /// SHA-256 of its `machine.toml`, as under `machine` in `digests`; the limits that the scene lowers are not in it.
+    pub digest: String,
 }
 
 /// Cycle time in seconds.

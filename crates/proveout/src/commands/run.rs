@@ -34,7 +34,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
     });
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
-    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
+    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
     watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);

@@ -117,9 +117,9 @@ where
                 let (need, most) = (slope[i].abs() * feed, self.device.limits.velocity[i]);
                 if need > most * (1.0 + 1e-9) {
                     let joint = &self.device.machine.joints[i];
-                    let (scale, unit) = if joint.is_rotary() { (1_f64.to_degrees(), "deg/s") } else { (1.0, "mm/s") };
+                    let (unit, scale) = (joint.kind.unit(), joint.kind.unit_factor());
                     return Err(fail(format!(
-                        "the thread needs {:.3} {unit} of joint {}, whose limit is {:.3} {unit}: it cannot follow the spindle",
+                        "the thread needs {:.3} {unit}/s of joint {}, whose limit is {:.3} {unit}/s: it cannot follow the spindle",
                         need * scale,
                         joint.name,
                         most * scale

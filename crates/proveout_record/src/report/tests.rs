@@ -3,7 +3,7 @@
 use proveout_geom::cylinder_mesh;
 use proveout_sim::{
     finding::{Family, Finding, Severity},
-    verdict::{self, Axis, Gate, Inspected, State, ToolUse, Verdict},
+    verdict::{self, Axis, Gate, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
 use super::{
@@ -57,6 +57,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
         schema_version: 1,
         scene: message.into(),
         program: message.into(),
+        machine: MachineUsed { name: message.into(), digest: "3f".repeat(32) },
         digests: [(message.to_owned(), "ab".repeat(32))].into(),
         verdict: State::Fail,
         gates: vec![Gate { name: "collision".into(), state: State::Fail, reason: message.into() }],
