@@ -3,6 +3,7 @@ use proveout_geom::{Aabb, Point, Vector};
 use crate::{
     grid::{Grid, TILE, TILE_RAYS},
     history::History,
+    lost::Lost,
     regrid::Regrid,
     span::Span,
     surface::TileId,
@@ -23,6 +24,8 @@ pub struct TriDexel {
     pub(crate) regrid: Option<Regrid>,
     pub(crate) changed: Vec<bool>,
     pub(crate) history: Option<History>,
+    /// Who took whole intervals, one for each tile.
+    pub(crate) lost: Vec<Lost>,
     pub(crate) watch_engagement: bool,
 }
 
@@ -104,7 +107,8 @@ impl TriDexel {
     pub fn memory_bytes(&self) -> u64 {
         let tiles = (self.tiles.capacity() * size_of::<Tile>()) as u64;
         let rays = self.tiles.iter().map(Tile::heap_bytes).sum::<u64>();
-        tiles + rays + self.changed.len() as u64 + self.history_bytes()
+        let lost = self.lost.iter().map(|l| l.heap_bytes() + size_of::<Lost>() as u64).sum::<u64>();
+        tiles + rays + lost + self.changed.len() as u64 + self.history_bytes()
     }
 
     pub(crate) fn spans(&self, a: usize, i: usize, j: usize) -> &[Span] {

@@ -65,6 +65,7 @@
 //! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
+mod bands;
 mod clip;
 mod codec;
 mod contact;
@@ -84,6 +85,7 @@ mod lane_set;
 #[cfg(test)]
 mod lane_tests;
 mod lanes;
+mod lost;
 mod measure;
 mod meridian;
 mod mesh_rays;
@@ -98,6 +100,7 @@ mod ray_ball;
 mod ray_translate;
 mod ray_turn;
 mod regrid;
+mod rows;
 mod section;
 mod sheets;
 mod span;
@@ -111,6 +114,7 @@ mod tile_work;
 mod vec3;
 mod watch;
 
+pub use bands::MeshBand;
 pub use contact::Contact;
 pub use dexel::{Interval, SurfacePoint, TriDexel};
 pub use error::StockError;
@@ -122,5 +126,6 @@ pub use patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use raw::Cells;
 pub use raw_body::RawBody;
 pub use regrid::Regrid;
+pub use rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
 pub use surface::{SurfaceMesh, TileId};
 pub use sweep::{Action, SweepItem, SweepMotion, SweepReport};

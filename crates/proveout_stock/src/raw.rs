@@ -6,6 +6,7 @@ use crate::{
     StockError,
     dexel::TriDexel,
     grid::{Grid, TILE, TILE_RAYS},
+    lost::Lost,
     mesh_rays::{Shells, mesh_intervals},
     span::{INITIAL, Mark, SLIVER, Span},
     tile::Tile,
@@ -89,6 +90,7 @@ impl TriDexel {
         }
         let changed = vec![true; grid.blocks.iter().product()];
         let mut stock = Self {
+            lost: vec![Lost::default(); tiles.len()],
             grid,
             tiles,
             initial_volume: 0.0,
