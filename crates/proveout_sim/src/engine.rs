@@ -16,15 +16,13 @@ use crate::{
     finding::{self, Code, Finding},
     log::FindingLog,
     loose::LooseParts,
+    memory::{ALLOWANCE, HISTORY_MEMORY},
     observer::{BlockRow, SampleSignals},
     prepare::Prepared,
     process::{CuttingState, SweepPart, judge_sweep, sweeps},
     run::Stages,
     verdict::{Clearance, ToolUse},
 };
-
-/// Memory that the history of the stock may take, bytes.
-const HISTORY_MEMORY: u64 = 2 << 30;
 
 /// What a stretch gave beside its motion.
 #[derive(Debug, Default)]
@@ -188,6 +186,27 @@ impl<'a> Engine<'a> {
             changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
             time: self.time,
         }
+    }
+
+    /// Refuses to go on when the stock takes more than was announced.
+    pub(crate) fn check_memory(&self) -> Result<(), SimError> {
+        let stocks = || std::iter::once(&self.stock).chain(self.patches.iter().map(Patch::stock));
+        let used: u64 = stocks().map(|s| s.memory_bytes() - s.history_bytes()).sum();
+        let announced = self.prepared.memory.of_stocks();
+        if used <= announced.saturating_add(ALLOWANCE) {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let rays: f64 = stocks().map(|s| s.rays() as f64).sum();
+        let intervals = stocks().map(|s| s.intervals_per_ray() * s.rays() as f64).sum::<f64>() / rays.max(1.0);
+        Err(SimError::Memory {
+            used_mib: mib(used),
+            announced_mib: mib(announced),
+            intervals,
+            time_s: self.time,
+            // It may grow on as it did.
+            remedy: format!("write `intervals_per_ray = {:.1}` under [stock], or take coarser cells", 1.5 * intervals),
+        })
     }
 
     /// Closes the run.

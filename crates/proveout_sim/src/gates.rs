@@ -35,9 +35,10 @@ pub struct Coverage {
 
 /// Judges one gate: fail beats unchecked, unchecked beats pass.
 pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
-    let hits: Vec<(&Code, usize)> = codes(name)
+    let count = |c: &Code| log.all().iter().filter(|f| f.code == c.code).map(|f| f.areas.unwrap_or(1)).sum::<u64>();
+    let hits: Vec<(&Code, u64)> = codes(name)
         .iter()
-        .map(|c| (c, log.all().iter().filter(|f| f.code == c.code).count()))
+        .map(|c| (c, count(c)))
         .filter(|(_, n)| *n > 0)
         .collect();
     let left_out = coverage.left_out.join("; ");

@@ -13,15 +13,17 @@ use crate::{
     surface::{Nodes, Slab},
 };
 
-/// Nodes of a band at least, and vertices about: a band must feed all threads and stay small.
+/// Nodes of a band at least, and vertices about: a band must feed all threads and stay small (some 20 MB).
 const LEAST_NODES: usize = 4;
-const NODES_AT_ONCE: usize = 1 << 22;
+const VERTICES: u64 = 1 << 17;
 
 /// The next part of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshBand {
     /// Vertices before those of this band.
     pub first: u32,
+    /// No vertex of this band or a later one, and no triangle of them, reaches below this x, mm.
+    pub from_x: f64,
     /// Its vertices, mm.
     pub positions: Vec<Point>,
     /// Outward unit normals.
@@ -40,8 +42,9 @@ impl TriDexel {
     pub fn surface_in_bands<E>(&self, mut see: impl FnMut(MeshBand) -> Result<(), E>) -> Result<(), E> {
         let m = self.grid.n;
         let last = m[0] + 1; // one past the last cell and the last edge along x
-        let plane = (m[1] + 2) * (m[2] + 2);
-        let nodes_in_band = (NODES_AT_ONCE / plane).clamp(LEAST_NODES, last);
+        // About one vertex for two triangles.
+        let at_a_node = (self.surface_triangles() / 2).div_ceil(last as u64).max(1);
+        let nodes_in_band = ((VERTICES / at_a_node) as usize).max(LEAST_NODES).min(last);
         let sheets = Sheets::new();
         let to = m.map(|m| m + 1);
         let mut before: Option<(Slab, u32)> = None;
@@ -51,7 +54,8 @@ impl TriDexel {
             let from = [first.saturating_sub(1), 0, 0];
             let nodes = Nodes::new(self, 1, m, from, [end + 1, m[1] + 2, m[2] + 2]);
             let fresh: Vec<Slab> = (first..end).into_par_iter().map(|i| nodes.slab(i, &sheets)).collect();
-            let mut band = MeshBand { first: total, ..MeshBand::default() };
+            let from_x = nodes.coordinate(0, from[0]);
+            let mut band = MeshBand { first: total, from_x, ..MeshBand::default() };
             let mut start: Vec<u32> = before.iter().map(|b| b.1).collect();
             for s in &fresh {
                 start.push(total);

@@ -4,6 +4,7 @@ use crate::{
     grid::{Grid, TILE, TILE_RAYS},
     history::History,
     lost::Lost,
+    raw::Cells,
     regrid::Regrid,
     span::Span,
     surface::TileId,
@@ -101,6 +102,18 @@ impl TriDexel {
     /// Rays of the three sets.
     pub fn rays(&self) -> usize {
         self.grid.rays()
+    }
+
+    /// Intervals of material on a ray, as a mean over all rays.
+    pub fn intervals_per_ray(&self) -> f64 {
+        self.tiles.iter().map(Tile::ends).sum::<usize>() as f64 / (2 * self.rays().max(1)) as f64
+    }
+
+    /// Rays of the three sets that a stock of this box would have.
+    pub fn rays_in(bounds: &Aabb, cells: impl Into<Cells>) -> f64 {
+        let (size, cells) = (bounds.size(), cells.into().0);
+        let n = [0, 1, 2].map(|i| (size[i] / cells[i]).ceil().max(1.0));
+        n[1] * n[2] + n[2] * n[0] + n[0] * n[1]
     }
 
     /// Memory in use, bytes.

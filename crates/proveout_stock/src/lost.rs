@@ -4,14 +4,7 @@
 //! to remember it: a wall that was milled away would have no one to answer for it. So each ray keeps the last motion that took
 //! a whole interval; one number a ray, only in tiles where that has happened.
 
-use proveout_geom::Point;
-
-use crate::{
-    dexel::{SurfacePoint, TriDexel},
-    grid::{Grid, TILE, TILE_RAYS},
-    rows::RayPlace,
-    span::INITIAL,
-};
+use crate::{dexel::TriDexel, grid::TILE_RAYS, rows::RayPlace, span::INITIAL};
 
 /// The last motion that took a whole interval, for each ray of a tile.
 #[derive(Clone, Debug, Default)]
@@ -40,37 +33,5 @@ impl TriDexel {
         }
         let (tile, ray) = self.grid.ray_place(ray.axis, i, j);
         self.lost.get(tile)?.of(ray)
-    }
-
-    /// The point of the surface nearest to a place that a motion has made; among equals the first in the order of
-    /// [`Self::surface_points`]. None where nothing was cut.
-    pub fn nearest_cut(&self, place: &Point) -> Option<SurfacePoint> {
-        let mut best: Option<(f64, SurfacePoint)> = None;
-        for (t, tile) in self.tiles.iter().enumerate().filter(|(_, tile)| !tile.is_empty()) {
-            let (a, [i0, j0]) = self.grid.tile_place(t);
-            let (u, v) = ((a + 1) % 3, (a + 2) % 3);
-            let beside = |axis: usize, first: usize| {
-                let (low, high) = (self.grid.center(axis, first), self.grid.center(axis, first + TILE - 1));
-                (low - place[axis]).max(place[axis] - high).max(0.0)
-            };
-            let along = (tile.lo - place[a]).max(place[a] - tile.hi).max(0.0);
-            let least = beside(u, i0).powi(2) + beside(v, j0).powi(2) + along * along;
-            if best.is_some_and(|b| least >= b.0) {
-                continue;
-            }
-            for r in 0..TILE_RAYS {
-                let at = [self.grid.center(u, i0 + r % TILE), self.grid.center(v, j0 + r / TILE)];
-                for end in tile.ray(r).iter().flat_map(|s| s.ends()) {
-                    let Some(id) = end.mark.made_by() else { continue };
-                    let point = Grid::point(a, end.s, at[0], at[1]);
-                    let apart = (point - place).norm_squared();
-                    if best.is_none_or(|b| apart < b.0) {
-                        let normal = Some(end.mark.normal());
-                        best = Some((apart, SurfacePoint { point, normal, made_by: Some(id), axis: a as u8 }));
-                    }
-                }
-            }
-        }
-        best.map(|b| b.1)
     }
 }

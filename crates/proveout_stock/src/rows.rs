@@ -101,6 +101,38 @@ impl TriDexel {
         Some(RayPlace { axis, index: [i, j], at: [self.grid.center(u, i), self.grid.center(v, j)] })
     }
 
+    /// Calls with the interval ends from one x to another, each with its number in the order of [`Self::surface_points`].
+    pub fn surface_points_between(&self, [from, to]: [f64; 2], mut see: impl FnMut(usize, Point)) {
+        let mut number = 0;
+        for (t, tile) in self.tiles.iter().enumerate() {
+            let first = number;
+            number += tile.ends();
+            let (a, [i0, j0]) = self.grid.tile_place(t);
+            // Where x stands among the axes of the tile: along the rays, u or v.
+            let range = match a {
+                0 => [tile.lo, tile.hi],
+                1 => [self.grid.center(0, j0), self.grid.center(0, j0 + TILE - 1)],
+                _ => [self.grid.center(0, i0), self.grid.center(0, i0 + TILE - 1)],
+            };
+            if range[1] < from || range[0] > to {
+                continue;
+            }
+            let mut number = first;
+            for r in 0..TILE_RAYS {
+                let at = [self.grid.center((a + 1) % 3, i0 + r % TILE), self.grid.center((a + 2) % 3, j0 + r / TILE)];
+                for span in tile.ray(r) {
+                    for s in [span.lo, span.hi] {
+                        let point = Grid::point(a, s, at[0], at[1]);
+                        if (from..=to).contains(&point.x) {
+                            see(number, point);
+                        }
+                        number += 1;
+                    }
+                }
+            }
+        }
+    }
+
     /// What a closed mesh has on the rays of the set along `axis`. Material is where the winding number is positive, so that
     /// shells that cross count as their union.
     pub fn rows_of_mesh<'a>(&'a self, mesh: &'a TriMesh, axis: usize) -> MeshRows<'a> {
@@ -217,5 +249,9 @@ mod tests {
             }
         }
         assert_eq!(points, again, "in the same order");
+        let mut between = Vec::new();
+        stock.surface_points_between([2.0, 3.0], |k, p| between.push((k, p)));
+        let wanted = stock.surface_points().enumerate().map(|(k, p)| (k, p.point));
+        assert!(wanted.filter(|(_, p)| (2.0..=3.0).contains(&p.x)).eq(between));
     }
 }

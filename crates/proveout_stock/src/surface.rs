@@ -230,7 +230,8 @@ impl<'a> Nodes<'a> {
         &self.bits[((i - self.from[0]) * columns + j - self.from[1]) * self.words..][..self.words]
     }
 
-    fn coordinate(&self, axis: usize, p: usize) -> f64 {
+    /// Coordinate of the nodes with this index along an axis, mm.
+    pub(crate) fn coordinate(&self, axis: usize, p: usize) -> f64 {
         self.stock.grid.bounds.min[axis] + ((p as f64 - 1.0) * self.step as f64 + 0.5) * self.stock.grid.cells[axis]
     }
 

@@ -71,6 +71,11 @@ impl Tile {
         }
     }
 
+    /// Number of interval ends.
+    pub(crate) fn ends(&self) -> usize {
+        2 * self.spans.len()
+    }
+
     /// Total length of material, mm, added in the order of the rays.
     pub(crate) fn length(&self) -> f64 {
         self.spans.iter().map(|s| s.hi - s.lo).sum()

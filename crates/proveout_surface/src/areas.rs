@@ -182,19 +182,15 @@ impl Areas {
         (part as u64) << (3 * BITS) | along(0) << (2 * BITS) | along(1) << BITS | along(2)
     }
 
-    /// Puts something into the cell of its point; gives what [`Self::join`] wants to know.
-    pub fn add(&mut self, part: usize, seed: &Seed) -> u32 {
+    /// Puts something into the cell of its point.
+    pub fn add(&mut self, part: usize, seed: &Seed) {
         let key = self.key(part, &seed.point);
-        let index = match self.cells.get(&key) {
-            Some(&index) => index,
-            None => {
-                let index = self.nodes.len() as u32;
-                self.cells.insert(key, index);
-                self.nodes.push((key, Node::default()));
-                self.parent.push(index);
-                index
-            }
-        };
+        let next = self.nodes.len() as u32;
+        let index = *self.cells.entry(key).or_insert(next);
+        if index == next {
+            self.nodes.push((key, Node::default()));
+            self.parent.push(next);
+        }
         let mut one = Node {
             depth: seed.depth,
             point: seed.point,
@@ -213,13 +209,18 @@ impl Areas {
         self.nodes[index as usize].1.take(&one);
         if self.nodes.len() > self.most {
             self.coarsen();
-            return self.cells.get(&self.key(part, &seed.point)).copied().unwrap_or(0);
         }
-        index
     }
 
-    /// Joins two cells to one area.
-    pub fn join(&mut self, a: u32, b: u32) {
+    /// Joins the cells of two points of a part to one area; nothing happens where one of them was not added.
+    pub fn join(&mut self, part: usize, a: &Point, b: &Point) {
+        let node = |p: &Point| self.cells.get(&self.key(part, p)).copied();
+        if let (Some(a), Some(b)) = (node(a), node(b)) {
+            self.unite(a, b);
+        }
+    }
+
+    fn unite(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
@@ -259,7 +260,7 @@ impl Areas {
                 new_of.push(index);
             }
             for (n, root) in roots.into_iter().enumerate() {
-                self.join(new_of[n], new_of[root as usize]);
+                self.unite(new_of[n], new_of[root as usize]);
             }
         }
     }
@@ -284,7 +285,7 @@ impl Areas {
             // Half of the neighbors: the other half finds this cell.
             for d in &steps[14..] {
                 if let Some(&other) = around(key, *d).and_then(|k| self.cells.get(&k)) {
-                    self.join(n as u32, other);
+                    self.unite(n as u32, other);
                 }
             }
         }
@@ -302,7 +303,7 @@ impl Areas {
             }
             let coarse = self.key(0, &node.point);
             for other in steps.iter().filter_map(|d| border.get(&around(coarse, *d)?).copied()).collect::<Vec<_>>() {
-                self.join(n as u32, other);
+                self.unite(n as u32, other);
             }
             border.entry(coarse).or_insert(n as u32);
         }
@@ -406,9 +407,10 @@ mod tests {
             areas.add(0, &seed(1.0 + 0.5 * i, 1.0 + 0.5 * j, 0.1 + 0.01 * i));
             areas.add(0, &seed(4.0 + 0.5 * i, 1.0 + 0.5 * j, 0.3 + 0.01 * j));
         }
-        let a = areas.add(0, &seed(1.0, 9.0, 0.2));
-        let b = areas.add(0, &seed(1.0, 1.0, 0.05));
-        areas.join(a, b);
+        let (a, b) = (seed(1.0, 9.0, 0.2), seed(1.0, 1.0, 0.05));
+        areas.add(0, &a);
+        areas.add(0, &b);
+        areas.join(0, &a.point, &b.point);
     }
 
     #[test]

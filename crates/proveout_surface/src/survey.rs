@@ -54,6 +54,8 @@ pub struct FoundGap {
     pub first_point: usize,
     /// Length that counts, mm.
     pub length: f64,
+    /// Numbers of the ends of material next to it, below and above, among the points of the ray.
+    pub beside: [Option<usize>; 2],
     /// The last motion that took all material of an interval on this ray.
     pub last_to_empty: Option<u32>,
 }
@@ -141,6 +143,10 @@ impl Survey<'_> {
                     ray,
                     first_point,
                     length: allowed.iter().map(within).sum(),
+                    beside: [
+                        material.iter().rposition(|m| m.hi.at <= gap.at[0]).map(|k| 2 * k + 1),
+                        material.iter().position(|m| m.lo.at >= gap.at[1]).map(|k| 2 * k),
+                    ],
                     last_to_empty: self.stock.last_to_empty(&ray),
                 });
             }

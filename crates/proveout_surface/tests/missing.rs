@@ -103,8 +103,9 @@ fn hold(stock: &TriDexel, design: &TriMesh, limit: f64) -> Found {
                 foil: f.gap.foil,
                 ..Seed::default()
             };
-            let (a, b) = (areas.add(0, &seed(0)), areas.add(0, &seed(1)));
-            areas.join(a, b);
+            areas.add(0, &seed(0));
+            areas.add(0, &seed(1));
+            areas.join(0, &seed(0).point, &seed(1).point);
         }
         found.gaps.extend(band.gaps);
         Ok(())

@@ -365,6 +365,9 @@ fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {
         value: None,
         limit: None,
         unit: None,
+        area_mm2: None,
+        volume_mm3: None,
+        areas: None,
         repeats: 2,
         message: message.into(),
     }
