@@ -18,7 +18,7 @@ use crate::{
 
 /// The design in the form that distances are taken to.
 pub(crate) struct Design<'a> {
-    pub(crate) surface: Arc<dyn DesignSurface + Send>,
+    pub(crate) surface: Arc<dyn DesignSurface>,
     /// Its mesh, where it bounds a solid, with the tree of it.
     solid: Option<(&'a TriMesh, Arc<DesignMesh>)>,
     /// Points farther away belong to another face, mm.

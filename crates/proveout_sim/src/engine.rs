@@ -199,13 +199,17 @@ impl<'a> Engine<'a> {
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let rays: f64 = stocks().map(|s| s.rays() as f64).sum();
         let intervals = stocks().map(|s| s.intervals_per_ray() * s.rays() as f64).sum::<f64>() / rays.max(1.0);
+        // It may go on as it did over the lines that are left, and never by less than half.
+        let line = self.places.iter().rev().flatten().next().map_or(1, |p| p.1);
+        let done = f64::from(line) / f64::from(self.prepared.program_lines.max(1));
+        let at_end = 1.0 + (intervals - 1.0).max(0.0) / done.clamp(0.02, 1.0);
+        let enough = (1.5 * intervals).max(1.1 * at_end);
         Err(SimError::Memory {
             used_mib: mib(used),
             announced_mib: mib(announced),
             intervals,
             time_s: self.time,
-            // It may grow on as it did.
-            remedy: format!("write `intervals_per_ray = {:.1}` under [stock], or take coarser cells", 1.5 * intervals),
+            remedy: format!("write `intervals_per_ray = {enough:.1}` under [stock], or take coarser cells"),
         })
     }
 

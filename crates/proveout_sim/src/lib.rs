@@ -49,10 +49,10 @@ mod survey;
 
 pub use engagement::Engagement;
 pub use error::SimError;
+pub use memory::{Memory, Recorded};
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
 pub use prepare::{Choice, Prepared, tool_radii};
-pub use memory::{Memory, Recorded};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, PatchMap, PatchShape, SurfaceKeeper, SurfaceMap, SurfaceShape};

@@ -16,9 +16,9 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
     programs,
-    memory::{Demand, Memory, Recorded},
     raw_stock::{self, RawStock},
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
@@ -141,11 +141,8 @@ impl Prepared {
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
-        let demand = Demand {
-            lines: lines_of(&program_path)? as u64,
-            part: part_mesh.as_ref(),
-            recorded: choice.recorded,
-        };
+        let demand =
+            Demand { lines: lines_of(&program_path)? as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);

@@ -140,7 +140,13 @@ pub(crate) fn make(
 
 /// The refusal of a run that does not fit; `fits` tells whether it would with all cells of the patches, or of the stock where it has
 /// none, made longer by a factor.
-fn too_large(scene: &Scene, file: &StockFile, cells: [f64; 3], memory: &Memory, fits: impl Fn(f64) -> bool) -> SimError {
+fn too_large(
+    scene: &Scene,
+    file: &StockFile,
+    cells: [f64; 3],
+    memory: &Memory,
+    fits: impl Fn(f64) -> bool,
+) -> SimError {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let stocks: Vec<String> = memory.stocks.iter().map(|(name, b)| format!("{name} {:.0} MiB", mib(*b))).collect();
     let limit = mib(memory.limit);

@@ -64,11 +64,7 @@ pub struct RunResult {
 ///
 /// # Errors
 /// [`SimError`] when program, control or an observer refuse; there is then no verdict.
-pub fn run(
-    mut prepared: Prepared,
-    observers: &mut [Box<dyn Observer>],
-    folder: &Path,
-) -> Result<RunResult, SimError> {
+pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Path) -> Result<RunResult, SimError> {
     let begin = Instant::now();
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
     let (stock, patches) = prepared.stock.take()?;

@@ -58,8 +58,7 @@ impl Shown<'_> {
                 Some(cut) => {
                     let part = cut(&alone(&before, &band));
                     let deviations = self.deviations(&part.mesh.positions);
-                    let triangles: Vec<[u32; 3]> =
-                        part.mesh.triangles.iter().map(|t| t.map(|i| i + first)).collect();
+                    let triangles: Vec<[u32; 3]> = part.mesh.triangles.iter().map(|t| t.map(|i| i + first)).collect();
                     show(&MeshPart {
                         patch: self.patch,
                         first,

@@ -65,9 +65,8 @@ pub(crate) fn survey(
     let solid_floor = design.as_ref().map_or(0.0, |d| d.solid_floor) + finest;
     let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb());
     let part = |s: &TriDexel, window| AreaPart { corner: s.bounds().min, cells: s.cells_mm(), window };
-    let parts: Vec<AreaPart> = std::iter::once(part(stock, None))
-        .chain(patches.iter().map(|p| part(p.stock(), Some(*p.window()))))
-        .collect();
+    let parts: Vec<AreaPart> =
+        std::iter::once(part(stock, None)).chain(patches.iter().map(|p| part(p.stock(), Some(*p.window())))).collect();
     let mut sums = Sums {
         limits: [tolerances.gouge_mm + floor, tolerances.excess_mm + floor],
         missing: Areas::new(parts.clone(), tolerances.gouge_mm),
@@ -118,7 +117,10 @@ pub(crate) fn survey(
         })?;
         let own = of_part.tally.finish();
         match patch {
-            None => (shape.points, shape.triangles, shape.area_mm2) = (of_part.points, rays.surface_triangles(), of_part.area),
+            None => {
+                (shape.points, shape.triangles, shape.area_mm2) =
+                    (of_part.points, rays.surface_triangles(), of_part.area)
+            }
             Some(k) => shape.patches.push(PatchShape {
                 name: patches[k].name().into(),
                 window: windows[k],

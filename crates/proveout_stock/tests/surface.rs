@@ -146,7 +146,8 @@ fn the_blocks_together_are_the_whole() {
 fn the_bands_one_after_the_other_are_the_whole() {
     // One band, several, thin boxes of one cell.
     let thin = |size: [f64; 3]| TriDexel::from_box(&cuboid([0.0; 3], size), 1.0, GIB).unwrap();
-    for stock in [cut_block(0.2), cut_block(0.05), thin([1.0, 1.0, 1.0]), thin([1.0, 9.0, 4.0]), thin([7.0, 1.0, 2.0])] {
+    for stock in [cut_block(0.2), cut_block(0.05), thin([1.0, 1.0, 1.0]), thin([1.0, 9.0, 4.0]), thin([7.0, 1.0, 2.0])]
+    {
         let mut all = SurfaceMesh::default();
         let (mut bands, mut highest) = (0, f64::NEG_INFINITY);
         let run: Result<(), ()> = stock.surface_in_bands(|band| {
