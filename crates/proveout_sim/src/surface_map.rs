@@ -45,6 +45,11 @@ pub struct PatchShape {
 }
 
 impl SurfaceShape {
+    /// Triangles of all parts.
+    pub fn all_triangles(&self) -> u64 {
+        self.triangles + self.patches.iter().map(|p| p.triangles).sum::<u64>()
+    }
+
     /// Number of points of the stock's own cells that would stand in the place of a point: 1 outside of the patches. Means and
     /// shares over points take it as weight, so that a patch does not count more than its area.
     ///
@@ -135,6 +140,56 @@ impl SurfaceMap {
             self.points[patch.points.clone()].iter().map(move |p| (p, weight(p)))
         });
         self.points[..own].iter().map(|p| (p, 1.0)).chain(in_patches)
+    }
+
+    /// What it is made of.
+    pub fn shape(&self) -> SurfaceShape {
+        let area = |mesh: &TriMesh| (0..mesh.triangles.len()).map(|t| 0.5 * mesh.area_normal(t).norm()).sum::<f64>();
+        let own = self.patches.first().map_or(self.points.len(), |p| p.points.start);
+        let patch = |p: &PatchMap| PatchShape {
+            name: p.name.clone(),
+            window: p.window,
+            cells_mm: p.cells_mm,
+            points: p.points.len() as u64,
+            triangles: p.mesh.triangles.len() as u64,
+            area_mm2: area(&p.mesh),
+        };
+        SurfaceShape {
+            cells_mm: self.cells_mm,
+            points: own as u64,
+            triangles: self.mesh.triangles.len() as u64,
+            area_mm2: area(&self.mesh),
+            judged: !self.vertex_deviation.is_empty(),
+            patches: self.patches.iter().map(patch).collect(),
+        }
+    }
+
+    /// Its points as an observer sees them: one band for each part.
+    pub fn point_bands(&self) -> impl Iterator<Item = PointBand<'_>> {
+        let own = self.patches.first().map_or(self.points.len(), |p| p.points.start);
+        let patches = self.patches.iter().enumerate();
+        std::iter::once(PointBand { patch: None, points: &self.points[..own] })
+            .chain(patches.map(|(k, p)| PointBand { patch: Some(k), points: &self.points[p.points.clone()] }))
+    }
+
+    /// Its meshes as an observer sees them: one band for each part.
+    pub fn mesh_parts(&self) -> impl Iterator<Item = MeshPart<'_>> {
+        fn part<'a>(
+            patch: Option<usize>,
+            mesh: &'a TriMesh,
+            normals: &'a [Vector],
+            deviations: &'a [f64],
+        ) -> MeshPart<'a> {
+            let (positions, triangles) = (mesh.positions.as_slice(), mesh.triangles.as_slice());
+            MeshPart { patch, first: 0, from_x: f64::NEG_INFINITY, positions, normals, deviations, triangles }
+        }
+        let patches = self.patches.iter().enumerate();
+        patches.map(|(k, p)| part(Some(k), &p.mesh, &p.normals, &p.vertex_deviation)).chain(std::iter::once(part(
+            None,
+            &self.mesh,
+            &self.normals,
+            &self.vertex_deviation,
+        )))
     }
 
     /// The surface of all parts as one mesh with its normals; parts are not joined at the faces of the windows.
