@@ -223,7 +223,11 @@ impl Gather {
 
     /// Closes the cells that end below an x.
     fn close_below(&mut self, x: f64, cell: f64) {
-        let first = if x.is_finite() { (x / cell).floor().clamp(-1e9, 1e9) as i32 } else { return };
+        if !x.is_finite() {
+            return;
+        }
+        // A hair less: positions are in single precision.
+        let first = (x / cell - 0.01).floor().clamp(-1e9, 1e9) as i32;
         let rest = self.open.split_off(&[first, i32::MIN, i32::MIN]);
         for (_, (index, cluster)) in std::mem::replace(&mut self.open, rest) {
             self.place(index, &cluster, cell);

@@ -13,7 +13,7 @@ pub fn observers(rerun: &RerunMode) -> Result<Vec<Box<dyn Observer>>, RecordErro
         Box::new(JsonObserver),
         Box::<TableObserver>::default(),
         Box::new(StockObserver),
-        Box::new(GltfObserver),
+        Box::<GltfObserver>::default(),
         Box::<ReportObserver>::default(),
     ];
     if *rerun != RerunMode::Off {

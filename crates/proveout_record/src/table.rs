@@ -123,7 +123,10 @@ impl Row<'_> {
 
     pub(crate) fn text(&mut self, value: impl Into<Option<Arc<str>>>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Text(v)) => v.append_option(value.into()),
+            Some(Held::Text(v)) => {
+                let text: Option<Arc<str>> = value.into();
+                v.append_option(text);
+            }
             other => missing(other),
         }
         self

@@ -16,6 +16,7 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    machine_data::with_machine,
     memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
     programs,
@@ -142,7 +143,7 @@ impl Prepared {
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
         let demand =
-            Demand { lines: lines_of(&program_path)? as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
+            Demand { lines: lines_of(&program_path).unwrap_or(0) as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);
@@ -150,7 +151,7 @@ impl Prepared {
 
         let nc_settings = NcSettings {
             compensation: Compensation::ToolCenter(tool_radii(&tools)),
-            ..Self::reader_settings(&scene, entry)?
+            ..with_machine(Self::reader_settings(&scene, entry)?, &machine)
         };
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
@@ -242,7 +243,9 @@ impl Prepared {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
             length_active_after_change: length_active_after_change(dialect),
+            length_in_machine_coordinates: length_in_machine_coordinates(dialect),
             ..defaults
         }
     }
@@ -266,6 +269,12 @@ fn length_active_after_change(dialect: Dialect) -> bool {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
         Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
     }
+}
+
+/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
+/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
+fn length_in_machine_coordinates(dialect: Dialect) -> bool {
+    !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {

@@ -169,7 +169,7 @@ impl SurfaceMap {
         let own = self.patches.first().map_or(self.points.len(), |p| p.points.start);
         let patches = self.patches.iter().enumerate();
         std::iter::once(PointBand { patch: None, points: &self.points[..own] })
-            .chain(patches.map(|(k, p)| PointBand { patch: Some(k), points: &self.points[p.points.clone()] }))
+            .chain(patches.map(move |(k, p)| PointBand { patch: Some(k), points: &self.points[p.points.clone()] }))
     }
 
     /// Its meshes as an observer sees them: one band for each part.
