@@ -70,6 +70,15 @@ pub struct Finding {
     pub limit: Option<f64>,
     /// Unit of value and limit.
     pub unit: Option<String>,
+    /// Gouge and excess: area of the design's surface that is concerned, mm².
+    #[serde(default)]
+    pub area_mm2: Option<f64>,
+    /// Gouge and excess: volume that is missing or left, mm³.
+    #[serde(default)]
+    pub volume_mm3: Option<f64>,
+    /// Gouge and excess: connected areas that this finding stands for; more than one where the smaller ones are told together.
+    #[serde(default)]
+    pub areas: Option<u64>,
     /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).
     pub repeats: u32,
     /// For people: what, where, by how much.

@@ -10,7 +10,6 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
-use proveout_stock::{Patch, TriDexel};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
@@ -18,9 +17,10 @@ use crate::{
     digest,
     error::SimError,
     machine_data::with_machine,
+    memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
     programs,
-    raw_stock::{self, StockMemory},
+    raw_stock::{self, RawStock},
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
@@ -31,8 +31,8 @@ use crate::{
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
 /// is never smaller than it is.
 const FIXTURE_SECTORS: usize = 96;
-/// Memory that a stock may take unless the call says otherwise, bytes.
-pub(crate) const STOCK_MEMORY: u64 = 4 << 30;
+/// Memory that a run may take, bytes.
+pub(crate) const MEMORY: u64 = 4 << 30;
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +47,8 @@ pub struct Choice {
     pub dynamics: Option<DynamicsFile>,
     /// Plant instead of that of the scene.
     pub plant: Option<PlantFile>,
+    /// What the observers of the run will hold, for the announcement of its memory.
+    pub recorded: Recorded,
 }
 
 /// A program that was made from another one.
@@ -85,10 +87,10 @@ pub struct Prepared {
     pub tools: ToolLibrary,
     /// For each tool the parts of its holder, widened by the clearance that the scene wants.
     pub holder_zones: Vec<Vec<Profile>>,
-    /// Stock before the first cut, workpiece frame.
-    pub stock: TriDexel,
-    /// Its patches with finer cells, in the order of the scene.
-    pub patches: Vec<Patch>,
+    /// Stock before the first cut with its patches, workpiece frame.
+    pub stock: RawStock,
+    /// Memory that the run was announced with.
+    pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
     /// Fixtures: name and closed mesh in the table frame.
@@ -114,14 +116,14 @@ impl Prepared {
         Self::read_announced(scene_path, choice, &mut |_| ())
     }
 
-    /// The same, telling what memory stock and patches will take before it is taken.
+    /// The same, telling what memory the run will take before the stock is made.
     ///
     /// # Errors
     /// As [`Self::read`].
     pub fn read_announced(
         scene_path: &Path,
         choice: &Choice,
-        announce: &mut dyn FnMut(&StockMemory),
+        announce: &mut dyn FnMut(&Memory),
     ) -> Result<Self, SimError> {
         let start = Instant::now();
         let scene = Scene::read(scene_path)?;
@@ -144,11 +146,13 @@ impl Prepared {
         inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
 
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
-        let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs, announce)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
+        let demand =
+            Demand { lines: lines_of(&program_path).unwrap_or(0) as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
+        let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);
         }
@@ -186,7 +190,7 @@ impl Prepared {
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,
             stock,
-            patches,
+            memory,
             part_mesh,
             fixtures,
             table_from_work,
