@@ -43,7 +43,7 @@ pub struct Sample {
     pub time: f64,
     /// Index of the [`BlockRecord`].
     pub block: u32,
-    /// Length of the path so far, mm (blocks of rotary motion alone: degrees).
+    /// Length of the path that was run so far, mm (blocks of rotary motion alone: degrees).
     pub path_length: f64,
     /// Set point of each joint, mm and radian.
     pub commanded: JointValues,
@@ -59,7 +59,7 @@ pub struct Sample {
     pub pose: ToolPose,
     /// Programmed feed, mm/s; zero in rapid motion and at standstill.
     pub feed_programmed: f64,
-    /// Feed in fact, mm/s (blocks of rotary motion alone: degrees a second).
+    /// Feed along the planned path in fact, with its corners rounded, mm/s (blocks of rotary motion alone: degrees a second).
     pub feed: f64,
     /// Purpose.
     pub kind: MoveKind,
@@ -313,8 +313,10 @@ pub struct BlockRecord {
     pub start_time: f64,
     /// End, s.
     pub end_time: f64,
-    /// Length of the path, mm (rotary motion alone: degrees).
+    /// Length of the path that is run, mm (rotary motion alone: degrees): shorter than the programmed one where corners are rounded.
     pub length: f64,
+    /// Length of the programmed path, in the same unit.
+    pub programmed_length: f64,
     /// Programmed feed, mm/s; zero for rapid motion and without motion.
     pub feed: f64,
     /// What it does.

@@ -56,6 +56,7 @@ pub(crate) fn judge(
             dwell_s: summary.dwell_s,
             tool_change_s: summary.tool_change_s,
             lower_bound_s: summary.lower_bound_s,
+            path_bound_s: summary.path_bound_s,
         },
         axes: axes(prepared, summary),
         path: Path {

@@ -160,6 +160,10 @@ where
             return;
         }
         let both = before != SpindleDirection::Off && direction != SpindleDirection::Off;
+        if direction == SpindleDirection::Off {
+            // A tool that stands must have cut up to the programmed point: boring cycles move it aside from there.
+            self.stop_run();
+        }
         let duration = self.device.machine.control.spindle_start_time * if both { 2.0 } else { 1.0 };
         if self.settings.spindle_waits && duration > 0.0 {
             // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed waits.

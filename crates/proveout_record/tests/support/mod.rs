@@ -416,7 +416,8 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             rapid_s: 0.08 * total,
             dwell_s: 0.02 * total,
             tool_change_s: 12.0,
-            lower_bound_s: Some(0.93 * total),
+            lower_bound_s: Some(0.91 * total),
+            path_bound_s: Some(0.93 * total),
         },
         axes: [("X", linear(400.0)), ("Y", linear(310.0)), ("Z", linear(150.0)), ("B", rotary.clone()), ("C", rotary)]
             .map(|(n, a)| (n.to_owned(), a))

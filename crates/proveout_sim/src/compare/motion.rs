@@ -262,7 +262,7 @@ impl Record<'_> {
                 self.blocks.push(FeedBlock {
                     run: self.run,
                     time: [block.start_time, block.end_time],
-                    programmed: if block.feed > 0.0 { block.length / block.feed } else { 0.0 },
+                    programmed: if block.feed > 0.0 { block.programmed_length / block.feed } else { 0.0 },
                     end,
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,
