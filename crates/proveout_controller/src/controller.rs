@@ -280,6 +280,12 @@ where
             Op::Message(text) => {
                 self.announce(Event::Message { time: 0.0, block: self.next_block, text: text.clone() });
             }
+            Op::Overcut(overcut) => self.announce(Event::Overcut {
+                time: 0.0,
+                block: self.next_block,
+                location: location.clone(),
+                overcut: Box::new(overcut.clone()),
+            }),
             Op::Note(text) => self.announce(Event::Note { time: 0.0, block: self.next_block, text: text.clone() }),
             Op::Stop { optional } => {
                 let block = self.action(location, BlockKind::Action, 0.0);

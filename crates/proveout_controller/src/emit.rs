@@ -439,6 +439,7 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::Coolant { time, .. }
         | Event::Message { time, .. }
         | Event::Note { time, .. }
+        | Event::Overcut { time, .. }
         | Event::Dwell { time, .. }
         | Event::Stop { time, .. }
         | Event::End { time, .. }

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use proveout_geom::ToolPose;
 use proveout_machine::JointValues;
-use proveout_nc::{Coolant, SpindleDirection};
+use proveout_nc::{Coolant, Location, Overcut, SpindleDirection};
 
 /// What a motion is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -148,6 +148,17 @@ pub enum Event {
         /// Text.
         text: String,
     },
+    /// The compensated path enters its own contour, named by the reader.
+    Overcut {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`] behind the compensated stretch.
+        block: u32,
+        /// Block that the tool follows there.
+        location: Location,
+        /// What is cut, and how deep.
+        overcut: Box<Overcut>,
+    },
     /// Wait.
     Dwell {
         /// Begin, s.
@@ -243,6 +254,7 @@ impl Event {
             | Self::Coolant { time, .. }
             | Self::Message { time, .. }
             | Self::Note { time, .. }
+            | Self::Overcut { time, .. }
             | Self::Dwell { time, .. }
             | Self::Stop { time, .. }
             | Self::End { time, .. }
@@ -262,6 +274,7 @@ impl Event {
             | Self::Coolant { block, .. }
             | Self::Message { block, .. }
             | Self::Note { block, .. }
+            | Self::Overcut { block, .. }
             | Self::Dwell { block, .. }
             | Self::Stop { block, .. }
             | Self::End { block, .. }

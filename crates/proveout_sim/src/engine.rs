@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
 use proveout_geom::Pose;
 use proveout_machine::{JointKind, JointValues};
-use proveout_nc::{ASSUMED, SpindleDirection};
+use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
 use proveout_tool::{Profile, Role, Tool};
 
@@ -565,6 +565,10 @@ impl<'a> Engine<'a> {
                     Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
                     None => FindingLog::of(&finding::NOTE, text.clone()),
                 },
+                Event::Overcut { time, location, overcut, .. } => {
+                    self.log.push(overcut_finding(*time, location, overcut));
+                    continue;
+                }
                 _ => continue,
             };
             let mut f = found;
@@ -643,6 +647,21 @@ impl<'a> Engine<'a> {
             engagement: sum.engagement,
         })
     }
+}
+
+/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
+/// reader and not that of the block under way.
+fn overcut_finding(time: f64, location: &Location, overcut: &Overcut) -> Finding {
+    let code = match overcut.kind.weight() {
+        OvercutWeight::Error => &finding::OVERCUT,
+        OvercutWeight::Warning => &finding::CONTOUR_TOUCHED,
+        OvercutWeight::Info => &finding::NOTE,
+    };
+    let mut f = FindingLog::of(code, overcut.to_string());
+    (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
+    f.time_s = Some(time);
+    f.penetration_mm = Some(overcut.depth);
+    f
 }
 
 /// What is known of a way down that is not allowed: its angle or its stub, each with its limit.
