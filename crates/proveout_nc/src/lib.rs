@@ -35,6 +35,7 @@ mod diagnostic;
 mod dialect;
 mod frame;
 mod json;
+mod not_run;
 pub mod post;
 
 mod program;
@@ -42,11 +43,15 @@ mod scan;
 mod settings;
 mod source;
 mod state;
+mod survey;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
+pub use not_run::{NotRun, NotRunKind, Weight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};
+pub use source::ProgramText;
+pub use survey::Survey;

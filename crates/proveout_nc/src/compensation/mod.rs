@@ -66,6 +66,7 @@ mod corner;
 mod emit;
 mod faults;
 mod plane;
+mod recover;
 #[cfg(test)]
 mod tests;
 
@@ -142,6 +143,8 @@ pub(crate) struct Compensated {
     position: AxisValues,
     /// Motion handed out last, for the pieces of corners.
     last: Option<Motion>,
+    /// A fault was told, and the run goes on behind it.
+    broken: bool,
 }
 
 impl Compensated {
@@ -176,6 +179,7 @@ impl Compensated {
             feed: None,
             position: AxisValues::NONE,
             last: None,
+            broken: false,
         }
     }
 

@@ -16,6 +16,7 @@ mod expr;
 mod flavor;
 mod index;
 mod interpreter;
+mod leftover;
 mod length;
 mod machine;
 mod modal;
@@ -23,6 +24,7 @@ mod motion;
 mod offsets;
 mod parser;
 mod pending;
+mod recover;
 mod statement;
 mod system;
 mod technology;
@@ -36,24 +38,40 @@ use interpreter::Interpreter;
 
 use super::Reader;
 use crate::Command;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::Diagnostic;
+use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
-pub(crate) fn open(
-    dialect: Dialect,
-    source: Source,
-    folder: Option<PathBuf>,
-    settings: &Settings,
-) -> Result<Box<dyn Reader>, Diagnostics> {
+pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
     let told = flavor::tell(dialect, &source);
-    Ok(Box::new(Interpreter::new(source, folder, settings, told)?))
+    Box::new(Interpreter::new(source, folder, settings, told))
 }
 
 impl Reader for Interpreter {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.structure)
+    }
+
+    fn recover(&mut self) -> bool {
+        Self::recover(self)
+    }
+
+    fn follows(&self, fault: &Diagnostic) -> bool {
+        self.may_follow(fault)
+    }
+
+    fn sources(&self) -> Vec<&Source> {
+        self.loaded().map(|loaded| &loaded.source).collect()
+    }
+
+    fn not_run(&self) -> Vec<NotRun> {
+        self.leftover()
     }
 }
 

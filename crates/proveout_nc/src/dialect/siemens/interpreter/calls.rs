@@ -10,7 +10,7 @@ use super::super::parser::{self, Block, Call, Parameter, Statement};
 use super::{Interpreter, Level, Loaded};
 use crate::Op;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Diagnostics, Fault, Span};
 use crate::source::{Mark, Source};
 
 impl Interpreter {
@@ -153,8 +153,10 @@ impl Interpreter {
                 let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
                 let source =
                     Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
-                let loaded =
-                    Loaded::new(source).map_err(|d| failed(format!("the subprogram `{name}` is broken: {d}")))?;
+                let (loaded, faults) = Loaded::new(source, self.files.len() + 1);
+                if !faults.is_empty() {
+                    return Err(failed(format!("the subprogram `{name}` is broken: {}", Diagnostics(faults))));
+                }
                 let loaded = Arc::new(loaded);
                 let section = loaded.index.main;
                 self.files.insert(path, Arc::clone(&loaded));
