@@ -19,7 +19,9 @@ pub(crate) struct Doubt {
     /// Position of these axes.
     pub(crate) axes: u16,
     pub(crate) feed: bool,
-    /// Modal words, offsets, cycles.
+    /// The motion word in force: a later block with its own ends the doubt.
+    pub(crate) mode: bool,
+    /// Other modal words, planes, offsets, cycles: in doubt until the end.
     pub(crate) modal: bool,
     pub(crate) tool: bool,
     /// Variables.
@@ -27,9 +29,9 @@ pub(crate) struct Doubt {
 }
 
 impl Doubt {
-    pub(crate) const NONE: Self = Self { axes: 0, feed: false, modal: false, tool: false, values: false };
+    pub(crate) const NONE: Self = Self { axes: 0, feed: false, mode: false, modal: false, tool: false, values: false };
     /// Behind a subprogram that was not found.
-    pub(crate) const ALL: Self = Self { axes: ALL_AXES, feed: true, modal: true, tool: true, values: true };
+    pub(crate) const ALL: Self = Self { axes: ALL_AXES, feed: true, mode: true, modal: true, tool: true, values: true };
 
     pub(crate) fn any(self) -> bool {
         self != Self::NONE
@@ -38,6 +40,7 @@ impl Doubt {
     pub(crate) fn add(&mut self, other: Self) {
         self.axes |= other.axes;
         self.feed |= other.feed;
+        self.mode |= other.mode;
         self.modal |= other.modal;
         self.tool |= other.tool;
         self.values |= other.values;
@@ -60,7 +63,8 @@ impl Doubt {
                 _ if word == 1 => match byte.to_ascii_uppercase() {
                     b'F' => doubt.feed = true,
                     b'T' => doubt.tool = true,
-                    b'G' | b'D' | b'H' | b'S' | b'L' | b'P' => doubt.modal = true,
+                    b'G' => (doubt.mode, doubt.modal) = (true, true),
+                    b'D' | b'H' | b'S' | b'L' | b'P' => doubt.modal = true,
                     b'O' => doubt = Self::ALL,
                     b'M' => {
                         doubt.modal = true;
@@ -70,6 +74,7 @@ impl Doubt {
                     letter => doubt.axes |= crate::AxisValues::index(char::from(letter)).map_or(0, |axis| 1 << axis),
                 },
                 _ if word > 1 => {
+                    doubt.mode = true;
                     doubt.modal = true;
                     doubt.tool = true;
                     doubt.feed = true;
@@ -86,6 +91,18 @@ impl Doubt {
         doubt
     }
 
+    /// What a block leaves in doubt whose motion failed with this fault: words that set something act before the motion, so that
+    /// only its end is not known.
+    pub(crate) fn of_motion(code: &str, text: &str) -> Self {
+        let doubt = Self::of_text(text);
+        match code {
+            codes::ARC_GEOMETRY | codes::ARC_RADIUS | codes::POSITION_UNKNOWN | codes::NO_FEED => {
+                Self { axes: doubt.axes, ..Self::NONE }
+            }
+            _ => doubt,
+        }
+    }
+
     /// A fault that may be there only because of what is in doubt. A block whose text cannot be read is at fault by itself; one
     /// that is being collected knows nothing but values.
     pub(crate) fn hides(self, fault: &Diagnostic, stage: Stage) -> bool {
@@ -95,13 +112,15 @@ impl Doubt {
         let acting = stage != Stage::Read;
         match fault.code {
             codes::ARC_GEOMETRY | codes::ARC_RADIUS | codes::POSITION_UNKNOWN | codes::COMPENSATION => {
-                self.axes != 0 || self.modal || self.values
+                self.axes != 0 || self.mode || self.values
             }
             codes::ARGUMENTS | codes::ORIENTATION | codes::CONFLICT | codes::MISSING_VALUE | codes::STRUCTURE => {
                 self.modal && acting || self.values
             }
-            codes::NO_FEED => self.feed || self.modal || self.values,
+            codes::NO_FEED => self.feed || self.mode || self.values,
             codes::NO_TOOL => self.tool,
+            // What is refused in a state; a word that is refused everywhere is told when its line is read.
+            codes::UNSUPPORTED_WORD => self.modal && acting,
             codes::UNKNOWN_VARIABLE
             | codes::ARITHMETIC
             | codes::TYPE
@@ -109,13 +128,21 @@ impl Doubt {
             | codes::PROGRAM_ALARM
             | codes::LOOP_LIMIT
             | codes::NESTING_LIMIT => self.values,
-            // A target that is computed.
-            codes::JUMP_TARGET | codes::SUBPROGRAM => {
-                self.values && fault.source_line.contains(['#', '[', '"', '<', 'Q'])
-            }
+            codes::JUMP_TARGET | codes::SUBPROGRAM => self.values && is_computed(&fault.source_line),
             _ => false,
         }
     }
+}
+
+/// The target of a jump or call is computed: a parameter or expression stands behind its word.
+fn is_computed(line: &str) -> bool {
+    let upper = line.to_ascii_uppercase();
+    let behind = ["GOTOF", "GOTOB", "GOTOC", "GOTO", "LBL", "CALL", "PGM", "M98", "M97", "M99", "G65", "G66"]
+        .iter()
+        .filter_map(|word| upper.rfind(word).map(|at| at + word.len()))
+        .max();
+    let target = upper.get(behind.unwrap_or(0)..).unwrap_or_default();
+    target.contains(['#', '<']) || target.trim_start().starts_with(['[', 'Q']) || upper.trim_start().starts_with("O[")
 }
 
 /// How far a block has come.
@@ -163,7 +190,7 @@ mod tests {
         assert_eq!(of("X10 Y-5"), Doubt { axes: 0b11, ..Doubt::NONE });
         assert_eq!(of("F100"), Doubt { feed: true, ..Doubt::NONE });
         assert_eq!(of("(G1 X5) Z[#1]"), Doubt { axes: 0b100, values: true, ..Doubt::NONE });
-        assert_eq!(of("G1 ; X5"), Doubt { modal: true, ..Doubt::NONE });
+        assert_eq!(of("G1 ; X5"), Doubt { mode: true, modal: true, ..Doubt::NONE });
         assert_eq!(of("#5=3"), Doubt { values: true, ..Doubt::NONE });
         assert!(of("CYCLE81(10,0,2)").modal && of("TOOL CALL 5").tool && of("SIDE").axes == ALL_AXES);
         assert_eq!(of("M98 P100"), Doubt::ALL);

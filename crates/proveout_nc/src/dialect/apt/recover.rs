@@ -21,9 +21,19 @@ pub(crate) struct Recovery {
 impl AptReader {
     /// A fault that may follow from one before.
     pub(crate) fn may_follow(&self, fault: &Diagnostic) -> bool {
-        let faults = &self.recovery.faults;
-        let name = faults.stage == Stage::Acting && fault.code == codes::TYPE;
-        faults.doubt.hides(fault, faults.stage) || name && faults.doubt.values
+        let doubt = self.recovery.faults.doubt;
+        if self.recovery.faults.stage == Stage::Unread {
+            return false;
+        }
+        match fault.code {
+            codes::POSITION_UNKNOWN | codes::ARC_GEOMETRY | codes::ARC_RADIUS | codes::COMPENSATION => {
+                doubt.axes != 0 || doubt.modal
+            }
+            codes::NO_FEED => doubt.feed,
+            codes::CONFLICT | codes::STRUCTURE | codes::MISSING_VALUE => doubt.modal,
+            codes::UNKNOWN_VARIABLE | codes::TYPE => doubt.values,
+            _ => false,
+        }
     }
 
     /// What later statements have set anew is in doubt no more.

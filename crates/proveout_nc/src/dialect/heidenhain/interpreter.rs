@@ -31,6 +31,8 @@ pub(crate) struct Loaded {
     pub(crate) labels: BTreeMap<String, Mark>,
     /// Its number among the files of the run.
     pub(crate) file: usize,
+    /// A line that may hold a label cannot be read.
+    pub(crate) unreadable: bool,
 }
 
 /// Key of a label: numbers and names live in one space.
@@ -43,6 +45,7 @@ impl Loaded {
     pub(crate) fn new(source: Source, din: bool, file: usize) -> (Self, Vec<Diagnostic>) {
         let mut labels = BTreeMap::new();
         let mut faults = Vec::new();
+        let mut unreadable = false;
         let mut at = Mark::START;
         let mut block = Block::default();
         while let Some((line, next)) = source.line(at) {
@@ -50,6 +53,7 @@ impl Loaded {
             let found = if din { line.contains("G98") || line.contains("g98") } else { has_label(line) };
             if found {
                 let parsed = if din { din::parse(line, &mut block) } else { parser::parse(line, &mut block) };
+                unreadable |= parsed.is_err();
                 let key = match (&parsed, &block.statement) {
                     (Ok(()), Statement::Label(Label::Number(super::words::Value::Number(n)))) if *n != 0.0 => {
                         Some(label_key(*n))
@@ -72,7 +76,7 @@ impl Loaded {
             }
             at = next;
         }
-        (Self { source, din, labels, file }, faults)
+        (Self { source, din, labels, file, unreadable }, faults)
     }
 }
 

@@ -21,13 +21,21 @@ pub(crate) struct Recovery {
     /// The fault is one of an earlier block, of this line, that waited for its end.
     pub(crate) earlier: Option<u32>,
     failed: Option<Failed>,
+    /// Motions since the position is known again, and where the last one went.
+    since: u32,
+    last: crate::AxisValues,
 }
+
+/// Motions that a corner looks back: the start of the element before it.
+const LOOKED_BACK: u32 = 3;
 
 /// The block that has failed last.
 #[derive(Debug)]
 struct Failed {
     text: String,
     code: &'static str,
+    /// It may follow from a fault before: its block has done nothing that could be relied on.
+    follows: bool,
     earlier: bool,
     times: u32,
 }
@@ -38,26 +46,30 @@ impl Interpreter {
         let earlier = self.recovery.earlier.take();
         let times = self.recovery.faults.count(loaded.file, earlier.unwrap_or(at.line));
         let shown = earlier.and_then(|line| crate::compensation::line_of(&loaded.source, line));
-        self.recovery.failed = Some(Failed {
-            text: shown.clone().unwrap_or_else(|| text.to_owned()),
-            code: fault.code,
-            earlier: earlier.is_some(),
-            times,
-        });
-        Box::new(match (earlier, shown) {
+        let (code, text_of_fault) = (fault.code, shown.clone().unwrap_or_else(|| text.to_owned()));
+        let diagnostic = match (earlier, shown) {
             (Some(line), Some(shown)) => {
                 let start = shown.len() - shown.trim_start().len();
                 Fault { span: Span::new(start, shown.trim_end().len()), ..fault }.at(&loaded.source.name, line, &shown)
             }
             _ => text::locate(fault, &loaded.source, at, text),
-        })
+        };
+        self.recovery.failed = Some(Failed {
+            text: text_of_fault,
+            code,
+            follows: self.may_follow(&diagnostic),
+            earlier: earlier.is_some(),
+            times,
+        });
+        Box::new(diagnostic)
     }
 
     /// A fault that may follow from one before. What a call finds missing may stand in a block that is lost.
     pub(crate) fn may_follow(&self, fault: &Diagnostic) -> bool {
         let faults = &self.recovery.faults;
         let call = faults.stage != Stage::Unread && matches!(fault.code, codes::UNKNOWN_WORD | codes::SYNTAX);
-        faults.doubt.hides(fault, faults.stage) || call && faults.doubt.modal
+        let target = fault.code == codes::JUMP_TARGET && self.loaded().any(|loaded| loaded.unreadable);
+        faults.doubt.hides(fault, faults.stage) || call && faults.doubt.modal || target
     }
 
     /// What later blocks have set anew is in doubt no more.
@@ -66,11 +78,13 @@ impl Interpreter {
             return;
         }
         let doubt = &mut self.recovery.faults.doubt;
-        for axis in 0..9 {
-            if self.position.work.get(axis).is_some() {
-                doubt.axes &= !(1 << axis);
-            }
+        let known = (0..9).filter(|axis| self.position.work.get(*axis).is_some()).fold(0, |mask, axis| mask | 1 << axis);
+        let moved = std::mem::replace(&mut self.recovery.last, self.position.work) != self.position.work;
+        self.recovery.since = if doubt.axes & !known == 0 { self.recovery.since + u32::from(moved) } else { 0 };
+        if self.recovery.since > LOOKED_BACK {
+            doubt.axes = 0;
         }
+        doubt.mode = false;
         doubt.feed &= self.state.feed.is_none();
         doubt.tool &= self.state.tool.is_none();
     }
@@ -82,10 +96,13 @@ impl Interpreter {
             return false;
         }
         self.done = false;
-        // Nothing waits for its end any more.
-        (self.state.corner, self.state.approach, self.state.departing) = (None, None, None);
-        self.state.held = false;
-        self.state.pending_cycle = None;
+        let unread = self.recovery.faults.stage == Stage::Unread || failed.code == codes::JUMP_TARGET;
+        if !unread || failed.earlier {
+            // Nothing waits for its end any more.
+            (self.state.corner, self.state.approach, self.state.departing) = (None, None, None);
+            self.state.held = false;
+            self.state.pending_cycle = None;
+        }
         let doubt = match (failed.code, self.recovery.faults.stage) {
             (codes::NO_END, _) => Doubt::NONE,
             (codes::SUBPROGRAM, _) => Doubt::ALL,
@@ -104,8 +121,13 @@ impl Interpreter {
             }
             (_, Stage::Unread) => self.salvage_path(&failed.text),
             _ if failed.earlier => Doubt { modal: true, ..Doubt::NONE },
-            _ => Self::doubt_of(&failed.text),
+            _ if failed.follows => Self::doubt_of(&failed.text),
+            (code, _) => match Doubt::of_motion(code, &failed.text) {
+                doubt if !doubt.modal && !doubt.values => doubt,
+                _ => Self::doubt_of(&failed.text),
+            },
         };
+        self.recovery.since = 0;
         self.recovery.faults.doubt.add(doubt);
         self.position.forget(doubt.axes);
         if doubt.axes != 0 || doubt.modal {
@@ -119,14 +141,11 @@ impl Interpreter {
         let upper = text.to_ascii_uppercase();
         let words = upper.trim_start_matches(|c: char| c.is_ascii_digit() || c.is_whitespace() || c == '/');
         let begins = |list: &[&str]| list.iter().any(|word| words.starts_with(word));
-        let values = begins(&["Q", "FN", "DECLARE"]) || words.starts_with('D') && !words.starts_with("DEP");
+        let values = begins(&["Q", "FN 0", "FN0", "FN 1:", "FN 2", "DECLARE"]) || words.starts_with('D') && !words.starts_with("DEP");
         if values {
             return Doubt { values: true, ..Doubt::NONE };
         }
-        if begins(&["IF", "GOTO", "LBL", "CALL LBL"]) {
-            return Doubt::NONE;
-        }
-        if begins(&["CALL PGM", "CALL SELECTED", "CYCL CALL"]) || words.contains("M99") || words.contains("M89") {
+        if begins(&["IF", "GOTO", "LBL", "CALL", "SEL", "CYCL CALL"]) || words.contains("M99") || words.contains("M89") {
             return Doubt { values: !begins(&["CYCL CALL"]), ..Doubt::ALL };
         }
         if begins(&["CYCL DEF", "PATTERN", "FUNCTION", "PLANE", "TRANS"]) {

@@ -52,6 +52,8 @@ pub(crate) struct Index {
     pub(crate) partners: BTreeMap<usize, Partner>,
     /// All of the text that holds code, in order.
     pub(crate) parts: Vec<Part>,
+    /// A line that may structure the program cannot be read: what seems to be missing may stand in it.
+    pub(crate) unreadable: bool,
 }
 
 /// One pass over a file.
@@ -228,8 +230,10 @@ impl Index {
                 };
                 index.close(&mut pass, at, leader || behind);
                 (pass.start, pass.name) = (next, None);
-            } else if may_structure(line) && parser::parse_line(line, flavor, &mut block).is_ok() {
-                match block.statement.take() {
+            } else if may_structure(line) {
+                let readable = parser::parse_line(line, flavor, &mut block).is_ok();
+                index.unreadable |= !readable;
+                match block.statement.take().filter(|_| readable) {
                     Some(Statement::Header(header)) if flavor.is_linuxcnc() => {
                         pass.heads.push((header, at));
                         pass.seen_code = true;
@@ -260,7 +264,15 @@ impl Index {
             at = next;
         }
         let behind = tape == Tape::Behind && (pass.name.is_none() || flavor.is_linuxcnc());
+        let start = pass.start;
         index.close(&mut pass, at, behind);
+        if index.unreadable {
+            pass.faults.clear();
+        }
+        if index.parts.is_empty() {
+            // Comments can speak to the control.
+            index.main = Some(Section { start, end: at.offset });
+        }
         index
     }
 

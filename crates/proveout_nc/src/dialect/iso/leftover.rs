@@ -1,10 +1,11 @@
 //! What the text that was not run is: programs, subprograms, branches, text behind the end.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use super::expr::Expr;
 use super::flavor::Flavor;
-use super::index::{Index, Section, has_return};
+use super::index::{Index, Section, has_end, has_return};
 use super::interpreter::{Interpreter, Loaded};
 use super::parser::{self, Block, Value, Word};
 use super::pending::AXES;
@@ -17,6 +18,29 @@ impl Interpreter {
     /// The files that were read, the main program first.
     pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded>> {
         std::iter::once(&self.main).chain(self.files.values())
+    }
+
+    /// The main file is a subprogram: it returns with M99 and has no other end, or defines the O word of its own name.
+    pub(crate) fn main_is_subprogram(&self) -> bool {
+        let (source, index) = (&self.main.source, &self.main.index);
+        let stem = Path::new(&*source.name).file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
+        if let Some(stem) = stem.filter(|_| self.flavor.is_linuxcnc())
+            && index.subs.contains_key(&format!("<{stem}>"))
+        {
+            return true;
+        }
+        let Some(part) = index.parts.iter().find(|part| !part.outside) else { return false };
+        let (mut at, mut returns) = (Mark::START, false);
+        while let Some((line, next)) = source.line(at).filter(|_| at.line < part.lines[1]) {
+            if at.line >= part.lines[0] && has_end(line) {
+                if !has_return(line) {
+                    return false;
+                }
+                returns = true;
+            }
+            at = next;
+        }
+        returns
     }
 
     pub(crate) fn leftover(&self) -> Vec<NotRun> {

@@ -73,6 +73,10 @@ impl Reader for Interpreter {
     fn not_run(&self) -> Vec<NotRun> {
         self.leftover()
     }
+
+    fn is_subprogram(&self) -> bool {
+        self.main_is_subprogram()
+    }
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
@@ -81,13 +85,20 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> 
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
+    let outside = index::Index::new(source, flavor, &mut Vec::new()).parts;
+    let outside: Vec<[u32; 2]> = outside.into_iter().filter(|part| part.outside).map(|part| part.lines).collect();
     while let Some((line, next)) = source.line(at) {
-        let fault = match parser::parse_line(line, flavor, &mut block) {
-            Err(fault) => Some(fault),
-            Ok(()) => block.words.iter().find_map(|word| block::refused_word(flavor, word)),
-        };
-        if let Some(fault) = fault {
-            faults.push(fault.at(&source.name, at.line, line));
+        if outside.iter().any(|lines| (lines[0]..lines[1]).contains(&at.line)) {
+            // No control reads it.
+            at = next;
+            continue;
+        }
+        match parser::parse_line(line, flavor, &mut block) {
+            Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
+            Ok(()) => {
+                let refused = block.words.iter().filter_map(|word| block::refused_word(flavor, word));
+                faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
+            }
         }
         at = next;
     }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::interpreter::{Interpreter, Loaded};
-use super::parser::Block;
+use super::parser::{Block, Word};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::dialect::doubt::{Doubt, Faults, Stage};
@@ -25,6 +25,8 @@ struct Failed {
     line: String,
     code: &'static str,
     span: Span,
+    /// It may follow from a fault before: its block has done nothing that could be relied on.
+    follows: bool,
     loaded: Arc<Loaded>,
     at: Mark,
     times: u32,
@@ -34,22 +36,29 @@ impl Interpreter {
     /// Places a fault and keeps what going on needs to know.
     pub(crate) fn failed(&mut self, loaded: &Arc<Loaded>, at: Mark, line: &str, fault: Fault) -> Box<Diagnostic> {
         let times = self.recovery.faults.count(loaded.file, at.line);
+        let (code, span) = (fault.code, fault.span);
+        let diagnostic = fault.at(&loaded.source.name, at.line, line);
         self.recovery.failed = Some(Failed {
             line: line.to_owned(),
-            code: fault.code,
-            span: fault.span,
+            code,
+            span,
+            follows: self.may_follow(&diagnostic),
             loaded: Arc::clone(loaded),
             at,
             times,
         });
-        Box::new(fault.at(&loaded.source.name, at.line, line))
+        Box::new(diagnostic)
     }
 
     /// A fault that may follow from one before. A word that nobody takes may belong to a modal word that is lost.
     pub(crate) fn may_follow(&self, fault: &Diagnostic) -> bool {
         let faults = &self.recovery.faults;
         let left_over = faults.stage == Stage::Acted && fault.code == codes::UNKNOWN_WORD;
-        faults.doubt.hides(fault, faults.stage) || left_over && faults.doubt.modal
+        // A head, label or closing word that cannot be read.
+        let target = faults.stage != Stage::Unread
+            && matches!(fault.code, codes::STRUCTURE | codes::SUBPROGRAM | codes::JUMP_TARGET | codes::NO_END)
+            && self.loaded().any(|loaded| loaded.index.unreadable);
+        faults.doubt.hides(fault, faults.stage) || left_over && faults.doubt.mode || target
     }
 
     /// What later blocks have set anew is in doubt no more.
@@ -65,7 +74,7 @@ impl Interpreter {
         }
         doubt.feed &= self.technology.feed.is_none();
         doubt.tool &= self.technology.selected.is_none();
-        doubt.modal &= !(self.moved_in_block && self.block.words.iter().any(|word| word.letter == b'G'));
+        doubt.mode &= !(self.moved_in_block && self.block.words.iter().any(|word| word.letter == b'G'));
     }
 
     /// Goes on behind the block that has failed; false where nothing can follow.
@@ -90,34 +99,45 @@ impl Interpreter {
                 Doubt { values: true, ..Doubt::NONE }
             }
             // Jumps and loops: the flow goes on with the next block.
-            _ if is_flow(&failed.line) => {
+            (_, stage) if is_flow(&failed.line) => {
                 if failed.times > 1
                     && let Some(partner) = failed.loaded.index.partners.get(&failed.at.offset)
                 {
                     let end = partner.end;
                     self.continue_after(&failed.loaded, end);
                 }
-                Doubt { values: failed.line.contains('='), ..Doubt::NONE }
+                // Where it would have gone is not known if the text cannot be read.
+                let assigns = Doubt { values: failed.line.contains('='), ..Doubt::NONE };
+                if stage == Stage::Unread { Doubt::ALL } else { assigns }
             }
             (_, Stage::Unread) => self.salvage_words(&failed, true),
             (_, Stage::Read) => self.salvage_words(&failed, false),
-            (_, Stage::Acting) => Doubt::of_text(&failed.line),
+            (_, Stage::Acting) if failed.follows => Doubt::of_text(&failed.line),
+            (code, Stage::Acting) => Doubt::of_motion(code, &failed.line),
             (_, Stage::Acted) => Doubt::NONE,
         };
+        let mut doubt = doubt;
+        if doubt.axes != 0 {
+            self.held = crate::AxisValues::NONE;
+            // The next spline would take up the direction of this one.
+            doubt.modal |= self.spline_end.take().is_some();
+        }
         self.recovery.faults.doubt.add(doubt);
         self.position.forget(doubt.axes);
-        self.held = crate::AxisValues::NONE;
-        self.spline_end = None;
         true
     }
 
     /// Executes the words of the block that are no fault; gives what is in doubt behind them.
     fn salvage_words(&mut self, failed: &Failed, unread: bool) -> Doubt {
         let mut block: Block = std::mem::take(&mut self.block);
-        // Behind a fault of grammar nothing is read; before it the words are good.
-        let lost = if unread { failed.span.start as usize } else { failed.line.len() };
+        // Behind a fault of grammar nothing is read; before it words are good unless they touch it. Where a block with a fault
+        // would have gone is not known, even if its axis words can be read.
+        let touches = |word: &&Word| word.span.end >= failed.span.start && word.span.start <= failed.span.start;
+        let lost = block.words.iter().find(touches).map_or(failed.span.start, |word| word.span.start) as usize;
+        let lost = if unread { lost } else { failed.line.len() };
         let mut doubt = Doubt::of_text(failed.line.get(lost..).unwrap_or(&failed.line));
-        let mut span = failed.span;
+        doubt.axes |= Doubt::of_text(&failed.line).axes;
+        let mut span = if unread { Span::new(lost, failed.line.len()) } else { failed.span };
         for _ in 0..16 {
             let words = block.words.len();
             block.words.retain(|word| word.span.end <= span.start || word.span.start >= span.end);

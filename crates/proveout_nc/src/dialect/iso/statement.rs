@@ -237,6 +237,18 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
 
 fn optional(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Expr>, Fault> {
     s.skip_blanks();
+    // Comments may stand between the arguments.
+    let mut behind = s.clone();
+    while behind.peek() == b'(' {
+        while !behind.at_end() && behind.peek() != b')' {
+            behind.bump();
+        }
+        behind.take(b')');
+        behind.skip_blanks();
+    }
+    if behind.peek() == b'[' {
+        s.set_pos(behind.pos());
+    }
     if s.peek() == b'[' { expr::bracket(s, flavor).map(Some) } else { Ok(None) }
 }
 

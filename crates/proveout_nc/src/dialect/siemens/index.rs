@@ -34,6 +34,8 @@ pub(crate) struct Index {
     pub(crate) main: Section,
     /// All of the text, in order.
     pub(crate) parts: Vec<Part>,
+    /// A PROC line cannot be read: a subprogram that seems to be missing may be this one.
+    pub(crate) unreadable: bool,
     /// Further programs of the same file, by upper-case name.
     pub(crate) procs: BTreeMap<String, Section>,
     /// From the offset of a line to the line that belongs to it: IF to ELSE or ENDIF, ELSE to ENDIF, the opening word of a
@@ -129,6 +131,7 @@ impl Index {
         let mut index = Self {
             main: Section { start: Mark::START, end: source.text.len() },
             parts: Vec::new(),
+            unreadable: false,
             procs: BTreeMap::new(),
             partners: BTreeMap::new(),
             labels: BTreeMap::new(),
@@ -147,7 +150,10 @@ impl Index {
                         Some(Statement::Proc { name, .. }) => Some(name.clone()),
                         _ => None,
                     },
-                    Err(_) => None,
+                    Err(_) => {
+                        index.unreadable = true;
+                        None
+                    }
                 });
                 // A PROC line that follows a header line, or that is the first line with code, names the section it is in.
                 if seen_code {
@@ -256,7 +262,12 @@ impl Index {
         let complete = matches!(kind, Open::If | Open::Repeat)
             && match parser::parse_line(line, block) {
                 Ok(()) => !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat)),
-                Err(_) => line.to_ascii_uppercase().contains("GOTO"),
+                Err(_) if kind == Open::If => line.to_ascii_uppercase().contains("GOTO"),
+                // A label behind it.
+                Err(_) => {
+                    let rest = line.get(head.word_span.end as usize..).unwrap_or_default();
+                    rest.trim_start().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+                }
             };
         if !complete {
             open.push((kind, at, head.word_span));

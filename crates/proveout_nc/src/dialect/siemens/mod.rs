@@ -72,7 +72,7 @@ impl Reader for Interpreter {
     }
 
     fn follows(&self, fault: &Diagnostic) -> bool {
-        self.recovery.faults.doubt.hides(fault, self.recovery.faults.stage)
+        self.may_follow(fault)
     }
 
     fn sources(&self) -> Vec<&Source> {
@@ -94,12 +94,12 @@ pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
     let mut block = parser::Block::default();
     let mut at = Mark::START;
     while let Some((line, next)) = source.line(at) {
-        let fault = match parser::parse_line(line, &mut block) {
-            Err(fault) => Some(fault),
-            Ok(()) => block.words.iter().find_map(block::refused_word),
-        };
-        if let Some(fault) = fault {
-            faults.push(fault.at(&source.name, at.line, line));
+        match parser::parse_line(line, &mut block) {
+            Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
+            Ok(()) => {
+                let refused = block.words.iter().filter_map(block::refused_word);
+                faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
+            }
         }
         at = next;
     }

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use super::interpreter::{Interpreter, Loaded};
-use super::parser::{Block, WordKind};
+use super::parser::{Block, Word, WordKind};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::dialect::doubt::{Doubt, Faults, Stage};
@@ -27,6 +27,8 @@ struct Failed {
     line: String,
     code: &'static str,
     span: Span,
+    /// It may follow from a fault before: its block has done nothing that could be relied on.
+    follows: bool,
     loaded: Arc<Loaded>,
     at: Mark,
     times: u32,
@@ -36,20 +38,37 @@ impl Interpreter {
     /// Places a fault and keeps what going on needs to know.
     pub(super) fn failed(&mut self, loaded: &Arc<Loaded>, at: Mark, line: &str, fault: Fault) -> Box<Diagnostic> {
         let times = self.recovery.faults.count(loaded.file, at.line);
+        let (code, span) = (fault.code, fault.span);
+        let diagnostic = fault.at(&loaded.source.name, at.line, line);
         self.recovery.failed = Some(Failed {
             line: line.to_owned(),
-            code: fault.code,
-            span: fault.span,
+            code,
+            span,
+            follows: self.may_follow(&diagnostic),
             loaded: Arc::clone(loaded),
             at,
             times,
         });
-        Box::new(fault.at(&loaded.source.name, at.line, line))
+        Box::new(diagnostic)
     }
 
     /// A chamfer or rounding cannot be put in.
     pub(super) fn corner_failed(&mut self) {
         self.recovery.corner = true;
+    }
+
+    /// A fault that may follow from one before.
+    pub(super) fn may_follow(&self, fault: &Diagnostic) -> bool {
+        let faults = &self.recovery.faults;
+        // A subprogram whose head cannot be read.
+        let call = faults.stage == Stage::Acting
+            && matches!(fault.code, codes::UNKNOWN_WORD | codes::SUBPROGRAM)
+            && self.loaded().any(|loaded| loaded.index.unreadable);
+        // A variable of the control that holds a position.
+        let position = faults.doubt.axes != 0
+            && fault.code == codes::UNSUPPORTED_WORD
+            && ["$P_EP", "$AA_I"].iter().any(|name| fault.message.contains(name));
+        faults.doubt.hides(fault, faults.stage) || call || position
     }
 
     /// What later blocks have set anew is in doubt no more.
@@ -69,7 +88,7 @@ impl Interpreter {
             let is = |kind: &WordKind| matches!(kind, WordKind::Address { letter, .. } if wanted(*letter));
             self.block.words.iter().any(|word| is(&word.kind))
         };
-        doubt.modal &= !(letter(&|l| l == b'G') && letter(&|l| matches!(l, b'X'..=b'Z')));
+        doubt.mode &= !(letter(&|l| l == b'G') && letter(&|l| matches!(l, b'X'..=b'Z')));
     }
 
     /// Goes on behind the block that has failed; false where nothing can follow.
@@ -104,13 +123,15 @@ impl Interpreter {
                     self.continue_after(&failed.loaded, end);
                 }
                 let defines = failed.line.to_ascii_uppercase().contains("DEF") || failed.line.contains('=');
-                Doubt { values: stage == Stage::Unread || defines, ..Doubt::NONE }
+                // Where it would have gone is not known if the text cannot be read.
+                if stage == Stage::Unread { Doubt::ALL } else { Doubt { values: defines, ..Doubt::NONE } }
             }
             (_, Stage::Unread) => self.salvage_words(&failed, true),
             (_, Stage::Read) => self.salvage_words(&failed, false),
             // A word that may be the name of a subprogram.
             (codes::UNKNOWN_WORD, _) => Doubt { values: false, ..Doubt::ALL },
-            _ => Doubt::of_text(&failed.line),
+            _ if failed.follows => Doubt::of_text(&failed.line),
+            (code, _) => Doubt::of_motion(code, &failed.line),
         };
         self.recovery.faults.doubt.add(doubt);
         self.position.forget(doubt.axes);
@@ -123,10 +144,14 @@ impl Interpreter {
     /// Executes the words of the block that are no fault; gives what is in doubt behind them.
     fn salvage_words(&mut self, failed: &Failed, unread: bool) -> Doubt {
         let mut block: Block = std::mem::take(&mut self.block);
-        // Behind a fault of grammar nothing is read; before it the words are good.
-        let lost = if unread { failed.span.start as usize } else { failed.line.len() };
+        // Behind a fault of grammar nothing is read; before it words are good unless they touch it. Where a block with a fault
+        // would have gone is not known, even if its axis words can be read.
+        let touches = |word: &&Word| word.span.end >= failed.span.start && word.span.start <= failed.span.start;
+        let lost = block.words.iter().find(touches).map_or(failed.span.start, |word| word.span.start) as usize;
+        let lost = if unread { lost } else { failed.line.len() };
         let mut doubt = Doubt::of_text(failed.line.get(lost..).unwrap_or(&failed.line));
-        let mut span = failed.span;
+        doubt.axes |= Doubt::of_text(&failed.line).axes;
+        let mut span = if unread { Span::new(lost, failed.line.len()) } else { failed.span };
         let mut executed = if unread { 0 } else { span.start };
         for _ in 0..16 {
             let before = block.words.len();

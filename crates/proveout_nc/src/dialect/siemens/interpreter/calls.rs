@@ -180,7 +180,14 @@ fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, 
         if at.offset >= section.end {
             break;
         }
-        parser::parse_line(line, &mut block)?;
+        if let Err(fault) = parser::parse_line(line, &mut block) {
+            // A fault of another line than PROC is told when that line is run.
+            let word = line.trim_start().get(..4).unwrap_or_default();
+            if word.eq_ignore_ascii_case("PROC") {
+                return Err(fault);
+            }
+            break;
+        }
         if let Some(Statement::Proc { parameters, save, .. }) = block.statement.take() {
             return Ok((parameters, save, next));
         }
