@@ -54,4 +54,4 @@ pub use not_run::{NotRun, NotRunKind, Weight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};
 pub use source::ProgramText;
-pub use survey::Survey;
+pub use survey::{Look, Survey};

@@ -126,12 +126,12 @@ fn first(faults: Diagnostics) -> Diagnostic {
 /// Everything that can be found wrong with a program: all faults of its lines, its structure and its run, and what is wrong
 /// with it as a whole. Empty when the program runs to its end, with motion, and nothing of its own text is left out.
 pub fn check(path: impl AsRef<Path>, settings: &Settings) -> Vec<Diagnostic> {
-    all(Survey::of_file(path, settings, &mut |_| None))
+    all(Survey::of_file(path, settings, &mut |_, _| None))
 }
 
 /// As [`check`], for a text in memory.
 pub fn check_text(name: &str, text: &str, settings: &Settings) -> Vec<Diagnostic> {
-    all(Survey::of_text(name, text, settings, &mut |_| None))
+    all(Survey::of_text(name, text, settings, &mut |_, _| None))
 }
 
 fn all(survey: Survey) -> Vec<Diagnostic> {

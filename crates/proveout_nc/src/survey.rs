@@ -21,6 +21,9 @@ const MAX_FAULTS: usize = 1000;
 /// Blocks with a fault behind which the run goes on: a loop of many passes can run into one again and again.
 const MAX_RECOVERIES: u32 = 200_000;
 
+/// Sees every command of a survey with the dialect that is read, and may find fault with it.
+pub type Look<'a> = dyn FnMut(&Command, Dialect) -> Option<Diagnostic> + 'a;
+
 /// What a reading pass over a whole program has found.
 #[derive(Clone, Debug)]
 pub struct Survey {
@@ -49,7 +52,7 @@ impl Survey {
     pub fn of_file(
         path: impl AsRef<Path>,
         settings: &Settings,
-        look: &mut dyn FnMut(&Command) -> Option<Diagnostic>,
+        look: &mut Look<'_>,
     ) -> Self {
         match Program::open_leniently(path.as_ref(), settings) {
             Ok(program) => Self::of(program, look),
@@ -62,7 +65,7 @@ impl Survey {
         name: &str,
         text: impl Into<String>,
         settings: &Settings,
-        look: &mut dyn FnMut(&Command) -> Option<Diagnostic>,
+        look: &mut Look<'_>,
     ) -> Self {
         match Program::text_leniently(name, text.into(), settings) {
             Ok(program) => Self::of(program, look),
@@ -88,7 +91,7 @@ impl Survey {
         Self { faults: vec![fault], ..Self::empty(Dialect::Auto) }
     }
 
-    fn of(mut program: Program, look: &mut dyn FnMut(&Command) -> Option<Diagnostic>) -> Self {
+    fn of(mut program: Program, look: &mut Look<'_>) -> Self {
         let mut survey = Self::empty(program.dialect());
         let mut list = Faults::default();
         for fault in program.take_structure_faults() {
@@ -103,7 +106,7 @@ impl Survey {
                     survey.commands += 1;
                     survey.motions += u64::from(moves(&command.op));
                     survey.ended |= command.op == Op::End;
-                    if let Some(fault) = look(&command) {
+                    if let Some(fault) = look(&command, survey.dialect) {
                         list.put(fault);
                     }
                     last = Some(command.location);

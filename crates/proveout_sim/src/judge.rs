@@ -15,6 +15,7 @@ use crate::{
     log::FindingLog,
     prepare::Prepared,
     surface_map::SurfaceMap,
+    survey,
     verdict::{Axis, Deviation, Gate, Inspected, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
 };
 
@@ -27,6 +28,7 @@ pub(crate) fn judge(
     summary: &Summary,
 ) -> (Verdict, SurfaceMap) {
     let mut log = facts.log.clone();
+    survey::judge(prepared, &mut log);
     let (map, measured) = design::measure(prepared, stock, patches);
     if let Some(m) = &measured {
         judge_deviation(prepared, facts, m, &mut log);
@@ -266,6 +268,9 @@ fn judge_gates(
         for c in &mut coverage[1..5] {
             *c = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
         }
+    }
+    if let [program, run @ ..] = &mut coverage[..7] {
+        survey::leave_out(prepared, program, run);
     }
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()

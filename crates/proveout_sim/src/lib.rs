@@ -42,6 +42,7 @@ mod process;
 mod raw_stock;
 mod run_folder;
 mod surface_map;
+mod survey;
 
 pub use engagement::Engagement;
 pub use error::SimError;

@@ -9,7 +9,10 @@ use std::{
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
-use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
+use proveout_nc::{
+    Compensation, Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName,
+    ToolRadii, WorkOffset,
+};
 use proveout_stock::{Patch, TriDexel};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
@@ -25,6 +28,7 @@ use crate::{
         Scene,
     },
     scene_limits::limit_joints,
+    survey,
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
@@ -94,6 +98,8 @@ pub struct Prepared {
     pub plant: Plant,
     /// SHA-256 of the input files by role.
     pub digests: BTreeMap<String, String>,
+    /// What reading the program to its end has told: no fault, and the text that its run does not reach.
+    pub survey: Survey,
     /// Wall time of reading, s.
     pub read_time: f64,
 }
@@ -134,6 +140,15 @@ impl Prepared {
             ("program".to_owned(), program_path.clone()),
         ];
 
+        let nc_settings = NcSettings {
+            compensation: Compensation::ToolCenter(tool_radii(&tools)),
+            ..Self::reader_settings(&scene, entry)?
+        };
+        // All that the program names is there, before stock or motion take their time.
+        let place = scene.path.display().to_string();
+        let read = |look: &mut Look<'_>| Survey::of_file(&program_path, &nc_settings, look);
+        let mut survey = survey::survey(read, &nc_settings, &tools, &machine, &place)?;
+
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs, announce)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
@@ -144,10 +159,6 @@ impl Prepared {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let nc_settings = NcSettings {
-            compensation: Compensation::ToolCenter(tool_radii(&tools)),
-            ..Self::reader_settings(&scene, entry)?
-        };
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
@@ -164,8 +175,17 @@ impl Prepared {
             Some(_) => NcSettings { dialect: Dialect::Siemens840d, ..nc_settings },
         };
         let program_lines = match &made {
-            Some(made) => made.text.lines().count(),
-            None => lines_of(&program_path)?,
+            Some(made) => {
+                let name = format!("{program_name}.mpf");
+                let read = |look: &mut Look<'_>| Survey::of_text(&name, made.text.as_str(), &nc_settings, look);
+                let original = std::mem::replace(
+                    &mut survey,
+                    survey::survey(read, &nc_settings, &tools, &machine, &place)?,
+                );
+                survey.not_run.extend(original.not_run);
+                made.text.lines().count()
+            }
+            None => ProgramText::open(&program_path)?.lines(),
         };
         let dynamics = choice.dynamics.or(entry.and_then(|e| e.dynamics)).unwrap_or(scene.file.control.dynamics);
         Ok(Self {
@@ -193,6 +213,7 @@ impl Prepared {
             },
             digests,
             scene,
+            survey,
             read_time: start.elapsed().as_secs_f64(),
         })
     }
@@ -250,6 +271,7 @@ pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
     for tool in &tools.tools {
         let radius = tool.cutting().map(|body| body.profile.max_radius()).fold(0.0, f64::max);
         radii.by_tool.insert(ToolName::Number(tool.number), radius);
+        radii.by_offset.insert(tool.number, radius);
         radii.by_tool.insert(ToolName::Name(tool.name.clone()), radius);
     }
     radii
@@ -270,12 +292,6 @@ fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
         holder.filter_map(|b| b.profile.widened(clearance).ok()).collect()
     };
     tools.tools.iter().map(zones).collect()
-}
-
-fn lines_of(path: &Path) -> Result<usize, ConfigError> {
-    let bytes =
-        std::fs::read(path).map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
-    Ok(bytes.iter().filter(|b| **b == b'\n').count())
 }
 
 fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Option<TriMesh>, SimError> {

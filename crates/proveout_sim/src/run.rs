@@ -7,7 +7,7 @@
 use std::{path::Path, time::Instant};
 
 use proveout_controller::{Chunk, Controller, RunError};
-use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Settings};
+use proveout_nc::Diagnostic;
 use proveout_stock::TriDexel;
 
 use crate::{
@@ -17,6 +17,7 @@ use crate::{
     observer::{Batch, Observer, Outcome, Setup},
     prepare::Prepared,
     surface_map::SurfaceMap,
+    survey::known_offset,
     verdict::Verdict,
 };
 
@@ -141,25 +142,6 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     let stock_memory =
         std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
     Ok(RunResult { verdict, stages, wall, pieces, surface, stock_memory })
-}
-
-/// Refuses a work offset that the scene does not give: it would silently count as zero.
-pub(crate) fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
-    let Op::Offset(Offset::Work { word }) = &command.op else { return Ok(command) };
-    if settings.work_offsets.contains_key(word) || word == "G500" {
-        return Ok(command);
-    }
-    let Location { file, line, column, length, .. } = &command.location;
-    Err(Diagnostic {
-        code: "scene-work-offset",
-        message: format!("the scene gives no values for work offset {word}"),
-        file: file.clone(),
-        line: *line,
-        column: *column,
-        length: *length,
-        help: Some(format!("add [work_offsets.{word}] with X_mm, Y_mm, Z_mm to {scene}")),
-        source_line: String::new(),
-    })
 }
 
 pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {

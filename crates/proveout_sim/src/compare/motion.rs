@@ -25,7 +25,8 @@ use proveout_tool::{Tool, ToolLibrary};
 use crate::{
     error::SimError,
     prepare::Prepared,
-    run::{from_run_error, known_offset},
+    run::from_run_error,
+    survey::known_offset,
 };
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.

@@ -24,6 +24,8 @@ pub(crate) struct Recovery {
     /// Motions since the position is known again, and where the last one went.
     since: u32,
     last: crate::AxisValues,
+    /// The element that waited for its corner went out with the fault.
+    element_out: bool,
 }
 
 /// Motions that a corner looks back: the start of the element before it.
@@ -54,6 +56,7 @@ impl Interpreter {
             }
             _ => text::locate(fault, &loaded.source, at, text),
         };
+        self.recovery.element_out |= self.state.held;
         self.recovery.failed = Some(Failed {
             text: text_of_fault,
             code,
@@ -69,17 +72,19 @@ impl Interpreter {
         let faults = &self.recovery.faults;
         let call = faults.stage != Stage::Unread && matches!(fault.code, codes::UNKNOWN_WORD | codes::SYNTAX);
         let target = fault.code == codes::JUMP_TARGET && self.loaded().any(|loaded| loaded.unreadable);
-        faults.doubt.hides(fault, faults.stage) || call && faults.doubt.modal || target
+        let corner = fault.code == codes::STRUCTURE && self.recovery.element_out;
+        faults.doubt.hides(fault, faults.stage) || call && faults.doubt.modal || target || corner
     }
 
     /// What later blocks have set anew is in doubt no more.
     pub(crate) fn settle_doubt(&mut self) {
+        let moved = std::mem::replace(&mut self.recovery.last, self.position.work) != self.position.work;
+        self.recovery.element_out &= !moved;
         if !self.recovery.faults.doubt.any() {
             return;
         }
         let doubt = &mut self.recovery.faults.doubt;
         let known = (0..9).filter(|axis| self.position.work.get(*axis).is_some()).fold(0, |mask, axis| mask | 1 << axis);
-        let moved = std::mem::replace(&mut self.recovery.last, self.position.work) != self.position.work;
         self.recovery.since = if doubt.axes & !known == 0 { self.recovery.since + u32::from(moved) } else { 0 };
         if self.recovery.since > LOOKED_BACK {
             doubt.axes = 0;
