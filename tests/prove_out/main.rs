@@ -2,10 +2,15 @@
 
 #![allow(clippy::print_stdout, reason = "a test that was left out says so")]
 
+mod actual_machine;
 mod axis_cross;
+mod bench;
 mod compare;
 mod cone_frustum;
 mod control;
+mod feed_and_rapid;
 mod languages;
 mod li_2022;
+mod plunge;
+mod stock_and_machine;
 mod tool_list;

@@ -137,6 +137,9 @@ pub(crate) struct NcArgs {
     /// Tool library: tool calls must be in it, and compensated contours (G41, RL) come as the path of the tool center
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
+    /// Machine (folder or machine.toml): G28 and G30 go to its reference points, kinematics that it does not list are refused
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) machine: Option<PathBuf>,
     /// Write the program in this dialect instead: siemens-840d, fanuc, haas, linuxcnc, iso, heidenhain, apt
     #[arg(long, value_name = "DIALECT")]
     pub(crate) post: Option<String>,

@@ -41,7 +41,7 @@ impl Part {
     }
 
     fn is_tool(&self) -> bool {
-        !matches!(self.kind, PartKind::Machine | PartKind::Fixture)
+        !matches!(self.kind, PartKind::Machine | PartKind::Fixture | PartKind::Stock)
     }
 }
 
@@ -60,12 +60,16 @@ pub(crate) fn machine_parts(machine: &Machine) -> Result<Vec<Part>, CollisionErr
     machine.bodies.iter().map(part).collect()
 }
 
+/// What carries the table frame.
+pub(crate) fn table_of(machine: &Machine) -> Attachment {
+    machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j))
+}
+
 pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part, CollisionError> {
-    let table = machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j));
     Ok(Part {
         name: fixture.name.as_str().into(),
         kind: PartKind::Fixture,
-        attached: if fixture.on_table { table } else { Attachment::Base },
+        attached: if fixture.on_table { table_of(machine) } else { Attachment::Base },
         zero_from_local: Pose::identity(),
         shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("fixture", &fixture.name, &fixture.mesh, true)?))),
         excluded: false,

@@ -21,6 +21,8 @@ pub enum PartKind {
     Machine,
     /// A fixture, clamp or platform of the setup.
     Fixture,
+    /// The box of the raw stock.
+    Stock,
 }
 
 /// How bad a breach is.

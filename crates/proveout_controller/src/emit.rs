@@ -15,7 +15,7 @@ use crate::{
     plan::Cell,
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
-    stretch::{Clock, Measured, Stretch},
+    stretch::{Clock, Measured, Stretch, grid_number},
     watch::{Parts, REACH, broken},
 };
 
@@ -225,10 +225,18 @@ impl Emitter {
             tool_length: scope.kinematics.mapping.tool_length,
             stance,
         };
+        for u in block.shape.knots(a - block.s0, b - block.s0) {
+            let x = (cutter.stance)(block.s0 + u);
+            self.meter.off_program(block.off(scope.machine, x.s, &x.q));
+        }
         let mut time = start + law.time_at(a, phase);
         let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
         cutter.cut(&places, &mut |from, to, deviation| {
             let end = start + law.time_at(to.s, phase);
+            let middle = (cutter.stance)(0.5 * (from.s + to.s));
+            for x in [from, &middle, to] {
+                meter.off_program(block.off(scope.machine, x.s, &x.q));
+            }
             meter.position(&to.q);
             meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
             watch_travel(scope, over, &from.q, time);
@@ -263,15 +271,21 @@ impl Emitter {
     ) -> f64 {
         let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
         let ends = [a, b].map(|s| scope.kinematics.position(&path.rounded(s, span).0[0]));
-        for (q, time) in ends.iter().zip(times) {
+        for ((q, time), s) in ends.iter().zip(times).zip([a, b]) {
+            self.meter.off_program(block.off(scope.machine, s, q));
             self.meter.position(q);
             watch_travel(scope, &mut self.over_travel, q, time);
+        }
+        for u in block.shape.knots(a - block.s0, b - block.s0) {
+            let q = scope.kinematics.position(&path.rounded(block.s0 + u, span).0[0]);
+            self.meter.off_program(block.off(scope.machine, block.s0 + u, &q));
         }
         let first = stretch.samples.partition_point(|m| m.state.s < a);
         let last = stretch.samples.partition_point(|m| m.state.s <= b);
         let within = &stretch.samples[first.min(last)..last];
         for (k, m) in within.iter().enumerate() {
             watch_travel(scope, &mut self.over_travel, &m.q, m.time);
+            self.meter.off_program(block.off(scope.machine, m.state.s, &m.q));
             let Some(next) = within.get(k + 1) else { break };
             let mut turned = m.q;
             let mut turns = false;
@@ -349,11 +363,8 @@ impl Emitter {
     /// Stands still for a while; the first and the last control sample of it are emitted.
     pub(crate) fn stand(&mut self, scope: &Scope<'_>, q: &JointValues, block: u32, duration: f64) {
         let (start, end) = (self.clock, self.clock + duration);
-        let first = (start / self.cycle).ceil();
-        let mut last = (end / self.cycle).ceil() - 1.0;
-        if last * self.cycle >= end {
-            last -= 1.0;
-        }
+        let first = grid_number(start, self.cycle);
+        let last = grid_number(end, self.cycle) - 1.0;
         self.set_point(q, last - first + 1.0);
         if last >= first {
             self.still_sample(scope, q, block, first * self.cycle);
@@ -417,6 +428,7 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::End { time, .. }
         | Event::Limit { time, .. }
         | Event::UnreachablePose { time, .. }
+        | Event::LeavesCircle { time, .. }
         | Event::Probe { time, .. }
         | Event::FeedReduced { time, .. } => *time = at,
     }

@@ -28,7 +28,7 @@
 //!
 //! # Algorithm
 //!
-//! [`Controller`] collects blocks between two stops into a path in task coordinates, with fitted runs of lines (`path/fit.rs`) and quintic corner blends
+//! Corners between feed and rapid are exact: the control stops in them. [`Controller`] collects blocks between two stops into a path in task coordinates, with fitted runs of lines (`path/fit.rs`) and quintic corner blends
 //! (`path.rs`), derives limits along the path from those of the joints (`limits.rs`, derivatives through the kinematics
 //! by Taylor arithmetic, `rig.rs`), plans a first time law (`plan.rs`, closed forms in `scurve.rs`), runs it as fast as the joints
 //! allow (`retime.rs`), measures the law at the control samples and slows down where one passes a limit (`stretch.rs`), and cuts
@@ -42,6 +42,11 @@
 //! friction, backlash, one elastic mode and force limit a joint, in exact discrete form, loaded by the machine's bodies
 //! (`dynamics`: recursive Newton-Euler, or Rapier as plant). Times, blocks and set points stay those of the plan;
 //! `Sample::actual` and the pieces are those of the loads. The control does not wait for the drives at exact stops.
+//!
+//! # Geometric errors
+//!
+//! The control plans with the described machine. [`Sample::pose`] and [`Piece::pose`] are those of the actual one, with the geometric
+//! errors of the machine file, under all dynamics; joints, times and limits are the same as without them.
 //!
 //! # Limits
 //!

@@ -37,9 +37,10 @@ impl Kinematics<'_> {
         }
     }
 
-    /// Tip and axis in K of the tool in the spindle.
+    /// Tip and axis in K of the tool in the spindle as the actual machine brings them: the control plans with the described
+    /// one and knows nothing of its geometric errors.
     pub(crate) fn pose(&self, q: &JointValues) -> ToolPose {
-        self.machine.forward(q, self.mapping.tool_length)
+        self.machine.actual_forward(q, self.mapping.tool_length)
     }
 
     pub(crate) fn is_tcp(&self) -> bool {

@@ -42,6 +42,14 @@ impl Meter {
         self.high = self.high.zip_map(*q, f64::max);
     }
 
+    /// Takes note of how far a place of the motion is from the programmed way: mm and radian.
+    pub(crate) fn off_program(&mut self, off: Option<(f64, f64)>) {
+        if let Some((tip, angle)) = off {
+            self.summary.max_contour_error_mm = self.summary.max_contour_error_mm.max(tip);
+            self.summary.max_axis_error = self.summary.max_axis_error.max(angle);
+        }
+    }
+
     pub(crate) fn sample(&mut self, sample: &Sample) {
         self.position(&sample.actual);
         let high = |m: f64, v: f64| m.max(v.abs());

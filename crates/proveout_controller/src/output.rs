@@ -199,6 +199,21 @@ pub enum Event {
         /// Words of the kinematics.
         reason: String,
     },
+    /// The tool axis leaves the great circle that the program asks for.
+    LeavesCircle {
+        /// Start of the motion, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Largest angle between the tool axis and the circle, radian.
+        angle: f64,
+        /// The way of the end of the cutting edges for this angle, mm.
+        at_flank: f64,
+        /// Inside of the cone about a pole where the control may; otherwise the rotary axes run in proportion instead.
+        in_cone: bool,
+        /// Why.
+        reason: String,
+    },
     /// A probing motion, which runs to its end: what the probe finds, and where it stops, is not known.
     Probe {
         /// Start of the motion, s.
@@ -233,6 +248,7 @@ impl Event {
             | Self::End { time, .. }
             | Self::Limit { time, .. }
             | Self::UnreachablePose { time, .. }
+            | Self::LeavesCircle { time, .. }
             | Self::Probe { time, .. }
             | Self::FeedReduced { time, .. } => *time,
         }
@@ -251,6 +267,7 @@ impl Event {
             | Self::End { block, .. }
             | Self::Limit { block, .. }
             | Self::UnreachablePose { block, .. }
+            | Self::LeavesCircle { block, .. }
             | Self::Probe { block, .. }
             | Self::FeedReduced { block, .. } => *block,
         }

@@ -17,14 +17,17 @@
 //! |x'| <= max(|u|, |w|), so that the tip is never faster than the feed; it leaves the corner by 3/16 d |w - u|, its
 //! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no wider
 //! than the joints need at the programmed feed, nor than the tolerances of tip and orientation allow, nor than half of either
-//! block. Where a neighbor is no line the deviation is measured at points, and d shrinks until it fits.
+//! block. *A corner between feed and rapid* is not rounded: the control stops in it, so that the feed comes to the end of its path and
+//! the rapid begins on its own (LinuxCNC does not blend traverse and feed moves, and a control with in-position check between cutting
+//! and positioning, as Fanuc's, stands there as well; a control that rounds it leaves material that the rapid would take). A rapid
+//! that goes on straight into the feed, or the other way round, passes its border at feed. Where a neighbor is no line the deviation is measured at points, and d shrinks until it fits.
 
 mod cells;
 mod corner;
 mod curve;
 mod fit;
 
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 
 use self::{
     cells::{blend_cells, exact_cells},
@@ -35,6 +38,7 @@ use crate::{
     jet::JointJet,
     limits::{CellLimits, JointLimits},
     mapping::Kinematics,
+    motion::Programmed,
     output::MoveKind,
     shape::{Quintic, Shape},
 };
@@ -81,6 +85,8 @@ pub(crate) struct PathBlock {
     pub(crate) chord: Option<Shape>,
     /// False when the parameter is in degrees since the tip stands.
     pub(crate) tip_moves: bool,
+    /// What the program says of the way, and the share of it that this block runs; none where it says the end alone.
+    pub(crate) told: Option<(std::sync::Arc<Programmed>, [f64; 2])>,
     pub(crate) file: std::sync::Arc<str>,
     pub(crate) line: u32,
 }
@@ -88,6 +94,13 @@ pub(crate) struct PathBlock {
 impl PathBlock {
     pub(crate) fn end(&self) -> f64 {
         self.s0 + self.length
+    }
+
+    /// How far joints are from the programmed way at s: tip or linear joints, mm, and the tool axis, radian.
+    pub(crate) fn off(&self, machine: &Machine, s: f64, q: &JointValues) -> Option<(f64, f64)> {
+        let (way, [t0, t1]) = self.told.as_ref()?;
+        let part = if self.length > 0.0 { ((s - self.s0) / self.length).clamp(0.0, 1.0) } else { 0.0 };
+        Some(way.off(machine, t0 + (t1 - t0) * part, q))
     }
 
     /// What the rounded path follows: the exact path, or the line that stands for it.

@@ -20,7 +20,10 @@ use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Carries, JointKind, JointValues, Machine};
 
-use crate::jet::{JointJet, VectorJet};
+use crate::{
+    jet::{JointJet, VectorJet},
+    program_runs::base_zero,
+};
 
 struct Link {
     joint: usize,
@@ -41,6 +44,8 @@ pub(crate) struct Rig {
     inverse: Option<Matrix3<f64>>,
     /// The linear joints that follow the tip; entry k of task coordinates stands for x, y, z of K in this order.
     pub(crate) slots: [usize; 3],
+    /// The point of K from which base coordinates of the program count with tool center point control.
+    pub(crate) zero: Vector,
 }
 
 impl Rig {
@@ -69,6 +74,7 @@ impl Rig {
             gauge_pose: machine.spindle.gauge_pose,
             inverse: None,
             slots,
+            zero: base_zero(machine),
         };
         let inverse = rig.fixed_directions().and_then(|m| m.try_inverse());
         let rig = Self { inverse, ..rig };
@@ -184,6 +190,26 @@ impl Rig {
             }
         }
         (p, d)
+    }
+
+    /// The tip that task coordinates stand for.
+    pub(crate) fn point(&self, task: &JointValues) -> Vector {
+        Vector::from_fn(|k, _| task[self.slots[k]])
+    }
+
+    /// Tool axis in K with its derivatives, from the rotary joints of task coordinates.
+    pub(crate) fn axis(&self, task: &JointJet) -> VectorJet {
+        let mut axis = VectorJet::constant(self.gauge_pose.vector(&Vector::z()));
+        for link in self.tool.iter().rev().filter(|l| l.rotary) {
+            let (s, c) = task.joint(link.joint).sin_cos();
+            axis = axis.turned(&link.direction, &s, &c);
+        }
+        // From the base out to the table each turn is undone.
+        for link in self.work.iter().filter(|l| l.rotary) {
+            let (s, c) = task.joint(link.joint).sin_cos();
+            axis = axis.turned(&-link.direction, &s, &c);
+        }
+        axis
     }
 
     /// Task coordinates of a position of the joints.

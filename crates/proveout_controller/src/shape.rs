@@ -107,6 +107,14 @@ impl Shape {
         Some((Self::Line { from, slope }, off))
     }
 
+    /// Knots of a spline between two places and the middles between them: what is narrow in it shows there. None of other shapes,
+    /// which are the program's own.
+    pub(crate) fn knots(&self, u0: f64, u1: f64) -> impl Iterator<Item = f64> {
+        let pieces: &[Quintic] = if let Self::Spline(pieces) = self { pieces } else { &[] };
+        let places = pieces.iter().flat_map(|p| [p.u0, 0.5 * (p.u0 + p.u1)]);
+        places.filter(move |u| *u > u0 && *u < u1)
+    }
+
     /// True when all derivatives of the coordinates above the first vanish.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self, Self::Line { .. })
@@ -244,6 +252,11 @@ impl Quintic {
     pub(crate) fn slopes(&self) -> [JointValues; 5] {
         let per = 5.0 / (self.u1 - self.u0);
         std::array::from_fn(|k| (self.control[k + 1] - self.control[k]) * per)
+    }
+
+    /// The same piece further on.
+    pub(crate) fn moved(self, by: f64) -> Self {
+        Self { u0: self.u0 + by, u1: self.u1 + by, ..self }
     }
 
     /// The two parts before and after t = 1/2 (de Casteljau).

@@ -99,16 +99,25 @@ pub(crate) struct Clock {
     pub(crate) before: [JointValues; REACH],
 }
 
+/// Part of a cycle within which a time is one of the grid: motions of round numbers end on the grid but for rounding, and the sample
+/// there must be neither lost nor taken twice.
+const ON_GRID: f64 = 1e-6;
+
+/// Number of the first time of the grid that is not before `time`.
+pub(crate) fn grid_number(time: f64, cycle: f64) -> f64 {
+    (time / cycle - ON_GRID).ceil()
+}
+
 impl Clock {
     /// Number of the first time of the grid from the start on.
     fn first(&self) -> f64 {
-        (self.start / self.cycle).ceil()
+        grid_number(self.start, self.cycle)
     }
 
     /// Sample times within `duration` from the start, on the grid of the cycle.
     pub(crate) fn samples(self, duration: f64) -> impl Iterator<Item = f64> {
-        let first = self.first();
-        (0_u64..).map(move |k| (first + k as f64) * self.cycle).take_while(move |t| *t < self.start + duration)
+        let (first, end) = (self.first(), grid_number(self.start + duration, self.cycle));
+        (0_u64..).map(move |k| first + k as f64).take_while(move |k| *k < end).map(move |k| k * self.cycle)
     }
 
     /// What passes a part `allowed` of the limits; `finish` tells that the machine stands at the end of the path then.
@@ -188,7 +197,8 @@ pub(crate) fn plan(
                 let over = if finish { Vec::new() } else { clock.over_limits(path, frame, &samples, true, PROMISED) };
                 if over.is_empty() {
                     let behind = law.cut(until);
-                    let count = samples.partition_point(|m| m.time < clock.start + law.duration);
+                    let end = grid_number(clock.start + law.duration, clock.cycle);
+                    let count = samples.partition_point(|m| grid_number(m.time, clock.cycle) < end);
                     samples.truncate(count);
                     let entry = Entry::new(behind.tempos.clone());
                     let reserve = (!finish).then(|| Reserve { law: behind, cells: n - node.border, s_end: borders[n] });

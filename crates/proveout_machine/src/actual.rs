@@ -86,6 +86,12 @@ impl Machine {
         self.actual.is_some()
     }
 
+    /// Places between two positions of the joints at which a table of errors bends: the actual path has a kink there.
+    pub fn error_bends(&self, from: &JointValues, to: &JointValues) -> usize {
+        let tables = self.actual.iter().flat_map(|actual| actual.joints.iter().enumerate());
+        tables.filter_map(|(j, joint)| Some(joint.table.as_ref()?.bends(from[j], to[j], joint.joint.endless))).sum()
+    }
+
     /// Tip and axis in the table frame K as the machine with its geometric errors brings them; those of
     /// [`Machine::forward`], bit by bit, where there are no errors.
     pub fn actual_forward(&self, q: &JointValues, tool_length: f64) -> ToolPose {

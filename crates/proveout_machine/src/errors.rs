@@ -66,6 +66,23 @@ impl GeometricErrors {
     }
 }
 
+impl GeometricErrors {
+    /// The most by which the errors move any point of the machine, mm, no line or reference point being farther than `reach`
+    /// (mm) from any point that it moves, and no slide being farther out. Zero where there are none.
+    ///
+    /// A shift moves all points by its length, a turn by w those at the distance r by at most w r (a slide whose direction is
+    /// turned: by w times its way); joint after joint these add up. That the errors of one joint turn those of the next, by
+    /// 0.02 rad at most, is in the factor.
+    pub fn bound(&self, reach: f64) -> f64 {
+        let size = |[shift, turn]: [f64; 2]| shift + turn * reach;
+        let constant = self.constant.iter().map(|c| {
+            let (shift, rotation) = c.parts();
+            size([shift.norm(), rotation.norm()])
+        });
+        1.05 * (constant.sum::<f64>() + self.tables.iter().map(|t| size(t.largest())).sum::<f64>())
+    }
+}
+
 impl ConstantErrors {
     /// Shift (mm) and rotation vector (radian).
     pub fn parts(&self) -> (Vector, Vector) {
@@ -94,6 +111,27 @@ impl ErrorTable {
         let (Some(a), Some(b)) = (self.components.get(next - 1), self.components.get(next)) else { return [0.0; 6] };
         let t = (value - low) / (high - low);
         std::array::from_fn(|k| a[k] * (1.0 - t) + b[k] * t)
+    }
+
+    /// Positions of the table strictly between two others, at which the errors change their slope.
+    pub(crate) fn bends(&self, from: f64, to: f64, endless: bool) -> usize {
+        let (low, high) = (from.min(to), from.max(to));
+        if !endless {
+            return self.at.iter().filter(|p| low < **p && **p < high).count();
+        }
+        // Each position but the last, which is the first one again, comes once a turn.
+        let turns = |p: f64, up_to: f64| ((up_to - p) / std::f64::consts::TAU).floor();
+        let once = self.at.split_last().map_or(&[][..], |(_, rest)| rest);
+        once.iter().map(|p| (turns(*p, high) - turns(*p, low)).max(0.0) as usize).sum()
+    }
+
+    /// Largest shift (mm) and turn (radian) at any position.
+    fn largest(&self) -> [f64; 2] {
+        let sizes = self.components.iter().map(|c| {
+            let (shift, rotation) = parts(c);
+            [shift.norm(), rotation.norm()]
+        });
+        sizes.fold([0.0; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])])
     }
 
     /// The error motion at a position, about the reference point.

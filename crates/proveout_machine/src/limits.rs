@@ -43,7 +43,7 @@ pub enum LimitKind {
     Velocity,
     /// Second derivative.
     Acceleration,
-    /// Third derivative; not known for legs.
+    /// Third derivative.
     Jerk,
     /// Turn of the rotary joints for a turn of the tool axis, rad/rad.
     Amplification,
@@ -98,8 +98,8 @@ fn passed(value: f64, limit: Option<f64>, tolerance: f64) -> Option<(f64, f64)> 
 }
 
 impl Machine {
-    /// Every limit that a state of motion passes: travel, velocity, acceleration and jerk of each joint, travel,
-    /// velocity and acceleration of each leg, in the order of the joints, then of the legs. `tolerance` is the part by
+    /// Every limit that a state of motion passes: travel, velocity, acceleration and jerk of each joint and of each leg, in
+    /// the order of the joints, then of the legs. `tolerance` is the part by
     /// which velocity, acceleration and jerk may pass their limits (0.001 for 0.1 percent); travel has 1e-9 mm or rad.
     ///
     /// A limit that nobody has stated cannot be passed: see [`Machine::missing_limits`] for what stays unchecked. Nothing
@@ -124,6 +124,7 @@ impl Machine {
         for (p, platform) in self.platforms.iter().enumerate() {
             let lengths = platform.leg_lengths(&state.q);
             let [rates, accelerations] = platform.leg_motion(&state.q, &state.velocity, &state.acceleration);
+            let jerks = platform.leg_jerk(&state.q, [&state.velocity, &state.acceleration, &state.jerk]);
             for (k, leg) in platform.legs.iter().enumerate() {
                 let travel = leg.travel.and_then(|[low, high]| {
                     let within = (low - 1e-9..=high + 1e-9).contains(&lengths[k]);
@@ -133,6 +134,7 @@ impl Machine {
                     (LimitKind::Travel, travel),
                     (LimitKind::Velocity, passed(rates[k], leg.max_velocity, tolerance)),
                     (LimitKind::Acceleration, passed(accelerations[k], leg.max_acceleration, tolerance)),
+                    (LimitKind::Jerk, passed(jerks[k], leg.max_jerk, tolerance)),
                 ];
                 for (kind, values) in found {
                     let Some((value, limit)) = values else { continue };

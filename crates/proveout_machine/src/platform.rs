@@ -171,6 +171,30 @@ impl Platform {
         [[first[0], second[0], second[0]], [first[1], second[1], second[1]]]
     }
 
+    /// Jerk of legs 1, 2 and 3, mm/s³, for the first three derivatives of the joints.
+    ///
+    /// With p from the fixed to the moving joint of a leg and L its length, two more derivatives of `L L' = p . p'` give
+    /// `L L''' = 3 p' . p'' + p . p''' - 3 L' L''`.
+    pub fn leg_jerk(&self, q: &JointValues, [velocity, acceleration, jerk]: [&JointValues; 3]) -> [f64; 3] {
+        let s = self.state(q);
+        let r = self.moving_radius;
+        let [rates, accelerations] = self.leg_motion(q, velocity, acceleration);
+        let heave = [velocity, acceleration, jerk].map(|d| self.heave_sign * d[self.heave]);
+        let [a1, a2, a3] = [velocity, acceleration, jerk].map(|d| self.tilt_sign * d[self.tilt]);
+        // First to third derivative of sine and cosine of the tilt.
+        let sin = [s.cos * a1, s.cos * a2 - s.sin * a1 * a1, s.cos * (a3 - a1.powi(3)) - 3.0 * s.sin * a1 * a2];
+        let cos = [-s.sin * a1, -s.sin * a2 - s.cos * a1 * a1, s.sin * (a1.powi(3) - a3) - 3.0 * s.cos * a1 * a2];
+        let leg = |k: usize, at: [f64; 2], out: [f64; 3], up: [f64; 3]| {
+            let steps = out[0] * out[1] + up[0] * up[1];
+            let reach = at[0] * out[2] + at[1] * up[2];
+            (3.0 * steps + reach - 3.0 * rates[k] * accelerations[k]) / at[0].hypot(at[1])
+        };
+        let up = |part: f64| std::array::from_fn(|k| heave[k] + part * r * sin[k]);
+        let first = leg(0, [s.out_1, s.up_1], cos.map(|c| 1.5 * r * c), up(1.0));
+        let second = leg(1, [s.out_2, s.up_2], [0.0; 3], up(-0.5));
+        [first, second, second]
+    }
+
     /// How well the legs hold the plate, from 1 down to 0 at a singular pose: the sine of the angle of legs 2 and 3 over the
     /// fixed plate times that of leg 1 over the moving plate (the determinant of leg rates by heave and tilt, divided
     /// by `1.5 r_b`).

@@ -1,8 +1,10 @@
 //! Bodies against bodies along the pieces of motion.
 
-use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity};
+use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, StockReach};
 use proveout_controller::Piece;
-use proveout_geom::Point;
+use proveout_geom::{Point, TriMesh, box_mesh};
+use proveout_machine::Machine;
+use proveout_stock::TriDexel;
 
 use crate::{prepare::Prepared, process::CuttingState, verdict::Clearance};
 
@@ -37,22 +39,40 @@ pub(crate) struct Checked {
     pub(crate) clearance: Option<f64>,
 }
 
+/// What is known of the stock and the bodies that nothing sweeps through it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StockNear {
+    /// Bodies that came within reach of the box of the raw stock, with the time, s.
+    pub(crate) reached: Vec<(String, f64)>,
+    /// Number of bodies that did not.
+    pub(crate) clear: usize,
+    /// Bodies that move as one with the stock.
+    pub(crate) fixed: Vec<String>,
+    /// The stock or a fixture that reaches behind the face of the table, and how far, mm.
+    pub(crate) behind_table: Vec<(String, f64)>,
+}
+
 /// The check of all pairs, in order of time.
 pub(crate) struct BodyCheck<'a> {
     prepared: &'a Prepared,
     world: Interference,
+    reach: StockReach,
+    /// Most by which the geometric errors of the machine displace two bodies against each other, mm.
+    errors: f64,
     tool: Option<usize>,
 }
 
 impl<'a> BodyCheck<'a> {
-    pub(crate) fn new(prepared: &'a Prepared) -> Result<Self, CollisionError> {
+    pub(crate) fn new(prepared: &'a Prepared, stock: &TriDexel) -> Result<Self, CollisionError> {
         let fixtures: Vec<Fixture> = prepared
             .fixtures
             .iter()
             .map(|(name, mesh)| Fixture { name: name.clone(), mesh: mesh.clone(), on_table: true })
             .collect();
         let world = Interference::new(&prepared.machine, &fixtures, prepared.scene.file.tolerances.near_miss_mm)?;
-        Ok(Self { prepared, world, tool: None })
+        let reach = StockReach::new(&world, &stock.bounds(), &prepared.table_from_work)?;
+        let errors = prepared.machine.errors.bound(reach_of(&prepared.machine, prepared));
+        Ok(Self { prepared, world, reach, errors, tool: None })
     }
 
     /// Checks pieces in order; `states` tells the tool of each.
@@ -66,7 +86,9 @@ impl<'a> BodyCheck<'a> {
             self.world.set_tool(state.tool.and_then(|t| self.prepared.tools.tools.get(t)));
         }
         let [from, to] = &piece.joints;
-        let begun = self.world.check_piece(from, to, piece.time, piece.deviation);
+        let slack = piece.deviation + self.errors;
+        self.reach.check_piece(from, to, piece.time, slack);
+        let begun = self.world.check_piece(from, to, piece.time, slack);
         let hits = begun.map(|i| hit(i, &self.world.breaches()[i])).collect();
         let proved = self.world.proved_now();
         Checked { hits, clearance: proved.is_finite().then_some(proved) }
@@ -89,6 +111,28 @@ impl<'a> BodyCheck<'a> {
         }
     }
 
+    /// How near the box of the stock came to what nothing sweeps through it.
+    pub(crate) fn stock_near(&self) -> StockNear {
+        StockNear {
+            reached: self.reach.reached().iter().map(|r| (r.body.to_string(), r.time)).collect(),
+            clear: self.reach.clear(),
+            fixed: self.reach.fixed_to_stock().iter().map(|name| name.to_string()).collect(),
+            behind_table: self.behind_table(),
+        }
+    }
+
+    /// What stands on the table and reaches behind its face: no motion tells of it, since it moves as one with the table.
+    fn behind_table(&self) -> Vec<(String, f64)> {
+        let table = &self.prepared.machine.table;
+        let depth = |p: &Point| -(p - table.point).dot(&table.normal);
+        let stock = box_mesh(&self.prepared.stock.bounds()).transformed(&self.prepared.table_from_work);
+        let fixtures = self.prepared.fixtures.iter().map(|(name, mesh)| (name.clone(), mesh));
+        let all = std::iter::once(("stock".to_owned(), &stock)).chain(fixtures);
+        let deepest = |mesh: &TriMesh| mesh.positions.iter().map(depth).fold(f64::NEG_INFINITY, f64::max);
+        let touching = self.prepared.scene.file.tolerances.contact_mm;
+        all.map(|(name, mesh)| (name, deepest(mesh))).filter(|(_, d)| *d > touching).collect()
+    }
+
     /// Number of pairs that were checked.
     pub(crate) fn checked_pairs(&self) -> usize {
         self.world.pairs().iter().filter(|p| p.unchecked.is_none()).count()
@@ -99,6 +143,23 @@ impl<'a> BodyCheck<'a> {
         let machine = &self.prepared.machine;
         machine.bodies.iter().filter(|b| !b.check).map(|b| b.name.clone()).collect()
     }
+}
+
+/// A length that no point of machine, setup or tool is farther than from any line of a joint, and no slide is farther out, mm.
+fn reach_of(machine: &Machine, prepared: &Prepared) -> f64 {
+    let fixtures = prepared.fixtures.iter().map(|(_, mesh)| mesh);
+    let points = machine.bodies.iter().map(|b| &b.mesh).chain(fixtures).flat_map(|mesh| &mesh.positions);
+    let farthest = points.map(|p| p.coords.norm()).fold(0.0, f64::max);
+    let lines = machine.joints.iter().map(|j| j.point.coords.norm()).fold(0.0, f64::max);
+    let tools = prepared.tools.tools.iter().map(|t| t.gauge_length).fold(0.0, f64::max);
+    let ways: f64 = machine
+        .joints
+        .iter()
+        .filter(|j| !j.is_rotary())
+        .filter_map(|j| j.travel)
+        .map(|t| t[0].abs().max(t[1].abs()))
+        .sum();
+    2.0 * (farthest.max(lines) + tools) + ways
 }
 
 fn hit(index: usize, breach: &Breach) -> Hit {

@@ -5,20 +5,22 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
 use proveout_geom::{Pose, deg};
 use proveout_machine::{JointKind, JointValues};
-use proveout_nc::SpindleDirection;
-use proveout_stock::{Patch, SweepItem, SweepReport, TileId, TriDexel};
-use proveout_tool::{Role, Tool};
+use proveout_nc::{ASSUMED, SpindleDirection};
+use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
+use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
-    bodies::{BodyCheck, Hit, HitKind},
+    bodies::{BodyCheck, Hit, HitKind, StockNear},
     engagement::Engagement,
     error::SimError,
     finding::{self, Code, Finding},
+    legs,
     log::FindingLog,
     loose::LooseParts,
     observer::{BlockRow, SampleSignals},
+    plunge::{self, Judgement, PlungeWatch},
     prepare::Prepared,
-    process::{CuttingState, SweepPart, judge_sweep, sweeps},
+    process::{self, CuttingState, SweepPart, Sweeps, Swept, judge_sweep},
     run::Stages,
     verdict::{Clearance, ToolUse},
 };
@@ -59,6 +61,17 @@ pub(crate) struct Facts {
     pub(crate) excluded_bodies: Vec<String>,
     /// Pairs of bodies that were checked.
     pub(crate) checked_pairs: usize,
+    /// Bodies that nothing checks against the stock, and how near its box came to them.
+    pub(crate) stock_near: StockNear,
+    /// Ways down into material of which nobody says whether the tool may make them, by tool.
+    pub(crate) unknown_plunges: Vec<String>,
+}
+
+/// The steepest way down into material of a tool that may not be allowed, and where.
+#[derive(Clone, Copy, Debug)]
+struct UnknownPlunge {
+    angle: f64,
+    block: u32,
 }
 
 /// Sums over the pieces of a block.
@@ -77,6 +90,13 @@ pub(crate) struct Engine<'a> {
     /// Cut like the stock; everything is judged on the stock alone.
     patches: Vec<Patch>,
     bodies: BodyCheck<'a>,
+    depths: Depths,
+    /// First piece of the run in which the cutter must not meet material, the tool, and why.
+    barred: Option<(u32, Option<usize>, &'static str)>,
+    /// Cores of the tools that are watched for going down, by tool.
+    cores: Vec<Vec<Profile>>,
+    plunge: PlungeWatch,
+    unknown_plunges: BTreeMap<usize, UnknownPlunge>,
     log: FindingLog,
     /// Breach of the bodies, and the finding that tells of it.
     breaches: Vec<(usize, usize)>,
@@ -103,9 +123,19 @@ impl<'a> Engine<'a> {
             work_from_table: prepared.table_from_work.inverse(),
             loose: LooseParts::new(&stock),
             looked_at: 0.0,
+            depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
+            barred: None,
+            cores: prepared
+                .tools
+                .tools
+                .iter()
+                .map(|t| plunge::core(t, stock.cell_mm()).into_iter().collect())
+                .collect(),
+            plunge: PlungeWatch::default(),
+            unknown_plunges: BTreeMap::new(),
+            bodies: BodyCheck::new(prepared, &stock)?,
             stock,
             patches,
-            bodies: BodyCheck::new(prepared)?,
             log: FindingLog::default(),
             breaches: Vec::new(),
             state: CuttingState { tool: None, spindle: SpindleDirection::Off, speed_rpm: 0.0 },
@@ -145,19 +175,30 @@ impl<'a> Engine<'a> {
         }
         let states = self.states_of_pieces(chunk);
         let first_id = self.block_of_piece.len() as u32;
-        let mut items: Vec<SweepItem<'a>> = Vec::new();
-        let mut parts: Vec<SweepPart> = Vec::new();
+        let mut sweeps = Sweeps::default();
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
+            let id = first_id + i as u32;
             self.block_of_piece.push(piece.block);
-            if let Some(tool) = self.tool(state.tool) {
-                let zones = state.tool.and_then(|t| self.prepared.holder_zones.get(t)).map_or(&[][..], Vec::as_slice);
-                sweeps(i, first_id + i as u32, piece, tool, zones, &self.work_from_table, &mut items, &mut parts);
-            }
+            let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else {
+                self.barred = None;
+                continue;
+            };
+            self.barred = process::fault(piece.kind, state, tool).map(|code| match self.barred {
+                Some((since, of, why)) if (of, why) == (state.tool, code.code) => (since, of, why),
+                _ => (id, state.tool, code.code),
+            });
+            let zones = self.prepared.holder_zones.get(index).map_or(&[][..], Vec::as_slice);
+            let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
+            let core = self.cores.get(index).filter(|_| goes_down).map_or(&[][..], Vec::as_slice);
+            let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
+            let since = self.barred.map(|(since, ..)| since);
+            sweeps.add((i, id), SweepMotion { from, to }, tool, [zones, core], since);
         }
-        let (stock, patches, bodies) = (&mut self.stock, &mut self.patches, &mut self.bodies);
+        let Sweeps { items, measures, parts } = sweeps;
+        let (stock, patches, bodies, depths) = (&mut self.stock, &mut self.patches, &mut self.bodies, &mut self.depths);
         let cut = || {
             patches.iter_mut().for_each(|p| p.sweep(&items));
-            stock.sweep(&items)
+            stock.sweep_measured(&items, &measures, depths)
         };
         let ((reports, removal), (hits, collision)) =
             rayon::join(|| timed(cut), || timed(|| bodies.check(&chunk.pieces, &states)));
@@ -173,6 +214,10 @@ impl<'a> Engine<'a> {
             }
         }
         self.judge_events(chunk);
+        for (mut f, at) in legs::breaches(&self.prepared.machine, &chunk.samples) {
+            (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), self.axes(&at.commanded));
+            self.log.push(f);
+        }
         if chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. })) {
             self.look_for_loose_parts(Some((chunk, first_id)));
         }
@@ -208,6 +253,8 @@ impl<'a> Engine<'a> {
             .filter(|u| library.iter().any(|t| t.name == u.name && !t.has_holder))
             .map(|u| u.name.clone())
             .collect();
+        let unknown_plunges =
+            self.unknown_plunges.iter().map(|(t, p)| unknown_plunge(&library[*t], p, &self.places)).collect();
         let facts = Facts {
             log: self.log.placed(&self.places),
             tools,
@@ -221,6 +268,8 @@ impl<'a> Engine<'a> {
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
             checked_pairs: self.bodies.checked_pairs(),
+            stock_near: self.bodies.stock_near(),
+            unknown_plunges,
         };
         (self.stock, self.patches, facts)
     }
@@ -305,10 +354,15 @@ impl<'a> Engine<'a> {
         let mut volumes = vec![0.0; chunk.pieces.len()];
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let mut touched = None;
+        let mut cores = parts.iter().zip(reports).filter(|(part, _)| part.what == Swept::Core).peekable();
+        for (i, (piece, state)) in chunk.pieces.iter().zip(states).enumerate() {
+            let met = cores.next_if(|(part, _)| part.piece == i).map(|(_, report)| report);
+            self.judge_descent(piece, state, met);
+        }
         for (part, report) in parts.iter().zip(reports) {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
             let Some(tool) = self.tool(state.tool) else { continue };
-            if part.role == Role::Cutting {
+            if part.what == Swept::Body(Role::Cutting) {
                 volumes[part.piece] += report.volume_mm3;
                 let sum = self.sums.entry(piece.block).or_default();
                 sum.volume += report.volume_mm3;
@@ -319,14 +373,14 @@ impl<'a> Engine<'a> {
                 }
                 self.removed += report.volume_mm3;
             }
-            if part.role == Role::Holder && !part.zone && report.overlap_mm > contact {
+            if part.what == Swept::Body(Role::Holder) && process::depth(report) > contact {
                 touched = Some(part.piece);
             }
-            if part.zone && touched == Some(part.piece) {
+            if part.what == Swept::Zone && touched == Some(part.piece) {
                 continue; // a holder in material is told as such
             }
             if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
-                let finding = self.material_finding(&code, part.role, piece, tool, report);
+                let finding = self.material_finding(&code, part.what, piece, tool, report);
                 self.log.push(finding);
             }
         }
@@ -342,12 +396,37 @@ impl<'a> Engine<'a> {
         volumes
     }
 
-    fn material_finding(&self, code: &Code, role: Role, piece: &Piece, tool: &Tool, report: &SweepReport) -> Finding {
-        let part = match role {
-            Role::Cutting => "cutter",
-            Role::Neck => "neck",
-            Role::Shank => "shank",
-            Role::Holder => "holder",
+    /// Follows a tool without edges at its center; `met` is what its core met, where it goes down.
+    fn judge_descent(&mut self, piece: &Piece, state: &CuttingState, met: Option<&SweepReport>) {
+        let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else { return };
+        let Some(core) = self.cores.get(index).and_then(|c| c.first()) else { return };
+        let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
+        match descent.judged(tool, contact) {
+            Judgement::Allowed => {}
+            Judgement::Unknown => {
+                let steepest = self.unknown_plunges.entry(index);
+                let steepest = steepest.or_insert(UnknownPlunge { angle: 0.0, block: piece.block });
+                if descent.angle > steepest.angle {
+                    *steepest = UnknownPlunge { angle: descent.angle, block: piece.block };
+                }
+            }
+            Judgement::Fault { angle, stub } => {
+                let finding = plunge_finding(tool, descent.angle, angle, [descent.stub, stub]);
+                let mut f = self.at_piece(finding, piece, piece.time[0]);
+                f.point_mm = met.and_then(|r| r.first_point).map(|p| [p.x, p.y, p.z]);
+                self.log.push(f);
+            }
+        }
+    }
+
+    fn material_finding(&self, code: &Code, what: Swept, piece: &Piece, tool: &Tool, report: &SweepReport) -> Finding {
+        let part = match what {
+            Swept::Body(Role::Cutting) => "cutter",
+            Swept::Core => "core",
+            Swept::Body(Role::Neck) => "neck",
+            Swept::Body(Role::Shank) => "shank",
+            Swept::Body(Role::Holder) | Swept::Zone => "holder",
         };
         let how = match code.code {
             c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
@@ -361,8 +440,10 @@ impl<'a> Engine<'a> {
             format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
         } else {
             format!(
-                "{part} of {} meets material{how}: {:.3} mm deep on a ray, {:.3} mm3 in this piece",
-                tool.name, report.overlap_mm, report.volume_mm3
+                "{part} of {} meets material{how}: {:.3} mm deep, {:.3} mm3 in this piece",
+                tool.name,
+                process::depth(report),
+                report.volume_mm3
             )
         };
         let mut f = self.at_piece(FindingLog::of(code, message), piece, piece.time[0]);
@@ -370,7 +451,7 @@ impl<'a> Engine<'a> {
         if near {
             (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
         } else {
-            f.penetration_mm = Some(report.overlap_mm);
+            f.penetration_mm = Some(process::depth(report));
         }
         f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
         f
@@ -466,11 +547,24 @@ impl<'a> Engine<'a> {
                     &finding::UNREACHABLE,
                     format!("the programmed tool pose cannot be reached: {reason}"),
                 ),
+                Event::LeavesCircle { angle, at_flank, in_cone, reason, .. } => {
+                    let code = if *in_cone { &finding::POLE_CROSSED } else { &finding::OFF_CIRCLE };
+                    let angle = angle.to_degrees();
+                    let message = format!(
+                        "{reason}: the tool axis leaves the programmed great circle by {angle:.6} degrees, {at_flank:.6} mm at the flank"
+                    );
+                    let mut f = FindingLog::of(code, message);
+                    (f.value, f.unit) = (Some(angle), Some("deg".into()));
+                    f
+                }
                 Event::Probe { .. } => FindingLog::of(
                     &finding::PROBED,
                     "the probing motion runs to its end: what the probe finds is not known".into(),
                 ),
-                Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
+                Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
+                    Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
+                    None => FindingLog::of(&finding::NOTE, text.clone()),
+                },
                 _ => continue,
             };
             let mut f = found;
@@ -549,6 +643,44 @@ impl<'a> Engine<'a> {
             engagement: sum.engagement,
         })
     }
+}
+
+/// What is known of a way down that is not allowed: its angle or its stub, each with its limit.
+fn plunge_finding(tool: &Tool, angle: f64, limit: f64, [stub, most]: [f64; 2]) -> Finding {
+    let name = &tool.name;
+    let (angle_deg, limit_deg) = (angle.to_degrees(), limit.to_degrees());
+    let ramp = match tool.max_ramp_angle {
+        Some(_) => format!("its steepest ramp is {limit_deg:.3} degrees"),
+        None => "its steepest ramp is not stated".to_owned(),
+    };
+    let steep = angle > limit;
+    let message = if steep {
+        format!("{name} has no edges at its center and goes down into material at {angle_deg:.3} degrees; {ramp}")
+    } else {
+        format!(
+            "{name} has no edges at its center and leaves a stub of {stub:.3} mm under it: it goes down without moving aside by \
+             its radius; {ramp}, which leaves {most:.3} mm"
+        )
+    };
+    let mut f = FindingLog::of(&finding::PLUNGE, message);
+    f.bodies = vec![name.clone()];
+    if steep {
+        f.value = Some(angle_deg);
+        (f.limit, f.unit) = (tool.max_ramp_angle.map(|_| limit_deg), Some("deg".into()));
+    } else {
+        (f.value, f.limit, f.unit) = (Some(stub), Some(most), Some("mm".into()));
+    }
+    f
+}
+
+fn unknown_plunge(tool: &Tool, plunge: &UnknownPlunge, places: &[Option<(Arc<str>, u32)>]) -> String {
+    let at = places.get(plunge.block as usize).and_then(Option::as_ref);
+    let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
+    let missing = if tool.center_cutting.is_none() { "center_cutting" } else { "max_ramp_angle_deg" };
+    let (name, angle) = (&tool.name, plunge.angle.to_degrees());
+    format!(
+        "whether {name} may go down into material at {angle:.1} degrees{at}: the tool library gives it no `{missing}`"
+    )
 }
 
 /// Signals beside the samples: those of the piece that holds the sample. `last` carries the piece that reaches over the

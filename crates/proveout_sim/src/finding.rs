@@ -101,18 +101,22 @@ macro_rules! codes {
 codes! {
     STOPPED = "program-stopped", Program, Error, "The program could not be executed to its end.";
     NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
+    ASSUMED = "program-assumed", Program, Warning, "What a word does depends on the control or its set-up: one reading is taken.";
     TEXT_LOST = "program-text-lost", Program, Error, "Motion of the program stands behind its end and is never run.";
     TEXT_UNPROVEN = "program-text-unproven", Program, Warning, "A file holds another main program, which is not run.";
     TEXT_SKIPPED = "program-text-skipped", Program, Warning, "Conditions and jumps lead around motion of the program.";
     TEXT_NOT_CALLED = "program-text-not-called", Program, Info, "Text of a file has no effect: nothing calls it.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
+    OFF_CIRCLE = "limits-off-circle", Limits, Error, "The tool axis leaves the programmed great circle.";
+    POLE_CROSSED = "limits-pole-crossed", Limits, Warning, "The tool axis is led through a pole that its great circle passes nearby.";
     SPINDLE_SPEED = "limits-spindle-speed", Limits, Error, "The programmed spindle speed is above the limit of spindle or tool.";
     DRIVE_SATURATED = "limits-drive-saturated", Limits, Error, "A drive lacks the force that the motion needs.";
     PLANNED_MOTION = "limits-planned-motion", Limits, Error, "The planned motion passes a limit of a joint.";
     RAPID_IN_MATERIAL = "process-rapid-in-material", Process, Error, "The cutter meets material at rapid rate.";
     SPINDLE_OFF = "process-spindle-off", Process, Error, "The cutter meets material while the spindle stands still.";
     SPINDLE_WRONG_WAY = "process-spindle-wrong-way", Process, Error, "The spindle turns against the hand of the tool.";
+    PLUNGE = "process-plunge", Process, Error, "A tool without edges at its center goes down into material.";
     NO_TOOL = "process-no-tool", Process, Error, "Feed motion without a tool in the spindle.";
     PROBED = "process-probed", Process, Warning, "A probing motion runs to its end: what the probe finds is not known.";
     NECK_RUBS = "process-neck-rubs", Process, Error, "The neck above the flutes meets material.";

@@ -11,7 +11,7 @@ use crate::{
     engine::Facts,
     finding::{self, Severity},
     gates::{self, Coverage},
-    inspect,
+    inspect, legs,
     log::FindingLog,
     prepare::Prepared,
     surface_map::SurfaceMap,
@@ -60,6 +60,7 @@ pub(crate) fn judge(
             length_mm: summary.length_mm,
             max_chord_error_mm: Some(summary.max_chord_error_mm),
             max_contour_error_mm: Some(summary.max_contour_error_mm),
+            max_axis_error_deg: Some(summary.max_axis_error.to_degrees()),
             min_feed_ratio: summary.min_feed_ratio,
         },
         removal: Removal {
@@ -160,6 +161,32 @@ fn judge_deviation(prepared: &Prepared, facts: &Facts, measured: &Measured, log:
     }
 }
 
+/// Bodies that came within reach of the stock's box, to be left out; nothing is checked against the stock but the tool.
+fn stock_reached(facts: &Facts, near_mm: f64) -> Option<String> {
+    let reached = &facts.stock_near.reached;
+    if reached.is_empty() {
+        return None;
+    }
+    let bodies: Vec<String> = reached.iter().map(|(name, time)| format!("{name} (from {time:.3} s)")).collect();
+    Some(format!(
+        "stock against {}: the box of the raw stock comes within {near_mm} mm of them, and what is left of it there is not looked at",
+        bodies.join(", ")
+    ))
+}
+
+/// What the box of the stock says in favor of the others.
+fn stock_kept_clear(facts: &Facts, near_mm: f64) -> String {
+    let near = &facts.stock_near;
+    let mut text = String::new();
+    if near.clear > 0 {
+        text += &format!("; {} bodies keep {near_mm} mm from the box of the raw stock all the way", near.clear);
+    }
+    if !near.fixed.is_empty() {
+        text += &format!("; {} stand still against the stock: contact there is the mounting", near.fixed.join(", "));
+    }
+    text
+}
+
 fn judge_gates(
     prepared: &Prepared,
     facts: &Facts,
@@ -178,7 +205,10 @@ fn judge_gates(
         let no_travel = prepared.machine.joints.iter().filter(|j| j.travel.is_none() && !j.endless);
         let no_travel = no_travel.map(|j| format!("{} has no travel", j.name));
         let mut checked = "travel, velocity, acceleration and jerk of every joint; spindle speed".to_owned();
-        let mut left_out: Vec<String> = left_out.chain(no_travel).collect();
+        let mut left_out: Vec<String> = left_out.chain(no_travel).chain(legs::missing(&prepared.machine)).collect();
+        if !prepared.machine.platforms.is_empty() {
+            checked += "; length, velocity, acceleration and jerk of every leg, at the control samples";
+        }
         if let Some(loads) = &summary.loads {
             checked += "; force of every drive, without workpiece, fixtures, tool and cutting";
             if !loads.estimated.is_empty() {
@@ -196,12 +226,15 @@ fn judge_gates(
     let probes: usize =
         log.all().iter().filter(|f| f.code == finding::PROBED.code).map(|f| 1 + f.repeats as usize).sum();
     let process = Coverage {
-        checked: Some("rapid in material, spindle, and rubbing of neck and shank, on every piece of motion".into()),
-        left_out: if probes > 0 {
+        checked: Some(
+            "rapid in material, spindle, going down without edges at the center, and rubbing of neck and shank, on every \
+             piece of motion"
+                .into(),
+        ),
+        left_out: {
             let motions = if probes == 1 { "motion" } else { "motions" };
-            vec![format!("{probes} probing {motions}: what the probe finds is not known")]
-        } else {
-            vec![]
+            let probes = (probes > 0).then(|| format!("{probes} probing {motions}: what the probe finds is not known"));
+            probes.into_iter().chain(facts.unknown_plunges.iter().cloned()).collect()
         },
     };
     let holders = facts.tools_without_holder.iter().map(|name| format!("{name} has no holder in the library"));
@@ -216,6 +249,18 @@ fn judge_gates(
     };
     collision.left_out.extend(facts.loose.clone());
     let near_mm = tolerances.near_miss_mm;
+    collision.left_out.extend(stock_reached(facts, near_mm));
+    collision.left_out.extend(facts.stock_near.behind_table.iter().map(|(name, depth)| {
+        format!(
+            "{name} against the table: it reaches {depth:.3} mm behind the table's face of the machine file (`table.point_mm`, \
+             `table.normal`), where it would stand in the table unless that leaves room"
+        )
+    }));
+    if let Some(checked) = &mut collision.checked {
+        checked.push_str(&stock_kept_clear(facts, near_mm));
+        let errors = prepared.machine.has_errors();
+        checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
+    }
     let mut near = Coverage {
         checked: Some(format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock")),
         left_out: collision.left_out.clone(),
@@ -252,7 +297,16 @@ fn judge_gates(
     };
     let program = Coverage {
         checked: Some(format!("executed to its end, {} blocks", summary.blocks)),
-        left_out: if facts.ended { vec![] } else { vec!["the text ends without M30 or M2: it may be cut off".into()] },
+        left_out: {
+            let cut_off = (!facts.ended).then(|| "the text ends without M30 or M2: it may be cut off".to_owned());
+            let mut assumed: Vec<&str> = Vec::new();
+            for finding in log.all().iter().filter(|f| f.code == finding::ASSUMED.code) {
+                if !assumed.contains(&finding.message.as_str()) {
+                    assumed.push(&finding.message);
+                }
+            }
+            cut_off.into_iter().chain(assumed.into_iter().map(|what| format!("taken for granted: {what}"))).collect()
+        },
     };
     let mut coverage = [
         program,

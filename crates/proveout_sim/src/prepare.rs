@@ -20,6 +20,7 @@ use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    machine_data::with_machine,
     part_on_table::PartOnTable,
     programs,
     raw_stock::{self, StockMemory},
@@ -142,7 +143,7 @@ impl Prepared {
 
         let nc_settings = NcSettings {
             compensation: Compensation::ToolCenter(tool_radii(&tools)),
-            ..Self::reader_settings(&scene, entry)?
+            ..with_machine(Self::reader_settings(&scene, entry)?, &machine)
         };
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
@@ -259,7 +260,9 @@ impl Prepared {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
             length_active_after_change: length_active_after_change(dialect),
+            length_in_machine_coordinates: length_in_machine_coordinates(dialect),
             ..defaults
         }
     }
@@ -284,6 +287,12 @@ fn length_active_after_change(dialect: Dialect) -> bool {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
         Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
     }
+}
+
+/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
+/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
+fn length_in_machine_coordinates(dialect: Dialect) -> bool {
+    !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {

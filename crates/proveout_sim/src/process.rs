@@ -1,9 +1,8 @@
 //! From sweep reports to process findings: what met material, with which part of the tool, in which kind of motion.
 
-use proveout_controller::{MoveKind, Piece};
-use proveout_geom::Pose;
+use proveout_controller::MoveKind;
 use proveout_nc::SpindleDirection;
-use proveout_stock::{Action, SweepItem, SweepMotion, SweepReport};
+use proveout_stock::{Action, Measure, SweepItem, SweepMotion, SweepReport};
 use proveout_tool::{Profile, Role, Tool};
 
 use crate::finding::{
@@ -21,49 +20,87 @@ pub(crate) struct CuttingState {
     pub(crate) speed_rpm: f64,
 }
 
-/// What one sweep of one body of the tool stands for.
+/// Which body of a tool, or what beside it, is swept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Swept {
+    /// A body of the tool.
+    Body(Role),
+    /// A part of the holder, widened by the wanted clearance.
+    Zone,
+    /// The core round the axis of a tool that does not cut there, before its cutter comes.
+    Core,
+}
+
+/// What one sweep stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SweepPart {
     /// Index of the piece within the batch.
     pub(crate) piece: usize,
-    /// Role of the swept body.
-    pub(crate) role: Role,
-    /// The body widened by the wanted clearance, not the body itself.
-    pub(crate) zone: bool,
+    /// What is swept.
+    pub(crate) what: Swept,
 }
 
-/// The sweeps of a piece: the cutter removes, the rest is probed against what the cutter has left; `zones` are the parts
-/// of the holder widened by the wanted clearance.
-///
-/// A cutter removes material at rapid rate too, so that one crash is one finding and does not spoil what follows; the
-/// finding tells that it was a rapid.
-#[expect(clippy::too_many_arguments, reason = "a piece, its tool, and the two lists that it adds to")]
-pub(crate) fn sweeps<'a>(
-    index: usize,
-    id: u32,
-    piece: &Piece,
-    tool: &'a Tool,
-    zones: &'a [Profile],
-    work_from_table: &Pose,
-    items: &mut Vec<SweepItem<'a>>,
-    parts: &mut Vec<SweepPart>,
-) {
-    let [from, to] = piece.pose.map(|p| p.transformed(work_from_table));
-    let motion = SweepMotion { from, to };
-    for cutting in [true, false] {
-        for body in tool.bodies.iter().filter(|b| (b.role == Role::Cutting) == cutting) {
-            let action = if cutting { Action::Remove } else { Action::Probe };
-            items.push(SweepItem { id, body: &body.profile, action, motion });
-            parts.push(SweepPart { piece: index, role: body.role, zone: false });
+/// The sweeps of a batch, and what each stands for.
+#[derive(Debug, Default)]
+pub(crate) struct Sweeps<'a> {
+    pub(crate) items: Vec<SweepItem<'a>>,
+    pub(crate) measures: Vec<Measure>,
+    pub(crate) parts: Vec<SweepPart>,
+}
+
+impl<'a> Sweeps<'a> {
+    /// The sweeps of a piece: the cutter removes, the rest is probed against what the cutter has left; `zones` are the parts
+    /// of the holder widened by the wanted clearance, `core` is that of a tool that goes down without edges there. `since` is the
+    /// first piece of the run of motion in which the cutter must not meet material, where this is one of it.
+    ///
+    /// A cutter removes material at rapid rate too, so that one crash is one finding and does not spoil what follows; the
+    /// finding tells that it was a rapid.
+    pub(crate) fn add(
+        &mut self,
+        (index, id): (usize, u32),
+        motion: SweepMotion,
+        tool: &'a Tool,
+        [zones, core]: [&'a [Profile]; 2],
+        since: Option<u32>,
+    ) {
+        let mut put = |body: &'a Profile, action: Action, measure: Measure, what: Swept| {
+            self.items.push(SweepItem { id, body, action, motion });
+            self.measures.push(measure);
+            self.parts.push(SweepPart { piece: index, what });
+        };
+        for body in core {
+            put(body, Action::Probe, Measure::No, Swept::Core);
+        }
+        let depth = since.map_or(Measure::No, Measure::Since);
+        for body in tool.cutting() {
+            put(&body.profile, Action::Remove, depth, Swept::Body(body.role));
+        }
+        for body in tool.not_cutting() {
+            put(&body.profile, Action::Probe, Measure::Alone, Swept::Body(body.role));
+        }
+        for zone in zones {
+            put(zone, Action::Probe, Measure::Alone, Swept::Zone);
         }
     }
-    for zone in zones {
-        items.push(SweepItem { id, body: zone, action: Action::Probe, motion });
-        parts.push(SweepPart { piece: index, role: Role::Holder, zone: true });
+}
+
+/// Why the cutter must not meet material in this motion; none in feed with the spindle turning its way.
+pub(crate) fn fault(kind: MoveKind, state: &CuttingState, tool: &Tool) -> Option<Code> {
+    match state.spindle {
+        _ if kind != MoveKind::Feed => Some(RAPID_IN_MATERIAL),
+        SpindleDirection::Off => Some(SPINDLE_OFF),
+        SpindleDirection::Clockwise if tool.left_handed => Some(SPINDLE_WRONG_WAY),
+        SpindleDirection::CounterClockwise if !tool.left_handed => Some(SPINDLE_WRONG_WAY),
+        _ => None,
     }
 }
 
-/// The code of what a sweep found; none when all is in order. `contact` is the overlap below which a body only touches
+/// How deep a sweep was in material, mm: measured where it is, else the longest overlap.
+pub(crate) fn depth(report: &SweepReport) -> f64 {
+    report.depth_mm.unwrap_or(report.overlap_mm)
+}
+
+/// The code of what a sweep found; none when all is in order. `contact` is the depth below which a body only touches
 /// (mm).
 pub(crate) fn judge_sweep(
     part: &SweepPart,
@@ -73,20 +110,15 @@ pub(crate) fn judge_sweep(
     report: &SweepReport,
     contact: f64,
 ) -> Option<Code> {
-    if report.overlap_mm <= contact {
+    if depth(report) <= contact {
         return None;
     }
-    match part.role {
-        _ if part.zone => Some(NEAR_MISS),
-        Role::Neck => Some(NECK_RUBS),
-        Role::Shank => Some(SHANK_RUBS),
-        Role::Holder => Some(HOLDER_IN_STOCK),
-        Role::Cutting if kind == MoveKind::Rapid => Some(RAPID_IN_MATERIAL),
-        Role::Cutting => match state.spindle {
-            SpindleDirection::Off => Some(SPINDLE_OFF),
-            SpindleDirection::Clockwise if tool.left_handed => Some(SPINDLE_WRONG_WAY),
-            SpindleDirection::CounterClockwise if !tool.left_handed => Some(SPINDLE_WRONG_WAY),
-            _ => None,
-        },
+    match part.what {
+        Swept::Core => None,
+        Swept::Zone => Some(NEAR_MISS),
+        Swept::Body(Role::Neck) => Some(NECK_RUBS),
+        Swept::Body(Role::Shank) => Some(SHANK_RUBS),
+        Swept::Body(Role::Holder) => Some(HOLDER_IN_STOCK),
+        Swept::Body(Role::Cutting) => fault(kind, state, tool),
     }
 }

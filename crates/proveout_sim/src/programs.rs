@@ -15,6 +15,7 @@ use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 use crate::{
     config::ConfigError,
     error::SimError,
+    machine_data::with_machine,
     part_on_table::PartOnTable,
     scene::{HelixFile, RescheduleFile, Scene},
 };
@@ -104,7 +105,8 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
             format!("[plan.helix] wants the work offset {:?}, which the scene does not give", plan.work_offset);
         return Err(file(message, &format!("add [work_offsets.{}], or name one of {known:?}", plan.work_offset)).into());
     };
-    let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, offset };
+    let zero = machine.program_zero().map_or_else(Vector::zeros, |zero| zero.coords);
+    let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, zero, offset };
     let start = machine.inverse_nearest(&first.pose.transformed(&table_from_work), tool.gauge_length, &machine.home());
     let start =
         start.map_err(|e| file(format!("the machine cannot reach the start of the pass: {e}"), "move the mount"))?;
@@ -134,6 +136,8 @@ struct Writer {
     commands: Vec<Command>,
     line: u32,
     table_from_work: Pose,
+    /// Base coordinates with tool center point control count from here in K.
+    zero: Vector,
     /// The work offset that the program calls.
     offset: WorkOffset,
 }
@@ -209,7 +213,7 @@ impl Writer {
         let turned = self.table_from_work.rotation * pose.tip.coords;
         let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
         for k in 0..3 {
-            let place = self.table_from_work.translation[k];
+            let place = self.table_from_work.translation[k] - self.zero[k];
             // Where the offset is the place of the mount, the programmed point is that of the workpiece, to the last bit.
             end.put(k, turned[k] + (place - self.offset.translation[k]));
             base.put(k, turned[k] + place);
@@ -239,7 +243,8 @@ pub fn rescheduled(
     tools: &ToolLibrary,
     part: &PartOnTable,
 ) -> Result<Reprogrammed, SimError> {
-    let commands = Program::open(program, settings)?.collect::<Result<Vec<Command>, _>>()?;
+    let settings = with_machine(settings.clone(), machine);
+    let commands = Program::open(program, &settings)?.collect::<Result<Vec<Command>, _>>()?;
     let tool = |name: &ToolName| -> Option<&Tool> {
         let id = match name {
             ToolName::Empty => return None,

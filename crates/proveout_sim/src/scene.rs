@@ -288,6 +288,9 @@ pub struct ControlFile {
     pub plant: PlantFile,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
+    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
+    /// is led through it, which a finding tells; otherwise as the machine says.
+    pub pole_cone_deg: Option<f64>,
     /// Limits of joints below those of the machine, by joint; in force for all programs.
     #[serde(default)]
     pub joint_limits: BTreeMap<String, JointLimitFile>,

@@ -32,6 +32,8 @@ struct Names<'a> {
     scene: &'a str,
     told: BTreeSet<String>,
     in_spindle: ToolName,
+    /// Where the tool length was switched off last: machine coordinates switch it off and on again in one block.
+    length_off_at: Option<Location>,
 }
 
 /// Reads a program to its end and looks up what it names; gives the text that its run does not reach.
@@ -52,6 +54,7 @@ pub(crate) fn survey(
         scene,
         told: BTreeSet::new(),
         in_spindle: ToolName::Empty,
+        length_off_at: None,
     };
     let survey = read(&mut |command, dialect| names.look(command, dialect));
     if survey.faults.is_empty() { Ok(survey) } else { Err(SimError::Program(Diagnostics(survey.faults))) }
@@ -109,6 +112,11 @@ impl Names<'_> {
     /// of an 840D one cutting edge.
     fn tool_offset(&mut self, number: u32, dialect: Dialect, at: &Location) -> Option<Diagnostic> {
         if number == 0 {
+            self.length_off_at = Some(at.clone());
+            return None;
+        }
+        if self.length_off_at.take().as_ref() == Some(at) {
+            // No word names it here: the block before it has.
             return None;
         }
         let tool = shown(&self.in_spindle);

@@ -140,8 +140,12 @@ pub struct Path {
     pub length_mm: f64,
     /// Largest distance of the straight pieces from the path they stand for, mm.
     pub max_chord_error_mm: Option<f64>,
-    /// Largest distance of the tip from the programmed path (corner rounding, following error), mm.
+    /// Largest distance of the tip from the programmed path (corner rounding, following error), mm: measured against the words
+    /// of the program, not against what the control made of them.
     pub max_contour_error_mm: Option<f64>,
+    /// Largest angle between the tool axis and the programmed one at the same share of the block's way, degrees; likewise.
+    #[serde(default)]
+    pub max_axis_error_deg: Option<f64>,
     /// Smallest ratio of reached to programmed feed over the blocks cut in feed.
     pub min_feed_ratio: Option<f64>,
 }

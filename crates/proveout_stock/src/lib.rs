@@ -3,7 +3,7 @@
 //!
 //! Data in: a box, cylinder, closed mesh or the file of an earlier stock; [`SweepItem`]s, each a [`proveout_tool::Profile`] on a
 //! motion whose tip runs straight while the axis turns on the great circle. Data out: a [`SweepReport`] an item (volume,
-//! longest overlap, where, engagement), exact [`SurfacePoint`]s, a [`SurfaceMesh`], [`Interval`]s on any ray, sections, distances
+//! longest overlap, depth, where, engagement), exact [`SurfacePoint`]s, a [`SurfaceMesh`], [`Interval`]s on any ray, sections, distances
 //! and walls. All in mm in one frame, that of the stock; the caller brings tool poses into it.
 //!
 //! * [`TriDexel`] – the stock. [`TriDexel::sweep`] removes or probes, in program order and in parallel.
@@ -16,6 +16,7 @@
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
+//! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
@@ -68,6 +69,7 @@
 mod clip;
 mod codec;
 mod contact;
+mod depth;
 mod dexel;
 mod error;
 mod file;
@@ -112,6 +114,7 @@ mod vec3;
 mod watch;
 
 pub use contact::Contact;
+pub use depth::{Depths, Measure};
 pub use dexel::{Interval, SurfacePoint, TriDexel};
 pub use error::StockError;
 pub use file::StockFileError;

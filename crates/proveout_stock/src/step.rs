@@ -19,6 +19,8 @@ pub(crate) struct Ready {
     pub body: usize,
     pub id: u32,
     pub removes: bool,
+    /// What it takes up is wanted, to measure its depth.
+    pub measured: bool,
     /// Box of the motion, mm.
     pub region: Aabb,
     /// Its steps, in [`Batch::steps`].
@@ -149,6 +151,7 @@ impl<'a> Batch<'a> {
                 body,
                 id: item.id,
                 removes: item.action == crate::Action::Remove,
+                measured: false,
                 region: split.region,
                 steps: first..steps[0].len(),
             });

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     contact::{Contact, Moves},
+    depth::{Depths, Lap, Measure},
     dexel::TriDexel,
     grid::{Grid, TILE},
     meridian::Meridian,
@@ -52,7 +53,9 @@ pub struct SweepReport {
     pub volume_mm3: f64,
     /// Longest connected overlap on any ray, mm; 0 when the body only touches.
     pub overlap_mm: f64,
-    /// Middle of that overlap; among equals the first in the order of the rays.
+    /// Deepest point of the body below the free surface of the material, mm, where it is measured: see [`Depths`].
+    pub depth_mm: Option<f64>,
+    /// Middle of the longest overlap; among equals the first in the order of the rays.
     pub first_point: Option<Point>,
     /// Box round all overlaps, empty when there is none: range of engagement.
     pub region: Option<Aabb>,
@@ -66,6 +69,8 @@ pub struct SweepReport {
 const ENTRIES: usize = 8 << 20;
 /// Items of one pass.
 const ITEMS: usize = 16384;
+/// Entries of items whose depth is measured in one go: each may leave an interval of 48 bytes on each ray of its tile.
+const MEASURED_ENTRIES: usize = 1 << 16;
 
 impl TriDexel {
     /// Carries out the items in their order and reports on each.
@@ -74,6 +79,16 @@ impl TriDexel {
     /// in the given order, and sums run over the tiles in a fixed order. An item with a number that is not finite meets
     /// nothing.
     pub fn sweep(&mut self, items: &[SweepItem<'_>]) -> Vec<SweepReport> {
+        self.sweep_measured(items, &[], &mut Depths::default())
+    }
+
+    /// The same, and measures how deep those items were in the material that `measures` says, item by item (none: of no item).
+    pub fn sweep_measured(
+        &mut self,
+        items: &[SweepItem<'_>],
+        measures: &[Measure],
+        depths: &mut Depths,
+    ) -> Vec<SweepReport> {
         let mut reports = vec![SweepReport::default(); items.len()];
         let mut bodies: Vec<(*const Profile, Meridian)> = Vec::new();
         let index: Vec<usize> = items
@@ -89,12 +104,21 @@ impl TriDexel {
         let bodies: Vec<Meridian> = bodies.into_iter().map(|b| b.1).collect();
         for first in (0..items.len()).step_by(ITEMS) {
             let last = (first + ITEMS).min(items.len());
-            self.pass(&items[first..last], &index[first..last], &bodies, &mut reports[first..last]);
+            let measures = measures.get(first..last).unwrap_or(&[]);
+            let out = (&mut reports[first..last], &mut *depths);
+            self.pass(&items[first..last], measures, &index[first..last], &bodies, out);
         }
         reports
     }
 
-    fn pass(&mut self, items: &[SweepItem<'_>], index: &[usize], bodies: &[Meridian], reports: &mut [SweepReport]) {
+    fn pass(
+        &mut self,
+        items: &[SweepItem<'_>],
+        measures: &[Measure],
+        index: &[usize],
+        bodies: &[Meridian],
+        (reports, depths): (&mut [SweepReport], &mut Depths),
+    ) {
         let bounds = &self.grid.bounds;
         let split: Vec<Split> = items
             .par_iter()
@@ -106,11 +130,19 @@ impl TriDexel {
             self.sweep_bound = self.sweep_bound.max(s.bound);
         }
         let mut batch = Batch::new(items, index, &split, bodies, &self.grid.bounds);
+        for (ready, measure) in batch.ready.iter_mut().zip(measures) {
+            ready.measured = *measure != Measure::No;
+        }
         batch.moves = self.watch_engagement.then(|| Moves::new(items, index));
         let mut first = 0;
         while first < batch.ready.len() {
             let (bins, next) = self.bin(&batch, first);
-            self.run(&batch, bins, reports);
+            let laps = self.run(&batch, bins, reports);
+            for of_item in laps.chunk_by(|x, y| x.item == y.item) {
+                let item = of_item[0].item as usize;
+                let longest = reports[item].overlap_mm;
+                reports[item].depth_mm = Some(depths.of_item(&self.grid, measures[item], of_item, longest));
+            }
             first = next;
         }
     }
@@ -131,12 +163,14 @@ impl TriDexel {
 
     /// Sorts items into the tiles that they may touch, in the order of the items, until the pass is full.
     fn bin(&self, batch: &Batch<'_>, first: usize) -> (Bins, usize) {
-        let mut count = 0;
+        let (mut count, mut measured) = (0, 0);
         let mut next = first;
-        while next < batch.ready.len() && (next == first || count < ENTRIES) {
+        while next < batch.ready.len() && (next == first || count < ENTRIES && measured < MEASURED_ENTRIES) {
             for a in 0..3 {
                 if let Some([u, v]) = self.tile_range(&batch.ready[next].region, a) {
-                    count += (u[1] - u[0]) * (v[1] - v[0]);
+                    let entries = (u[1] - u[0]) * (v[1] - v[0]);
+                    count += entries;
+                    measured += if batch.ready[next].measured { entries } else { 0 };
                 }
             }
             next += 1;
@@ -190,7 +224,8 @@ impl TriDexel {
         (bins, next)
     }
 
-    fn run(&mut self, batch: &Batch<'_>, bins: Bins, reports: &mut [SweepReport]) {
+    /// Carries out what the bins hold; gives what measured items take up, by item.
+    fn run(&mut self, batch: &Batch<'_>, bins: Bins, reports: &mut [SweepReport]) -> Vec<Lap> {
         let mut undo = self.history.as_mut();
         let mut works: Vec<Work> = bins
             .tiles
@@ -201,6 +236,7 @@ impl TriDexel {
                 watch: Watch::new(undo.as_mut().map(|h| std::mem::take(&mut h.tiles[index]))),
                 entries,
                 found: Vec::new(),
+                laps: Vec::new(),
                 changed: [f64::INFINITY, f64::NEG_INFINITY],
             })
             .collect();
@@ -209,6 +245,9 @@ impl TriDexel {
             let entries = work.entries.clone();
             batch.on_tile(grid, work, &bins.entries[entries], scratch);
         });
+        let mut laps: Vec<Lap> = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
+        // In the order of the items; among those of one item, that of the tiles stays.
+        laps.sort_by_key(|lap| lap.item);
         for work in works {
             let (a, [i0, j0]) = self.grid.tile_place(work.index);
             let u = |column: usize| self.grid.center((a + 1) % 3, i0 + column);
@@ -243,6 +282,7 @@ impl TriDexel {
             }
             self.tiles[work.index] = work.tile;
         }
+        laps
     }
 }
 

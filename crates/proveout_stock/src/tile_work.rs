@@ -1,6 +1,7 @@
 //! One item on one tile: bounds that clear rows of rays, then the kernels, then the subtraction.
 
 use crate::{
+    depth::Lap,
     grid::{Grid, TILE},
     lane_ball::{BallOnLanes, BallOnRows},
     lane_body::BodyOnLanes,
@@ -15,7 +16,7 @@ use crate::{
     step::{Batch, Ready, Step},
     tile::Tile,
     tile_cut::{CutLayer, cut_lane},
-    tile_field::{Field, Layer, Partial},
+    tile_field::{Field, Layer, Left, Partial},
     watch::Watch,
 };
 
@@ -27,6 +28,8 @@ pub(crate) struct Work {
     /// Range of the bin in the list of entries.
     pub entries: std::ops::Range<usize>,
     pub found: Vec<Partial>,
+    /// What measured items take up.
+    pub laps: Vec<Lap>,
     /// Range of removal along the rays, mm; lo > hi when none.
     pub changed: [f64; 2],
 }
@@ -48,6 +51,8 @@ pub(crate) struct Scratch {
     cuts: Vec<Cut>,
     /// Lanes of which more than one interval is taken.
     several: Vec<(Place, Cut)>,
+    /// What a measured item takes of which interval.
+    met: Vec<(Strip, [f64; 2])>,
 }
 
 /// Parts of a turning motion for lanes that were not proven in one.
@@ -103,6 +108,14 @@ impl Batch<'_> {
             }
             self.item(ready, a, scratch, &mut sum);
             if sum.rays > 0 {
+                for (strip, [lo, hi]) in scratch.met.drain(..) {
+                    let r = usize::from(strip.ray);
+                    let old =
+                        |reached: bool, upper: bool| reached.then(|| self.mark_of(a, work.tile.ray(r), &strip, upper));
+                    let ends = [old(lo == strip.lo, false), old(hi == strip.hi, true)];
+                    let ray = (a as u8, (i0 + r % TILE) as u32, (j0 + r / TILE) as u32);
+                    work.laps.push(Lap { item, ray, lo, hi, ends });
+                }
                 if watched {
                     let tile = &work.tile;
                     let old =
@@ -180,12 +193,16 @@ impl Batch<'_> {
         if open {
             self.second_chance(ready, a, scratch);
         }
-        let Scratch { field, torn, several, .. } = scratch;
+        let Scratch { field, torn, several, met, .. } = scratch;
+        met.clear();
         let mut counted = [0.0; LANES];
         for l in (0..field.layers().len()).rev() {
             let layer = &mut field.layers_mut()[l];
             if layer.lanes.rows == 0 {
                 continue;
+            }
+            if ready.measured {
+                note(&layer.lanes, several.iter().filter(|s| s.0.0 == l).map(|s| (s.0.1, &s.1)), met);
             }
             let mut gone = 0;
             let removes = ready.removes;
@@ -300,6 +317,23 @@ impl Batch<'_> {
         }
         merge(cuts);
     }
+}
+
+/// What is about to be taken of the lanes of a layer; `several` are the lanes of which more than one interval goes.
+fn note<'a>(lanes: &Lanes, several: impl Iterator<Item = (usize, &'a Cut)>, met: &mut Vec<(Strip, [f64; 2])>) {
+    let mut take = |r: usize, cut: &Cut| {
+        let strip = lanes.strip(r);
+        // What is left as a sliver counts as gone: there the end of the material is reached.
+        met.extend(Left::of(&strip, cut).map(|left| {
+            let lo = if left.below.is_none() { strip.lo } else { left.met[0] };
+            let hi = if left.above.is_none() { strip.hi } else { left.met[1] };
+            (strip, [lo, hi])
+        }));
+    };
+    for r in (0..LANES).filter(|&r| lanes.state[r] == TAKEN) {
+        take(r, &lanes.cut(r));
+    }
+    several.for_each(|(r, cut)| take(r, cut));
 }
 
 /// Sorts intervals and joins those that meet.

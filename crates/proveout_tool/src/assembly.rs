@@ -1,4 +1,4 @@
-use crate::Profile;
+use crate::{Profile, Segment};
 
 /// What a part of the assembly may do to the stock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -50,6 +50,8 @@ pub struct Tool {
     pub flutes: Option<u32>,
     /// Whether the cutting edges reach the center, so that it may plunge, where known.
     pub center_cutting: Option<bool>,
+    /// Steepest way into material of a tool without edges at its center, radian against the plane across its axis, where known.
+    pub max_ramp_angle: Option<f64>,
     /// Highest spindle speed, 1/min, where known.
     pub max_speed_rpm: Option<f64>,
     /// True for a tool that cuts when the spindle turns counter-clockwise (M4).
@@ -67,6 +69,16 @@ impl Tool {
     /// The parts that must not touch anything.
     pub fn not_cutting(&self) -> impl Iterator<Item = &Body> {
         self.bodies.iter().filter(|b| b.role != Role::Cutting)
+    }
+
+    /// Whether the edges reach the center of its end, so that it may go straight down: as the library states it. Where it states
+    /// nothing, the edges of an end that rises from the axis (ball, cone, flat arc) meet there; of a flat end it is not known.
+    pub fn cuts_at_center(&self) -> Option<bool> {
+        self.center_cutting.or_else(|| {
+            let end = self.cutting().next()?.profile.segments().first()?;
+            let flat = matches!(end, Segment::Line { from, to } if to[1] - from[1] <= 1e-9 * to[0]);
+            (!flat).then_some(true)
+        })
     }
 
     /// Largest distance of any part from the axis, mm.

@@ -52,6 +52,7 @@ impl ToolBuilder {
             flute_length,
             flutes: None,
             center_cutting: None,
+            max_ramp_angle: None,
             max_speed_rpm: None,
             left_handed: false,
             has_holder: false,
@@ -104,6 +105,12 @@ impl ToolBuilder {
     /// Whether the tool may plunge.
     pub fn center_cutting(mut self, yes: bool) -> Self {
         self.tool.center_cutting = Some(yes);
+        self
+    }
+
+    /// Steepest way into material of a tool without edges at its center, radian.
+    pub fn max_ramp_angle(mut self, angle: f64) -> Self {
+        self.tool.max_ramp_angle = Some(angle);
         self
     }
 

@@ -181,6 +181,19 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
     if let Some(yes) = e.center_cutting {
         builder = builder.center_cutting(yes);
     }
+    if let Some(angle) = e.max_ramp_angle_deg {
+        if e.center_cutting != Some(false) {
+            return refuse(
+                "max_ramp_angle_deg",
+                angle,
+                "is for a tool without edges at its center: center_cutting = false",
+            );
+        }
+        if !(angle > 0.0 && angle < 90.0) {
+            return refuse("max_ramp_angle_deg", angle, "must be above 0 and below 90");
+        }
+        builder = builder.max_ramp_angle(proveout_geom::rad(angle));
+    }
     if let Some(speed) = e.max_speed_rpm {
         if !(speed > 0.0 && speed <= FASTEST_RPM) {
             return refuse("max_speed_rpm", speed, format!("must be above 0 and at most {FASTEST_RPM}"));

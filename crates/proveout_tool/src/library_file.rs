@@ -116,8 +116,11 @@ pub(crate) struct ToolEntry {
     pub(crate) gauge_length_mm: f64,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
-    /// Whether the cutting edges reach the center, so that the tool may plunge.
+    /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where the end rises from the
+    /// axis (ball, point), and of a flat end it is not known.
     pub(crate) center_cutting: Option<bool>,
+    /// Steepest ramp or helix into material of a tool with `center_cutting = false`, as its maker states it.
+    pub(crate) max_ramp_angle_deg: Option<f64>,
     /// Highest spindle speed.
     pub(crate) max_speed_rpm: Option<f64>,
     /// Sense of rotation; right when absent.

@@ -58,6 +58,7 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     number("time.rapid_s", Some(a.time.rapid_s), Some(b.time.rapid_s));
     number("path.length_mm", Some(a.path.length_mm), Some(b.path.length_mm));
     number("path.max_contour_error_mm", a.path.max_contour_error_mm, b.path.max_contour_error_mm);
+    number("path.max_axis_error_deg", a.path.max_axis_error_deg, b.path.max_axis_error_deg);
     number("removal.volume_mm3", Some(a.removal.volume_mm3), Some(b.removal.volume_mm3));
     number("removal.stock_left_mm3", Some(a.removal.stock_left_mm3), Some(b.removal.stock_left_mm3));
     number("deviation.gouge_max_mm", a.deviation.gouge_max_mm, b.deviation.gouge_max_mm);

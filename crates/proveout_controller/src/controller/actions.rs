@@ -74,6 +74,7 @@ where
     /// What the base coordinates X, Y, Z mean has changed: what the program said about them is void.
     pub(super) fn forget_linear(&mut self) {
         self.state.position.base[..3].fill(None);
+        self.state.position.told = None;
     }
 
     pub(super) fn set_edge(&mut self, on: bool) {
@@ -178,23 +179,26 @@ where
                 mapping: self.mapping,
                 active_length: 0.0,
                 orientation: OrientationInterpolation::Axes,
+                pole_cone: 0.0,
                 location,
             };
             let path = context.between(from, to);
+            let Some(part) = path.parts.into_iter().next() else { continue };
             let index = self.next_block;
             self.next_block += 1;
             self.state.position.q = to;
             let block = PathBlock {
                 index,
-                shape: path.shape,
+                shape: part.shape,
                 chord: None,
-                length: path.length,
+                length: part.length,
                 s0: 0.0,
                 kind: MoveKind::Handling,
                 feed: f64::INFINITY,
                 feed_programmed: 0.0,
                 corner: None,
                 tip_moves: path.tip_moves,
+                told: path.programmed.map(|way| (std::sync::Arc::from(way), part.t)),
                 file: location.file.clone(),
                 line: location.line,
             };
@@ -205,7 +209,7 @@ where
 
     /// The sample after the end: the machine stands.
     pub(super) fn last_sample(&mut self) {
-        let time = (self.out.clock / self.out.cycle).ceil() * self.out.cycle;
+        let time = crate::stretch::grid_number(self.out.clock, self.out.cycle) * self.out.cycle;
         let scope = scope(&self.device, &self.settings, self.mapping);
         let block = self.next_block.saturating_sub(1);
         self.out.still_sample(&scope, &self.state.position.q, block, time);

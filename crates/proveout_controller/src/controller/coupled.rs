@@ -110,8 +110,9 @@ where
             return Err(fail(message));
         }
         let frame = self.device.frame(mapping);
-        for part in [0.0, 0.5, 1.0] {
-            let slope = frame.kinematics.joints(&path.shape.jet(part * path.length)).first();
+        let places = path.parts.iter().filter(|p| !p.turn).flat_map(|p| [0.0, 0.5, 1.0].map(|share| (p, share)));
+        for (part, share) in places {
+            let slope = frame.kinematics.joints(&part.shape.jet(share * part.length)).first();
             for i in 0..self.device.limits.count {
                 let (need, most) = (slope[i].abs() * feed, self.device.limits.velocity[i]);
                 if need > most * (1.0 + 1e-9) {

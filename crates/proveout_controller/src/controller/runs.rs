@@ -135,6 +135,8 @@ where
             }
         }
         let length = block.length;
+        // The program says where the joints end, not how they come there.
+        block.told = None;
         block.shape = Shape::Timed(Box::new(Timed { from, joints }));
         block.length = duration;
         let number = self.path.first_block;

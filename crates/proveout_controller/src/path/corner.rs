@@ -41,6 +41,9 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     let lines = a.course().is_line() && b.course().is_line();
     let scale = end.first().max_abs().max(start.first().max_abs());
     let kinked = slope.max_abs() > 1e-9 * scale;
+    if a.is_rapid() != b.is_rapid() && (kinked || !lines) {
+        return Corner::Stop;
+    }
     let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
     if !kinked && lines && feeds {
         let none = Tolerance { tip: 0.0, angle: 0.0 };

@@ -111,7 +111,7 @@ impl<'m> ServoStage<'m> {
             last: None,
             loads,
             actual: [home, JointValues::ZERO],
-            pose: machine.forward(&home, 0.0),
+            pose: machine.actual_forward(&home, 0.0),
             spans: VecDeque::new(),
             blocks: VecDeque::new(),
             events: VecDeque::new(),
@@ -176,6 +176,7 @@ impl<'m> ServoStage<'m> {
         summary.max_chord_error_mm = self.chord;
         summary.max_servo_contour_error_mm = Some(self.contour.worst);
         summary.max_contour_error_mm += self.contour.worst;
+        summary.max_axis_error += self.contour.worst_axis;
         let name = |j: usize| self.machine.joints.get(j).map_or_else(String::new, |joint| joint.name.clone());
         let report = self.bank.tree.report();
         let unlimited = self.bank.models.iter().enumerate().filter(|(_, m)| m.max_force().is_none());
@@ -231,9 +232,10 @@ impl<'m> ServoStage<'m> {
             Some(last) => self.run_to(&last, sample)?,
         }
         sample.actual = self.actual[0];
-        let planned_tip = self.machine.forward(&sample.commanded, self.sample_length).tip;
+        // Both with the machine's geometric errors: what is measured here is what the drives add.
+        let planned = self.machine.actual_forward(&sample.commanded, self.sample_length);
         sample.pose = self.pose;
-        self.contour.push(planned_tip, &sample.pose.tip);
+        self.contour.push(planned, &sample.pose, self.sample_length);
         sample.drive = Some(self.drives(sample));
         self.last = Some(*sample);
         Ok(())
@@ -359,7 +361,7 @@ impl<'m> ServoStage<'m> {
     }
 
     fn push_knot(&mut self, time: f64, block: u32, bound: f64) {
-        self.pose = self.machine.forward(&self.actual[0], self.sample_length);
+        self.pose = self.machine.actual_forward(&self.actual[0], self.sample_length);
         let (tool_length, pose) = (self.sample_length, self.pose);
         self.trail.push(Knot { time, q: self.actual[0], v: self.actual[1], block, bound, tool_length, pose });
     }

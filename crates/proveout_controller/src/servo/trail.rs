@@ -48,8 +48,9 @@ pub(crate) struct Trail {
 const TOGETHER: usize = 8;
 /// Halvings of one interval; ends a motion that never fits.
 const DEEPEST: u32 = 16;
-/// Surcharge on a deviation measured at points: as in `pieces.rs`.
+/// Surcharge on a deviation measured at points, and where a table of geometric errors bends: as in `pieces.rs`.
 const BETWEEN: f64 = 1.05;
+const BENT: f64 = 1.2;
 /// A tool that moves less than this (mm at tip and gauge line) stands.
 const STANDS: f64 = 1e-9;
 
@@ -148,7 +149,7 @@ impl Trail {
             return Stance { time, q: k.q, pose: k.pose };
         }
         let q = self.position(time, at);
-        Stance { time, q, pose: of.machine.forward(&q, of.tool_length) }
+        Stance { time, q, pose: of.machine.actual_forward(&q, of.tool_length) }
     }
 
     fn cut_group(&self, times: &[f64], of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
@@ -172,13 +173,13 @@ impl Trail {
         if parts_by_size(a, b, of) <= 1.0 {
             let inner = &stances[1..stances.len() - 1];
             let tolerance = of.settings.piece_tolerance;
-            let mut worst = 0.0_f64;
+            let (mut worst, between) = (0.0_f64, between(a, b, of));
             let fits = inner.iter().all(|x| {
                 worst = worst.max(deviation(a, b, x, of.tool_length));
-                worst * BETWEEN + bound <= tolerance
+                worst * between + bound <= tolerance
             });
             if fits {
-                put(a, b, worst * BETWEEN + bound, of, emit);
+                put(a, b, worst * between + bound, of, emit);
                 return;
             }
         }
@@ -194,9 +195,9 @@ impl Trail {
         for part in [0.25, 0.5, 0.75] {
             worst = worst.max(deviation(a, b, &at(part), of.tool_length));
         }
-        let small = parts_by_size(a, b, of) <= 1.0;
-        if depth >= DEEPEST || small && worst * BETWEEN <= of.settings.piece_tolerance {
-            put(a, b, worst * BETWEEN + bound, of, emit);
+        let (small, between) = (parts_by_size(a, b, of) <= 1.0, between(a, b, of));
+        if depth >= DEEPEST || small && worst * between <= of.settings.piece_tolerance {
+            put(a, b, worst * between + bound, of, emit);
             return;
         }
         let middle = at(0.5);
@@ -219,6 +220,10 @@ impl Trail {
     }
 }
 
+fn between(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
+    if of.machine.error_bends(&a.q, &b.q) > 0 { BENT } else { BETWEEN }
+}
+
 fn parts_by_size(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
     let mut parts = (b.pose.tip - a.pose.tip).norm() / of.settings.piece_length;
     parts = parts.max(a.pose.angle_to(&b.pose) / of.settings.piece_angle);
@@ -226,6 +231,11 @@ fn parts_by_size(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
         if joint.is_rotary() {
             parts = parts.max((b.q[i] - a.q[i]).abs() / of.settings.piece_angle);
         }
+    }
+    // As in `pieces.rs`: one kink of a table of errors is seen between nodes and middles, several may hide.
+    let bends = of.machine.error_bends(&a.q, &b.q);
+    if bends > 1 {
+        parts = parts.max(bends as f64);
     }
     parts - 1e-9
 }

@@ -57,6 +57,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         flute_length: 20.0,
         flutes: None,
         center_cutting: None,
+        max_ramp_angle: None,
         max_speed_rpm: None,
         left_handed: false,
         has_holder: false,

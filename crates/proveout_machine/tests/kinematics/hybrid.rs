@@ -203,18 +203,26 @@ fn leg_rates_are_limits_of_differences() {
     let platform: &Platform = &machine.platforms[0];
     let mut random = Random(23);
     for _ in 0..300 {
-        let mut sets = [JointValues::ZERO; 3];
-        for (set, (linear, rotary)) in sets.iter_mut().zip([(80.0, 0.6), (50.0, 0.5), (100.0, 1.0)]) {
+        let mut sets = [JointValues::ZERO; 4];
+        for (set, (linear, rotary)) in sets.iter_mut().zip([(80.0, 0.6), (50.0, 0.5), (100.0, 1.0), (500.0, 3.0)]) {
             (set[2], set[3]) = (random.range(-linear, linear), random.range(-rotary, rotary));
         }
-        let [q, v, a] = sets;
-        let at = |t: f64| platform.leg_lengths(&(q + v * t + a * (0.5 * t * t)));
+        let [q, v, a, j] = sets;
+        let at = |t: f64| platform.leg_lengths(&(q + v * t + a * (0.5 * t * t) + j * (t * t * t / 6.0)));
         let [rates, accelerations] = platform.leg_motion(&q, &v, &a);
         let h = 1e-4;
         let (before, now, after) = (at(-h), at(0.0), at(h));
         for k in 0..3 {
             assert!(((after[k] - before[k]) / (2.0 * h) - rates[k]).abs() < 1e-4);
             assert!(((after[k] - 2.0 * now[k] + before[k]) / (h * h) - accelerations[k]).abs() < 1e-2);
+        }
+        // Third difference over 2 ms: rounding 4e-13 / 2e-9, and a quarter of the fifth derivative (some 1e4) times 1e-6.
+        let jerks = platform.leg_jerk(&q, [&v, &a, &j]);
+        let h = 1e-3;
+        let (outer, inner) = ([at(-2.0 * h), at(2.0 * h)], [at(-h), at(h)]);
+        for k in 0..3 {
+            let third = (outer[1][k] - outer[0][k] - 2.0 * (inner[1][k] - inner[0][k])) / (2.0 * h * h * h);
+            assert!((third - jerks[k]).abs() < 2e-2 + 1e-4 * third.abs(), "{third} {}", jerks[k]);
         }
     }
 }

@@ -74,6 +74,12 @@ fn remedy(code: &str) -> &'static str {
             "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
         }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
+        "limits-off-circle" => {
+            "Name the tool axis instead of the rotary axes, split the block, or turn the part so that its tilts stay in reach."
+        }
+        "limits-pole-crossed" => {
+            "Nothing, where the angle is below what the surface allows; otherwise a smaller cone, or a tilt that keeps away from the pole."
+        }
         "limits-drive-saturated" => {
             "Lower the acceleration or jerk of the joint or the feed of the block, or correct force limit, masses and friction of its drive."
         }

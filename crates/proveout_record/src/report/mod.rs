@@ -246,6 +246,9 @@ fn method(setup: &Setup<'_>, outcome: &Outcome<'_>) -> Vec<(String, String)> {
     if let Some(contour) = v.path.max_contour_error_mm {
         put("Largest contour error", format::length(contour));
     }
+    if let Some(axis) = v.path.max_axis_error_deg {
+        put("Largest error of the tool axis", format!("{axis:.5} degrees"));
+    }
     let t = &file.tolerances;
     put(
         "Tolerances",

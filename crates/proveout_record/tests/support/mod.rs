@@ -424,6 +424,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             length_mm: 1380.0,
             max_chord_error_mm: Some(0.0005),
             max_contour_error_mm: Some(0.0042),
+            max_axis_error_deg: Some(0.0131),
             min_feed_ratio: Some(0.61),
         },
         removal: Removal { moves: 2100, volume_mm3: removed, sweep_bound_mm: 1e-6, ..Removal::default() },

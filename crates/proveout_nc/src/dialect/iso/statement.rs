@@ -68,6 +68,11 @@ pub(crate) fn keyword(s: &Scanner<'_>) -> Option<&'static str> {
 pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Result<Option<Statement>, Fault> {
     let byte = s.peek();
     if matches!(byte, b'O' | b'o' | b':') {
+        if byte == b':' && flavor.is_linuxcnc() {
+            let message = "`:` is a program number of Fanuc and Haas and not a word of LinuxCNC";
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, s.here(), message)
+                .help("write N for a block number, O for a program number"));
+        }
         if first {
             return o_line(s, flavor).map(Some);
         }

@@ -1,0 +1,320 @@
+//! Going down into material with a tool that has no edges at the center of its end.
+//!
+//! Round the axis such an end has a region that no edge sweeps. Where the tool goes down, a stub of material stays under it:
+//!
+//! ```text
+//!       |  .  |              |   |  .  |   |
+//!       |  .  |              | / |  .  |   |     a ramp leaves a stub as high as the way down while the region stays over a
+//!     __|__.__|__            |/__|__.__|___|     place; the edges behind take it away. Straight down it grows until the body
+//!    |  |_____|  |          /       |_|          of the tool stands on it.
+//!    |    |_|    |
+//! ```
+//!
+//! How wide the region is and how far it is set back, nobody states but as the steepest ramp that the maker allows
+//! (`max_ramp_angle_deg`). What the twin sees is whether a thin core round the axis, at the height of the tip, goes down into
+//! material: by the volume that it meets, over the area that it goes over. Then
+//!
+//! * the way down of the block is held to that angle, or, where none is stated, to 45 degrees: no ramp is steeper (chosen);
+//! * the way down while the axis has not left a circle of the cutter's radius R about its place is held to what the angle gives over
+//!   3 R. So far goes a ramp to and fro that turns within R of a place: in to the turn and back, R + 2 R. A helix narrower than the
+//!   tool's own center goes farther, and leaves a pillar however slowly it goes down.
+//!
+//! A flatter way of a tool without a stated angle, and any way down of a flat end of which nobody says whether it cuts at its
+//! center, is not known to be allowed: the gate is then unchecked.
+
+use std::collections::VecDeque;
+
+use proveout_controller::Piece;
+use proveout_geom::{Point, ToolPose};
+use proveout_stock::SweepReport;
+use proveout_tool::{Profile, ProfileError, Segment, Tool};
+
+/// Radius of the core in cells of the stock: some seven rays go through it.
+const CORE_CELLS: f64 = 1.5;
+/// Largest radius of the core as a part of that of the cutter.
+const CORE_PART: f64 = 0.5;
+/// Ways that are steeper than this are no ramps, radian.
+const STEEPEST_RAMP: f64 = std::f64::consts::FRAC_PI_4;
+
+/// The core of a tool that has to be watched, for a stock of these cells (mm); none of a tool that cuts at its center.
+pub(crate) fn core(tool: &Tool, cell: f64) -> Option<Profile> {
+    if tool.cuts_at_center() == Some(true) {
+        return None;
+    }
+    let radius = (CORE_CELLS * cell).min(CORE_PART * cutter_radius(tool));
+    disc(radius).ok()
+}
+
+fn disc(r: f64) -> Result<Profile, ProfileError> {
+    // As thin as it is wide, so that rays across meet it as well.
+    let line = |from, to| Segment::Line { from, to };
+    Profile::new(vec![line([0.0, 0.0], [r, 0.0]), line([r, 0.0], [r, r]), line([r, r], [0.0, r])])
+}
+
+fn cutter_radius(tool: &Tool) -> f64 {
+    tool.cutting().map(|b| b.profile.max_radius()).fold(0.0, f64::max)
+}
+
+/// Step across the axis in which a long piece is followed, in radii.
+const STEP: f64 = 0.1;
+/// Longest way of a ramp within the cutter's radius of a place, in radii.
+const TO_AND_FRO: f64 = 3.0;
+
+/// Way along the tool's own axis towards the material, and across it, mm.
+pub(crate) fn way_down([from, to]: &[ToolPose; 2]) -> (f64, f64) {
+    let (way, axis) = (to.tip - from.tip, (from.axis + to.axis).normalize());
+    let along = way.dot(&axis);
+    (-along, (way - axis * along).norm())
+}
+
+/// How a tool goes down into material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Descent {
+    /// Of the block so far, radian against the plane across the axis.
+    pub(crate) angle: f64,
+    /// Way down while the axis has not left a circle of the cutter's radius, mm.
+    pub(crate) stub: f64,
+}
+
+/// What a descent of a tool means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Judgement {
+    /// Not allowed; the limit of the angle, radian, and of the stub, mm.
+    Fault {
+        angle: f64,
+        stub: f64,
+    },
+    /// Not known to be allowed.
+    Unknown,
+    Allowed,
+}
+
+impl Descent {
+    /// What the tool's own data say; `contact` is what counts as touching, mm.
+    pub(crate) fn judged(&self, tool: &Tool, contact: f64) -> Judgement {
+        let angle = tool.max_ramp_angle.unwrap_or(STEEPEST_RAMP);
+        let stub = TO_AND_FRO * cutter_radius(tool) * angle.tan() + contact;
+        // Degrees of a text with three digits.
+        let within = self.angle <= angle + 1e-5 && self.stub <= stub;
+        match tool.cuts_at_center() {
+            Some(true) => Judgement::Allowed,
+            None => Judgement::Unknown,
+            Some(false) if !within => Judgement::Fault { angle, stub },
+            Some(false) if tool.max_ramp_angle.is_none() => Judgement::Unknown,
+            Some(false) => Judgement::Allowed,
+        }
+    }
+}
+
+/// Follows the tools that have to be watched.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PlungeWatch {
+    tool: Option<usize>,
+    block: u32,
+    /// Ways of the block in material, mm; what is less than touching is carried into the next block.
+    down: f64,
+    aside: f64,
+    /// Way down in material with this tool, mm, and the places where it stood at less.
+    sunk: f64,
+    places: VecDeque<(Point, f64)>,
+}
+
+impl PlungeWatch {
+    /// Takes a piece of motion, and what the core has met on it; its tool poses are those of any one frame.
+    pub(crate) fn follow(
+        &mut self,
+        (index, tool): (usize, &Tool),
+        piece: &Piece,
+        met: Option<&SweepReport>,
+        core: &Profile,
+        contact: f64,
+    ) -> Option<Descent> {
+        if self.tool != Some(index) {
+            *self = Self { tool: Some(index), block: piece.block, ..Self::default() };
+        }
+        if self.block != piece.block {
+            if self.down > contact {
+                (self.down, self.aside) = (0.0, 0.0);
+            }
+            self.block = piece.block;
+        }
+        let [from, to] = &piece.pose;
+        let radius = cutter_radius(tool);
+        let (down, aside) = way_down(&piece.pose);
+        let Some(met) = met.filter(|r| r.rays > 0 && down > 0.0) else {
+            self.leave_places(to, radius);
+            return None;
+        };
+        let r = core.max_radius();
+        let area = 2.0 * r * aside + std::f64::consts::PI * r * r;
+        let in_material = (met.volume_mm3 / area).min(down);
+        let parts = (aside / (STEP * radius)).ceil().clamp(1.0, 1e4);
+        let mut stub = 0.0_f64;
+        for k in 0..parts as usize {
+            self.places.push_back((from.interpolated(to, k as f64 / parts).tip, self.sunk));
+            self.sunk += in_material / parts;
+            self.leave_places(&from.interpolated(to, (k + 1) as f64 / parts), radius);
+            stub = stub.max(self.sunk - self.places.front().map_or(self.sunk, |(_, sunk)| *sunk));
+        }
+        self.down += in_material;
+        self.aside += aside * in_material / down;
+        (self.down > contact || stub > contact).then(|| Descent { angle: self.down.atan2(self.aside), stub })
+    }
+
+    /// Forgets the places up to the last one that is farther across the axis than the radius.
+    fn leave_places(&mut self, to: &ToolPose, radius: f64) {
+        let left = self.places.iter().rposition(|(p, _)| {
+            let off = p - to.tip;
+            (off - to.axis * off.dot(&to.axis)).norm() > radius
+        });
+        if let Some(last) = left {
+            self.places.drain(..=last);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_controller::MoveKind;
+    use proveout_geom::{Vector, rad};
+    use proveout_machine::JointValues;
+    use proveout_tool::{Cutter, ToolBuilder};
+
+    use super::*;
+
+    const CONTACT: f64 = 0.01;
+
+    fn tool(ramp_deg: Option<f64>) -> Tool {
+        let builder =
+            ToolBuilder::new(1, "HEAD", Cutter::flat(20.0).expect("cutter"), 10.0, 80.0).center_cutting(false);
+        let builder = match ramp_deg {
+            Some(angle) => builder.max_ramp_angle(rad(angle)),
+            None => builder,
+        };
+        builder.build().expect("tool")
+    }
+
+    /// Worst judgement along tips in solid material, a block each or all in one.
+    fn along(tool: &Tool, tips: &[[f64; 3]], one_block: bool) -> (Judgement, f64, f64) {
+        let core = core(tool, 0.2).expect("it is watched");
+        let (mut watch, mut worst) = (PlungeWatch::default(), (Judgement::Allowed, 0.0_f64, 0.0_f64));
+        for (k, w) in tips.windows(2).enumerate() {
+            let at = |p: [f64; 3]| ToolPose { tip: Point::from(p), axis: Vector::z() };
+            let piece = Piece {
+                time: [0.0, 1.0],
+                block: if one_block { 0 } else { k as u32 },
+                kind: MoveKind::Feed,
+                joints: [JointValues::ZERO; 2],
+                pose: [at(w[0]), at(w[1])],
+                deviation: 0.0,
+            };
+            let (down, aside) = way_down(&piece.pose);
+            let r = core.max_radius();
+            // What a core meets in the layer that the way down adds.
+            let volume = down.max(0.0) * (2.0 * r * aside + std::f64::consts::PI * r * r);
+            let met = SweepReport { volume_mm3: volume, rays: 7, ..SweepReport::default() };
+            let Some(descent) = watch.follow((0, tool), &piece, Some(&met), &core, CONTACT) else { continue };
+            let judged = descent.judged(tool, CONTACT);
+            if judged != Judgement::Allowed && !matches!(worst.0, Judgement::Fault { .. }) {
+                worst.0 = judged;
+            }
+            (worst.1, worst.2) = (worst.1.max(descent.angle.to_degrees()), worst.2.max(descent.stub));
+        }
+        worst
+    }
+
+    fn line(to: [f64; 3], n: usize) -> Vec<[f64; 3]> {
+        (0..=n).map(|k| to.map(|x| x * k as f64 / n as f64)).collect()
+    }
+
+    fn helix(radius: f64, pitch: f64, turns: f64) -> Vec<[f64; 3]> {
+        let n = (turns * 36.0) as usize;
+        let at = |k: usize| {
+            let a = k as f64 / 36.0 * std::f64::consts::TAU;
+            [radius * a.cos(), radius * a.sin(), -pitch * k as f64 / 36.0]
+        };
+        (0..=n).map(at).collect()
+    }
+
+    fn is_fault(j: Judgement) -> bool {
+        matches!(j, Judgement::Fault { .. })
+    }
+
+    #[test]
+    fn straight_down_is_a_fault_in_one_piece_or_a_thousand_blocks() {
+        for n in [1, 10, 1000] {
+            for ramp in [None, Some(3.0)] {
+                let (judged, angle, stub) = along(&tool(ramp), &line([0.0, 0.0, -3.0], n), n != 10);
+                assert!(is_fault(judged), "{n}");
+                assert!((angle - 90.0).abs() < 1e-9 && (stub - 3.0).abs() < 1e-9, "{angle} {stub}");
+            }
+        }
+    }
+
+    #[test]
+    fn ramps_are_held_to_the_stated_angle_and_unknown_without_one() {
+        let ramp = |degrees: f64, n| line([60.0, 0.0, -60.0 * rad(degrees).tan()], n);
+        for n in [1, 200] {
+            assert_eq!(along(&tool(Some(3.0)), &ramp(2.9, n), true).0, Judgement::Allowed);
+            assert!(is_fault(along(&tool(Some(3.0)), &ramp(3.1, n), true).0));
+            assert_eq!(along(&tool(None), &ramp(2.9, n), true).0, Judgement::Unknown);
+            assert!(is_fault(along(&tool(None), &ramp(50.0, n), true).0));
+        }
+        // To and fro: where it turns, the axis stays near a place for the way there and back.
+        let mut fro: Vec<[f64; 3]> = Vec::new();
+        for pass in 0..6 {
+            let z = -60.0 * rad(2.9).tan();
+            let mut leg = line([60.0, 0.0, z], 60);
+            if pass % 2 == 1 {
+                leg.iter_mut().for_each(|p| p[0] = 60.0 - p[0]);
+            }
+            leg.iter_mut().for_each(|p| p[2] += z * f64::from(pass));
+            fro.extend(leg);
+        }
+        let (judged, _, stub) = along(&tool(Some(3.0)), &fro, false);
+        assert_eq!(judged, Judgement::Allowed, "{stub}");
+        assert!(stub > 15.0 * rad(2.9).tan(), "{stub}");
+    }
+
+    #[test]
+    fn a_wide_helix_is_a_ramp_and_a_narrow_one_leaves_a_pillar() {
+        let pitch = |radius: f64, degrees: f64| std::f64::consts::TAU * radius * rad(degrees).tan();
+        assert_eq!(along(&tool(Some(3.0)), &helix(9.0, pitch(9.0, 2.0), 3.0), true).0, Judgement::Allowed);
+        assert!(is_fault(along(&tool(Some(3.0)), &helix(9.0, pitch(9.0, 4.0), 3.0), true).0));
+        // Two millimeters round: over any place for all of its way.
+        let (judged, angle, stub) = along(&tool(Some(3.0)), &helix(2.0, pitch(2.0, 2.0), 8.0), true);
+        assert!(is_fault(judged) && angle < 2.1 && stub > 3.0, "{angle} {stub}");
+    }
+
+    #[test]
+    fn nothing_is_said_of_air_of_touching_and_of_tools_that_cut_at_their_center() {
+        let head = tool(None);
+        let core = core(&head, 0.2).expect("it is watched");
+        let at = |z: f64| ToolPose { tip: Point::new(0.0, 0.0, z), axis: Vector::z() };
+        let piece = Piece {
+            time: [0.0, 1.0],
+            block: 0,
+            kind: MoveKind::Feed,
+            joints: [JointValues::ZERO; 2],
+            pose: [at(5.0), at(-3.0)],
+            deviation: 0.0,
+        };
+        let mut watch = PlungeWatch::default();
+        assert_eq!(watch.follow((0, &head), &piece, None, &core, CONTACT), None);
+        assert_eq!(watch.follow((0, &head), &piece, Some(&SweepReport::default()), &core, CONTACT), None);
+        // A floor that is touched: a film of 0.3 micrometers.
+        let r = core.max_radius();
+        let film = SweepReport { volume_mm3: 3e-4 * std::f64::consts::PI * r * r, rays: 4, ..SweepReport::default() };
+        assert_eq!(watch.follow((0, &head), &piece, Some(&film), &core, CONTACT), None);
+        let ball = ToolBuilder::new(2, "BALL", Cutter::ball(8.0).expect("ball"), 10.0, 80.0).build().expect("tool");
+        assert!(super::core(&ball, 0.2).is_none(), "its edges meet at the tip");
+        let drill =
+            ToolBuilder::new(3, "DRILL", Cutter::drill(8.0, 118.0).expect("drill"), 10.0, 80.0).build().expect("tool");
+        assert!(super::core(&drill, 0.2).is_none());
+        let flat = ToolBuilder::new(4, "FLAT", Cutter::flat(8.0).expect("flat"), 10.0, 80.0);
+        let unknown = flat.clone().build().expect("tool");
+        assert!(super::core(&unknown, 0.2).is_some());
+        assert_eq!(Descent { angle: 0.1, stub: 0.2 }.judged(&unknown, CONTACT), Judgement::Unknown);
+        assert!(super::core(&flat.center_cutting(true).build().expect("tool"), 0.2).is_none());
+    }
+}

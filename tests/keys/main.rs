@@ -1,0 +1,64 @@
+//! Accepted means used: every key of the schemas of scene, machine and tools changes a verdict, a run, a motion or what is made
+//! of them, or is refused. The list of keys comes from the schemas, so that none can be forgotten.
+//!
+//! A case names a key, the setup in which it acts, and a change of its value. The setup is run as it is and with the change; the
+//! two must not leave the same. Keys that only describe are listed with the reason why nothing else is to be expected of them.
+
+#![allow(clippy::print_stdout, reason = "a failed test lists every key at once")]
+
+mod cases;
+mod effect;
+mod schema;
+mod setups;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use crate::{
+    cases::{CASES, Case, DESCRIBING},
+    effect::Left,
+    setups::Setup,
+};
+
+#[test]
+fn every_key_has_its_case_or_describes() {
+    let keys = schema::keys();
+    assert!(keys.len() > 280, "the schemas have {} keys", keys.len());
+    let tried: BTreeSet<&str> = CASES.iter().map(|c| c.key).collect();
+    let describing: BTreeSet<&str> = DESCRIBING.iter().map(|(key, _)| *key).collect();
+    let missing: Vec<&String> =
+        keys.iter().filter(|k| !tried.contains(k.as_str()) && !describing.contains(k.as_str())).collect();
+    assert!(missing.is_empty(), "keys without a case: {missing:#?}");
+    let stray: Vec<&&str> = tried.union(&describing).filter(|k| !keys.contains(**k)).collect();
+    assert!(stray.is_empty(), "cases of keys that no schema has: {stray:#?}");
+    let both: Vec<&&str> = tried.intersection(&describing).collect();
+    assert!(both.is_empty(), "keys that act and describe: {both:#?}");
+    assert!(DESCRIBING.iter().all(|(_, reason)| !reason.is_empty()));
+}
+
+#[test]
+fn every_key_changes_what_is_left() {
+    let setups: BTreeSet<Setup> = CASES.iter().map(|c| c.setup).collect();
+    let setups: Vec<Setup> = setups.into_iter().collect();
+    let bases: BTreeMap<Setup, Left> =
+        setups.par_iter().map(|setup| (*setup, effect::of(*setup, &setup.files()))).collect();
+    let broken: Vec<_> = bases.iter().filter_map(|(setup, left)| Some((setup, left.as_ref().err()?))).collect();
+    assert!(broken.is_empty(), "cannot be run: {broken:#?}");
+    let without: Vec<String> = CASES
+        .par_iter()
+        .filter_map(|case: &Case| {
+            let left = effect::of(case.setup, &case.files());
+            (left == bases[&case.setup]).then(|| format!("{} in {:?}: {:?}", case.key, case.setup, case.edits))
+        })
+        .collect();
+    assert!(without.is_empty(), "{} keys change nothing:\n{}", without.len(), without.join("\n"));
+}
+
+/// The measure itself: the same files leave the same, whatever the thread.
+#[test]
+fn the_same_files_leave_the_same() {
+    for setup in [Setup::Mill, Setup::MillServo, Setup::Five, Setup::Remade] {
+        assert_eq!(effect::of(setup, &setup.files()), effect::of(setup, &setup.files()), "{setup:?}");
+    }
+}
