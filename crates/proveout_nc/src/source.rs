@@ -89,7 +89,8 @@ impl Source {
 
     /// Lines of the text; a last line without an end counts.
     pub(crate) fn lines(&self) -> usize {
-        self.text.bytes().filter(|&b| b == b'\n').count() + usize::from(!self.text.is_empty() && !self.text.ends_with('\n'))
+        self.text.bytes().filter(|&b| b == b'\n').count()
+            + usize::from(!self.text.is_empty() && !self.text.ends_with('\n'))
     }
 }
 

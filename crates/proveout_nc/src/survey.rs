@@ -49,11 +49,7 @@ pub struct Survey {
 
 impl Survey {
     /// Surveys a program file. `look` sees every command of the run and may find fault with it.
-    pub fn of_file(
-        path: impl AsRef<Path>,
-        settings: &Settings,
-        look: &mut Look<'_>,
-    ) -> Self {
+    pub fn of_file(path: impl AsRef<Path>, settings: &Settings, look: &mut Look<'_>) -> Self {
         match Program::open_leniently(path.as_ref(), settings) {
             Ok(program) => Self::of(program, look),
             Err(fault) => Self::refused(fault),
@@ -61,12 +57,7 @@ impl Survey {
     }
 
     /// Surveys a text; `name` stands in for the file name.
-    pub fn of_text(
-        name: &str,
-        text: impl Into<String>,
-        settings: &Settings,
-        look: &mut Look<'_>,
-    ) -> Self {
+    pub fn of_text(name: &str, text: impl Into<String>, settings: &Settings, look: &mut Look<'_>) -> Self {
         match Program::text_leniently(name, text.into(), settings) {
             Ok(program) => Self::of(program, look),
             Err(fault) => Self::refused(fault),
@@ -129,12 +120,12 @@ impl Survey {
             }
         }
         let order: Vec<Arc<str>> = program.sources().iter().map(|source| Arc::clone(&source.name)).collect();
-        survey.last = last.map(|l| (l.file.clone(), l.line)).or_else(|| Some((order.first()?.clone(), 1))).map(
-            |(file, line)| {
-                let text = program.sources().iter().find(|s| s.name == file).and_then(|s| s.text_of(line)).unwrap_or_default();
+        survey.last =
+            last.map(|l| (l.file.clone(), l.line)).or_else(|| Some((order.first()?.clone(), 1))).map(|(file, line)| {
+                let text =
+                    program.sources().iter().find(|s| s.name == file).and_then(|s| s.text_of(line)).unwrap_or_default();
                 (file, line, text.to_owned())
-            },
-        );
+            });
         survey.subprogram = program.is_subprogram();
         if list.all.is_empty() {
             survey.not_run = program.not_run();

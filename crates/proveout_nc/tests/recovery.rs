@@ -137,13 +137,33 @@ fn is_plain(line: &str) -> bool {
     !code.is_empty()
         && !title
         && !code.contains(['(', ';', '%', '$', '*', '~', '"', '{'])
-        && !["PARTNO", "PPRINT", "INSERT", "TPRINT", "BEGIN", "PGM", "CYCL DEF 2", "F-PRINT", "TOOL DEF", "REMARK", "BLK", "FUNCTION", "STOP"]
-            .iter()
-            .any(|word| code.to_ascii_uppercase().contains(word))
+        && ![
+            "PARTNO",
+            "PPRINT",
+            "INSERT",
+            "TPRINT",
+            "BEGIN",
+            "PGM",
+            "CYCL DEF 2",
+            "F-PRINT",
+            "TOOL DEF",
+            "REMARK",
+            "BLK",
+            "FUNCTION",
+            "STOP",
+        ]
+        .iter()
+        .any(|word| code.to_ascii_uppercase().contains(word))
 }
 
 /// What a survey tells, beside what it should.
-fn told(test: &str, path: &Path, text: &str, language: &Language, wrong: &BTreeSet<u32>) -> Result<BTreeSet<u32>, String> {
+fn told(
+    test: &str,
+    path: &Path,
+    text: &str,
+    language: &Language,
+    wrong: &BTreeSet<u32>,
+) -> Result<BTreeSet<u32>, String> {
     // Beside the case, so that its subprograms are found.
     let name = path.file_stem().unwrap().to_string_lossy().into_owned();
     let ending = path.extension().unwrap().to_string_lossy().into_owned();
@@ -189,7 +209,12 @@ fn tempdir(test: &str, path: &Path) -> PathBuf {
 }
 
 fn all_told(failures: &[String]) {
-    assert!(failures.is_empty(), "{} programs, the first ones:\n{}", failures.len(), failures[..failures.len().min(6)].join("\n"));
+    assert!(
+        failures.is_empty(),
+        "{} programs, the first ones:\n{}",
+        failures.len(),
+        failures[..failures.len().min(6)].join("\n")
+    );
 }
 
 fn count() -> usize {
@@ -218,7 +243,11 @@ fn each_wrong_line_is_told_and_no_other() {
                 // Behind the tape nothing is read.
                 let end = lines.iter().rposition(|line| line.trim() == "%").unwrap_or(lines.len());
                 // The head of an archive or a tape is the first line.
-                let first = lines.iter().take(3).rposition(|line| line.starts_with('%') || is_head(line)).map_or(0, |at| at + 1);
+                let first = lines
+                    .iter()
+                    .take(3)
+                    .rposition(|line| line.starts_with('%') || is_head(line))
+                    .map_or(0, |at| at + 1);
                 let places: Vec<usize> = (first..=end).filter(|at| is_whole(&lines, *at)).collect();
                 let mut at: Vec<usize> = (0..1 + random.below(8)).map(|_| places[random.below(places.len())]).collect();
                 if random.below(4) == 0 {
@@ -229,9 +258,12 @@ fn each_wrong_line_is_told_and_no_other() {
                 let lines_before = lines.clone();
                 for (put, at) in at.iter().enumerate() {
                     // Behind a block that is run; an approach or a corner wants its contour behind it.
-                    let before = lines_before[..*at].iter().rfind(|line| !line.starts_with(';')).map_or("", String::as_str);
+                    let before =
+                        lines_before[..*at].iter().rfind(|line| !line.starts_with(';')).map_or("", String::as_str);
                     let waits = ["APPR", "RND", "CHF", "G24", "G25", "CYCL"].iter().any(|word| before.contains(word));
-                    let ends = ["M30", "m30", "M2", "m2", "M17", "M99", "FINI", "END", "AUXFUN", "RET", "FUNCTION"].iter().any(|word| before.contains(word));
+                    let ends = ["M30", "m30", "M2", "m2", "M17", "M99", "FINI", "END", "AUXFUN", "RET", "FUNCTION"]
+                        .iter()
+                        .any(|word| before.contains(word));
                     let runs = !waits && !ends && ran.contains(&(*at as u32)) && random.below(2) == 0;
                     let choice = if runs { language.run } else { language.lines };
                     lines.insert(at + put, choice[random.below(choice.len())].to_owned());

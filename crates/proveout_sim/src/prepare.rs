@@ -10,8 +10,7 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{
-    Compensation, Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName,
-    ToolRadii, WorkOffset,
+    Compensation, Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii, WorkOffset,
 };
 use proveout_stock::{Patch, TriDexel};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
@@ -179,10 +178,8 @@ impl Prepared {
             Some(made) => {
                 let name = format!("{program_name}.mpf");
                 let read = |look: &mut Look<'_>| Survey::of_text(&name, made.text.as_str(), &nc_settings, look);
-                let original = std::mem::replace(
-                    &mut survey,
-                    survey::survey(read, &nc_settings, &tools, &machine, &place)?,
-                );
+                let original =
+                    std::mem::replace(&mut survey, survey::survey(read, &nc_settings, &tools, &machine, &place)?);
                 survey.not_run.extend(original.not_run);
                 made.text.lines().count()
             }

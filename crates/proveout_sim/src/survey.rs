@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 use proveout_machine::Machine;
 use proveout_nc::{
-    AXIS_LETTERS, Command, Diagnostic, Diagnostics, Dialect, Location, Look, Motion, NotRun, NotRunKind, Offset, Op, Settings,
-    Survey, ToolAction, ToolName, Weight,
+    AXIS_LETTERS, Command, Diagnostic, Diagnostics, Dialect, Location, Look, Motion, NotRun, NotRunKind, Offset, Op,
+    Settings, Survey, ToolAction, ToolName, Weight,
 };
 use proveout_tool::ToolLibrary;
 
@@ -227,6 +227,8 @@ pub(crate) fn leave_out(prepared: &Prepared, program: &mut Coverage, others: &mu
     }
     let [from, to] = first.lines;
     for other in others {
-        other.left_out.push(format!("lines {from} to {to} of {} were not run{more}, see the gate `program`", first.file));
+        other
+            .left_out
+            .push(format!("lines {from} to {to} of {} were not run{more}, see the gate `program`", first.file));
     }
 }

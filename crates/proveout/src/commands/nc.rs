@@ -145,9 +145,7 @@ fn not_run(parts: &[NotRun]) -> Result<(), Failure> {
         tell!("note: {part}");
     }
     match parts.iter().find(|part| part.weight() == Weight::Lost) {
-        Some(part) => Err(Failure::new(part)
-            .at(&part.file, part.lines[0] as usize, 1, 0, "")
-            .with_help(part.remedy())),
+        Some(part) => Err(Failure::new(part).at(&part.file, part.lines[0] as usize, 1, 0, "").with_help(part.remedy())),
         None => Ok(()),
     }
 }

@@ -212,12 +212,8 @@ mod tests {
             let kind = |name: String| if program { NotRunKind::Program(name) } else { NotRunKind::Subprogram(name) };
             list.iter().zip(1..).map(|(&lines, i)| Stretch { lines, kind: kind(format!("{i}")) }).collect()
         };
-        let layout = Layout {
-            source: &source,
-            parts: stretches(parts, true),
-            regions: stretches(regions, false),
-            role: &role,
-        };
+        let layout =
+            Layout { source: &source, parts: stretches(parts, true), regions: stretches(regions, false), role: &role };
         let list = coverage.not_run(0, &layout).into_iter().map(|n| {
             let kind = match n.kind {
                 NotRunKind::BehindEnd => "end".to_owned(),

@@ -128,12 +128,7 @@ pub(crate) struct Interpreter {
 
 impl Interpreter {
     /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(
-        dialect: Dialect,
-        source: Source,
-        folder: Option<PathBuf>,
-        settings: &Settings,
-    ) -> Self {
+    pub(crate) fn new(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Self {
         let (loaded, structure) = Loaded::new(source, dialect == Dialect::HeidenhainIso, 0);
         let loaded = Arc::new(loaded);
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };

@@ -147,11 +147,9 @@ fn role_of(block: &Block) -> Role {
     let words = &block.words;
     let ends = words.functions.iter().all(|m| matches!(m.code, 2 | 30));
     let (code, moves) = match &block.statement {
-        Statement::Empty
-        | Statement::Begin { .. }
-        | Statement::End
-        | Statement::Note(_)
-        | Statement::Label(_) => (false, false),
+        Statement::Empty | Statement::Begin { .. } | Statement::End | Statement::Note(_) | Statement::Label(_) => {
+            (false, false)
+        }
         Statement::Path(super::words::Path::Nothing) | Statement::Stop => (!ends || words.functions.is_empty(), false),
         Statement::Path(_) => (true, true),
         Statement::Din(din) => {

@@ -84,7 +84,8 @@ impl Interpreter {
             return;
         }
         let doubt = &mut self.recovery.faults.doubt;
-        let known = (0..9).filter(|axis| self.position.work.get(*axis).is_some()).fold(0, |mask, axis| mask | 1 << axis);
+        let known =
+            (0..9).filter(|axis| self.position.work.get(*axis).is_some()).fold(0, |mask, axis| mask | 1 << axis);
         self.recovery.since = if doubt.axes & !known == 0 { self.recovery.since + u32::from(moved) } else { 0 };
         if self.recovery.since > LOOKED_BACK {
             doubt.axes = 0;
@@ -146,11 +147,13 @@ impl Interpreter {
         let upper = text.to_ascii_uppercase();
         let words = upper.trim_start_matches(|c: char| c.is_ascii_digit() || c.is_whitespace() || c == '/');
         let begins = |list: &[&str]| list.iter().any(|word| words.starts_with(word));
-        let values = begins(&["Q", "FN 0", "FN0", "FN 1:", "FN 2", "DECLARE"]) || words.starts_with('D') && !words.starts_with("DEP");
+        let values = begins(&["Q", "FN 0", "FN0", "FN 1:", "FN 2", "DECLARE"])
+            || words.starts_with('D') && !words.starts_with("DEP");
         if values {
             return Doubt { values: true, ..Doubt::NONE };
         }
-        if begins(&["IF", "GOTO", "LBL", "CALL", "SEL", "CYCL CALL"]) || words.contains("M99") || words.contains("M89") {
+        if begins(&["IF", "GOTO", "LBL", "CALL", "SEL", "CYCL CALL"]) || words.contains("M99") || words.contains("M89")
+        {
             return Doubt { values: !begins(&["CYCL CALL"]), ..Doubt::ALL };
         }
         if begins(&["CYCL DEF", "PATTERN", "FUNCTION", "PLANE", "TRANS"]) {

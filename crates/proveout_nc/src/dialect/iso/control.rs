@@ -28,7 +28,9 @@ impl Interpreter {
                 let in_sub = self.stack.last().is_some_and(|level| level.kind == CallKind::OSub);
                 if self.flavor.is_linuxcnc() && in_sub {
                     let message = format!("a subprogram of O words runs into the head of the numbered program {name}");
-                    return Err(Fault::new(codes::STRUCTURE, span, message).help("close it with endsub before the head"));
+                    return Err(
+                        Fault::new(codes::STRUCTURE, span, message).help("close it with endsub before the head")
+                    );
                 }
             }
             Statement::Output(text) => self.note(text),

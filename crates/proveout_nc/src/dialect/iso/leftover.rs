@@ -102,7 +102,8 @@ impl Targets {
             at = next;
             let upper = |b: &u8| b.to_ascii_uppercase();
             // Plain blocks have neither.
-            let jumps = line.as_bytes().windows(2).any(|w| matches!((upper(&w[0]), upper(&w[1])), (b'G', b'O') | (b'M', b'9')));
+            let jumps =
+                line.as_bytes().windows(2).any(|w| matches!((upper(&w[0]), upper(&w[1])), (b'G', b'O') | (b'M', b'9')));
             if !jumps || parser::parse_line(line, flavor, &mut block).is_err() {
                 continue;
             }

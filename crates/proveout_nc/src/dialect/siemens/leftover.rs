@@ -29,8 +29,7 @@ impl Interpreter {
             let targets = Targets::of(&loaded.source);
             let parts = loaded.index.parts.iter().map(|part| {
                 let name = part.name.clone().unwrap_or_else(|| "without a name".to_owned());
-                let kind =
-                    if part.subprogram { NotRunKind::Subprogram(name) } else { NotRunKind::Program(name) };
+                let kind = if part.subprogram { NotRunKind::Subprogram(name) } else { NotRunKind::Program(name) };
                 Stretch { lines: part.lines, kind }
             });
             let layout = Layout {
@@ -103,13 +102,13 @@ fn role(line: &str, _: Mark, targets: &Targets) -> Role {
     let named = block.label.as_ref().is_some_and(|label| targets.holds(label))
         || block.number.is_some_and(|number| targets.holds(&format!("N{number}")));
     let flow = match &block.statement {
-        Some(
-            Statement::If(_) | Statement::For { .. } | Statement::While(_) | Statement::Repeat | Statement::Loop,
-        ) => Flow::Opens,
+        Some(Statement::If(_) | Statement::For { .. } | Statement::While(_) | Statement::Repeat | Statement::Loop) => {
+            Flow::Opens
+        }
         Some(Statement::Else) => Flow::Between,
-        Some(
-            Statement::EndIf | Statement::EndFor | Statement::EndWhile | Statement::Until(_) | Statement::EndLoop,
-        ) => Flow::Closes,
+        Some(Statement::EndIf | Statement::EndFor | Statement::EndWhile | Statement::Until(_) | Statement::EndLoop) => {
+            Flow::Closes
+        }
         _ if named => Flow::Target,
         _ => Flow::On,
     };
@@ -148,9 +147,36 @@ fn role(line: &str, _: Mark, targets: &Targets) -> Role {
 /// Names that the reader does not do as words of their own: cycles and subprograms.
 fn is_call(name: &str) -> bool {
     const WORDS: [&str; 30] = [
-        "MSG", "TRAORI", "TRAFOOF", "SUPA", "CIP", "CT", "ORIAXES", "ORIVECT", "ORIPLANE", "ORIVECTPATH", "ORIWKS",
-        "ORIMKS", "ORIRPY", "ORIEULER", "TRANS", "ATRANS", "ROT", "AROT", "SCALE", "ASCALE", "MIRROR", "AMIRROR",
-        "CYCLE832", "CFC", "CFIN", "CFTCP", "NORM", "KONT", "CUT2D", "CUT2DF",
+        "MSG",
+        "TRAORI",
+        "TRAFOOF",
+        "SUPA",
+        "CIP",
+        "CT",
+        "ORIAXES",
+        "ORIVECT",
+        "ORIPLANE",
+        "ORIVECTPATH",
+        "ORIWKS",
+        "ORIMKS",
+        "ORIRPY",
+        "ORIEULER",
+        "TRANS",
+        "ATRANS",
+        "ROT",
+        "AROT",
+        "SCALE",
+        "ASCALE",
+        "MIRROR",
+        "AMIRROR",
+        "CYCLE832",
+        "CFC",
+        "CFIN",
+        "CFTCP",
+        "NORM",
+        "KONT",
+        "CUT2D",
+        "CUT2DF",
     ];
     !WORDS.contains(&name)
 }
