@@ -14,6 +14,8 @@ pub struct NotRun {
     pub kind: NotRunKind,
     /// Some of them move an axis.
     pub moves: bool,
+    /// Text of the first line.
+    pub text: String,
 }
 
 /// Why text is not run.

@@ -150,7 +150,7 @@ impl Survey {
                 file: Arc::clone(file),
                 line: *line,
                 column: 1,
-                length: u32::try_from(text.chars().count()).unwrap_or(u32::MAX),
+                length: characters(text),
                 help: Some(help.to_owned()),
                 source_line: text.clone(),
             };
@@ -182,9 +182,9 @@ impl Survey {
             file: Arc::clone(&part.file),
             line: part.lines[0],
             column: 1,
-            length: 0,
+            length: characters(&part.text),
             help: Some(part.remedy().to_owned()),
-            source_line: String::new(),
+            source_line: part.text.clone(),
         }));
         list
     }
@@ -210,6 +210,10 @@ impl Faults {
             self.more += 1;
         }
     }
+}
+
+fn characters(text: &str) -> u32 {
+    u32::try_from(text.chars().count()).unwrap_or(u32::MAX)
 }
 
 fn moves(op: &Op) -> bool {

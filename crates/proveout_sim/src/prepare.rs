@@ -267,11 +267,10 @@ impl Prepared {
 
 /// Radii of the library as a control has them in its tool table; offset numbers are those of the tools.
 pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
-    let mut radii = ToolRadii::default();
+    let mut radii = ToolRadii { offset_is_tool: true, ..ToolRadii::default() };
     for tool in &tools.tools {
         let radius = tool.cutting().map(|body| body.profile.max_radius()).fold(0.0, f64::max);
         radii.by_tool.insert(ToolName::Number(tool.number), radius);
-        radii.by_offset.insert(tool.number, radius);
         radii.by_tool.insert(ToolName::Name(tool.name.clone()), radius);
     }
     radii

@@ -168,7 +168,8 @@ impl Layout<'_> {
                 }
                 None => {
                     let file = Arc::clone(&self.source.name);
-                    found.push(NotRun { file, lines: [here.line; 2], kind, moves: role.moves });
+                    let text = line.to_owned();
+                    found.push(NotRun { file, lines: [here.line; 2], kind, moves: role.moves, text });
                     open = true;
                 }
             }

@@ -78,11 +78,11 @@ impl Interpreter {
 
     /// What later blocks have set anew is in doubt no more.
     pub(crate) fn settle_doubt(&mut self) {
-        let moved = std::mem::replace(&mut self.recovery.last, self.position.work) != self.position.work;
-        self.recovery.element_out &= !moved;
-        if !self.recovery.faults.doubt.any() {
+        if !self.recovery.faults.doubt.any() && !self.recovery.element_out {
             return;
         }
+        let moved = std::mem::replace(&mut self.recovery.last, self.position.work) != self.position.work;
+        self.recovery.element_out &= !moved;
         let doubt = &mut self.recovery.faults.doubt;
         let known =
             (0..9).filter(|axis| self.position.work.get(*axis).is_some()).fold(0, |mask, axis| mask | 1 << axis);
@@ -103,7 +103,7 @@ impl Interpreter {
         }
         self.done = false;
         let unread = self.recovery.faults.stage == Stage::Unread || failed.code == codes::JUMP_TARGET;
-        if !unread || failed.earlier {
+        if !unread || failed.earlier || failed.text.is_empty() {
             // Nothing waits for its end any more.
             (self.state.corner, self.state.approach, self.state.departing) = (None, None, None);
             self.state.held = false;
@@ -136,6 +136,7 @@ impl Interpreter {
         self.recovery.since = 0;
         self.recovery.faults.doubt.add(doubt);
         self.position.forget(doubt.axes);
+        self.recovery.last = self.position.work;
         if doubt.axes != 0 || doubt.modal {
             self.state.tangent = None;
         }
