@@ -313,7 +313,8 @@ where
         });
         let motion = completed.as_ref().unwrap_or(motion);
         let (mapping, path) = {
-            let context = self.context(motion.machine_coordinates, location);
+            let mut context = self.context(motion.machine_coordinates, location);
+            context.rapid = pace == Pace::Rapid;
             (context.mapping, context.straight(motion, &self.state.position)?)
         };
         self.motion(motion, pace, location, mapping, path)
@@ -339,6 +340,7 @@ where
             },
             orientation: self.state.tcp.interpolation,
             pole_cone: self.settings.pole_cone.unwrap_or(self.device.machine.control.pole_cone),
+            rapid: false,
             location,
         }
     }
@@ -455,7 +457,7 @@ where
                 feed: if part.turn { f64::INFINITY } else { feed },
                 feed_programmed: if part.turn { 0.0 } else { feed_programmed },
                 corner,
-                tip_moves: path.tip_moves && !part.turn,
+                tip_moves: part.tip_moves,
                 told: programmed.clone().map(|way| (way, part.t)),
                 file: location.file.clone(),
                 line: location.line,
