@@ -65,7 +65,7 @@ fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_
             assert!(c.max - c.min <= 90.001, "{machine} {azimuth}: C from {} to {}", c.min, c.max);
             assert_eq!(codes(&run), Vec::<&str>::new(), "{machine} {azimuth}: {:?}", run.verdict.findings);
             let time = &run.verdict.time;
-            let bound = time.lower_bound_s.expect("a bound");
+            let bound = time.path_bound_s.expect("a bound");
             assert!(time.total_s < 1.06 * bound && time.total_s < 10.0, "{machine} {azimuth}: {time:?}");
             assert!(run.verdict.path.max_axis_error_deg.expect("measured") < 2e-6, "{:?}", run.verdict.path);
         }

@@ -170,7 +170,7 @@ fn a_pole_is_left_in_any_direction() {
                     }
                     // Jerk is not in it, nor the arc on which the linear joints follow a turn.
                     assert!(time < 2.5 * least, "{name} azimuth {degrees}: {time} s, least {least} s");
-                    let bound = run.summary.lower_bound_s.expect("a bound");
+                    let bound = run.summary.path_bound_s.expect("a bound");
                     assert!(
                         run.summary.total_s < 1.06 * bound,
                         "{name} {degrees}: {} of {bound} s",
