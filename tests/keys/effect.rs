@@ -85,12 +85,13 @@ fn compared(folder: &Path) -> Result<String, SimError> {
         let (result, surface) = run_with_surface(prepared, Vec::new(), folder)?;
         comparing.add(&name, result, &surface);
     }
+    let windows: Vec<_> = comparing.order().iter().map(|name| comparing.windows(name)).collect();
     let Some(mut compared) = comparing.finish() else { return Ok(String::new()) };
     for program in compared.comparison.programs.values_mut() {
         program.digests.clear();
     }
     let told = serde_json::to_string_pretty(&compared.comparison).unwrap_or_default();
-    Ok(told + &markdown(&compared.comparison) + &format!("{:?}", compared.pictures.programs))
+    Ok(told + &markdown(&compared.comparison) + &format!("{:?} {windows:?}", compared.pictures.programs))
 }
 
 /// Hashes the motion, tells blocks and events, and keeps the stock for a setup that comes after.

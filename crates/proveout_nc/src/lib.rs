@@ -20,8 +20,7 @@
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!
 //! **Limits.** The README says word by word what each dialect supports. Rounding of corners is handed on as a tolerance. What
-//! a machine builder puts behind an M word is named in a note and not executed. Cutter radius compensation checks only blocks
-//! that follow each other.
+//! a machine builder puts behind an M word is named in a note and not executed.
 
 /// The example of the README.
 #[cfg(doctest)]
@@ -37,6 +36,7 @@ mod dialect;
 mod frame;
 mod json;
 mod machine_data;
+mod overcut;
 pub mod post;
 
 mod program;
@@ -51,5 +51,6 @@ pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
 pub use machine_data::{Kinematics, ReferencePoints};
+pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};

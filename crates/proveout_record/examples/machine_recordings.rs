@@ -95,6 +95,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         scene: &scene,
         program: name,
         program_lines: 1,
+        made: None,
         machine: &machine,
         tools: &tools,
         stock: &stock,

@@ -3,9 +3,9 @@
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
-use proveout_geom::{Pose, deg};
+use proveout_geom::Pose;
 use proveout_machine::{JointKind, JointValues};
-use proveout_nc::{ASSUMED, SpindleDirection};
+use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
 use proveout_tool::{Profile, Role, Tool};
 
@@ -506,8 +506,8 @@ impl<'a> Engine<'a> {
             let found = match event {
                 Event::Limit { joint, value, limit, kind: LimitKind::Travel, .. } => {
                     let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
                     let name = joint.map_or("a joint", |j| j.name.as_str());
                     let (value, limit) = (value * scale, limit * scale);
                     let message = format!(
@@ -542,8 +542,8 @@ impl<'a> Engine<'a> {
                     ..
                 } => {
                     let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
                     let (word, per) = match kind {
                         LimitKind::Velocity => ("velocity", "s"),
                         LimitKind::Acceleration => ("acceleration", "s²"),
@@ -588,6 +588,10 @@ impl<'a> Engine<'a> {
                     Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
                     None => FindingLog::of(&finding::NOTE, text.clone()),
                 },
+                Event::Overcut { time, location, overcut, .. } => {
+                    self.log.push(overcut_finding(*time, location, overcut));
+                    continue;
+                }
                 _ => continue,
             };
             let mut f = found;
@@ -602,7 +606,7 @@ impl<'a> Engine<'a> {
     /// Joint positions by name, mm or degrees.
     fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
         let joints = self.prepared.machine.joints.iter().enumerate();
-        joints.map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] })).collect()
+        joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
     }
 
     /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.
@@ -666,6 +670,21 @@ impl<'a> Engine<'a> {
             engagement: sum.engagement,
         })
     }
+}
+
+/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
+/// reader and not that of the block under way.
+fn overcut_finding(time: f64, location: &Location, overcut: &Overcut) -> Finding {
+    let code = match overcut.kind.weight() {
+        OvercutWeight::Error => &finding::OVERCUT,
+        OvercutWeight::Warning => &finding::CONTOUR_TOUCHED,
+        OvercutWeight::Info => &finding::NOTE,
+    };
+    let mut f = FindingLog::of(code, overcut.to_string());
+    (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
+    f.time_s = Some(time);
+    f.penetration_mm = Some(overcut.depth);
+    f
 }
 
 /// What is known of a way down that is not allowed: its angle or its stub, each with its limit.

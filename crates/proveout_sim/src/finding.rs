@@ -130,6 +130,8 @@ codes! {
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
+    OVERCUT = "geometry-overcut", Geometry, Error, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";
+    CONTOUR_TOUCHED = "geometry-contour-touched", Geometry, Warning, "The compensated tool cuts its contour on its way on or off, at an open end, or above it.";
     GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
     EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
     INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";

@@ -18,7 +18,7 @@ fn codes(gate: &str) -> &'static [Code] {
         "process" => &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, PLUNGE, NO_TOOL, NECK_RUBS, SHANK_RUBS],
         "collision" => &[HOLDER_IN_STOCK, COLLISION],
         "near_miss" => &[NEAR_MISS],
-        "gouge" => &[GOUGE],
+        "gouge" => &[GOUGE, OVERCUT],
         "excess" => &[EXCESS, INSPECTION],
         _ => &[],
     }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
-use proveout_machine::JointKind;
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
@@ -17,7 +16,9 @@ use crate::{
     prepare::Prepared,
     surface_map::SurfaceShape,
     survey::{Measured, ShowPoints, Surveyed, survey},
-    verdict::{Axis, Deviation, Gate, Inspected, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
+    verdict::{
+        Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
+    },
 };
 
 /// Measures the part and judges the run; the points of its surface are shown on the way.
@@ -44,6 +45,10 @@ pub(crate) fn judge(
         schema_version: SCHEMA_VERSION,
         scene: prepared.scene.file.name.clone(),
         program: prepared.program_name.clone(),
+        machine: MachineUsed {
+            name: prepared.machine.name.clone(),
+            digest: prepared.digests.get("machine").cloned().unwrap_or_default(),
+        },
         digests: prepared.digests.clone(),
         verdict: gates::overall(&gates),
         gates,
@@ -55,6 +60,7 @@ pub(crate) fn judge(
             dwell_s: summary.dwell_s,
             tool_change_s: summary.tool_change_s,
             lower_bound_s: summary.lower_bound_s,
+            path_bound_s: summary.path_bound_s,
         },
         axes: axes(prepared, summary),
         path: Path {
@@ -107,13 +113,12 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
     let joints = prepared.machine.joints.iter().zip(&summary.joints);
     joints
         .map(|(joint, s)| {
-            let rotary = joint.kind == JointKind::Rotary;
-            let scale = |v: f64| if rotary { v.to_degrees() } else { v };
-            let position = |v: f64| if rotary { proveout_geom::deg(v) } else { v };
+            let rotary = joint.is_rotary();
+            let scale = |v: f64| v * joint.kind.unit_factor();
             let axis = Axis {
-                unit: if rotary { "deg" } else { "mm" }.into(),
-                min: position(s.min),
-                max: position(s.max),
+                unit: joint.kind.unit().into(),
+                min: joint.kind.in_unit(s.min),
+                max: joint.kind.in_unit(s.max),
                 max_velocity: scale(s.max_velocity),
                 max_acceleration: scale(s.max_acceleration),
                 max_jerk: scale(s.max_jerk),

@@ -56,7 +56,7 @@ pub use machine_data::with_machine;
 pub use memory::{Memory, Recorded};
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
-pub use prepare::{Choice, Prepared, tool_radii};
+pub use prepare::{Choice, MadeProgram, Prepared, tool_radii};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, PatchMap, PatchShape, SurfaceKeeper, SurfaceMap, SurfaceShape};

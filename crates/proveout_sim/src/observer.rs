@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::{
     engagement::Engagement,
     finding::Finding,
+    prepare::MadeProgram,
     scene::Scene,
     surface_map::{MapPoint, SurfaceShape},
     verdict::Verdict,
@@ -36,6 +37,8 @@ pub struct Setup<'a> {
     pub program: &'a str,
     /// Lines of the program text, for progress.
     pub program_lines: u32,
+    /// The text that runs, where it was made from another program.
+    pub made: Option<&'a MadeProgram>,
     /// The machine.
     pub machine: &'a Machine,
     /// The tool library.

@@ -25,7 +25,7 @@ use crate::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
     },
-    scene_limits::limit_joints,
+    scene_limits::{ChangedLimit, limit_joints},
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
@@ -54,6 +54,8 @@ pub struct Choice {
 /// A program that was made from another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MadeProgram {
+    /// Name of its text, in findings and in the run folder.
+    pub file: String,
     /// Its text, for an 840D.
     pub text: String,
     /// What was re-scheduled.
@@ -75,8 +77,12 @@ pub struct Prepared {
     pub made: Option<MadeProgram>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
-    /// The machine.
+    /// The machine, with the limits that the scene sets.
     pub machine: Machine,
+    /// Those limits beside the machine's own.
+    pub changed_limits: Vec<ChangedLimit>,
+    /// The machine as its file describes it, where the scene sets limits.
+    pub own_machine: Option<Machine>,
     /// The tools.
     pub tools: ToolLibrary,
     /// For each tool the parts of its holder, widened by the clearance that the scene wants.
@@ -126,16 +132,18 @@ impl Prepared {
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
         let tools_path = scene.resolve(&scene.file.tools);
         let mut machine = Machine::read(&machine_path)?;
-        limit_joints(&scene, &mut machine)?;
+        let described = machine.clone();
+        let changed_limits = limit_joints(&scene, &mut machine)?;
         let tools = ToolLibrary::read(&tools_path)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
         let mut inputs = vec![
             ("scene".to_owned(), scene.path.clone()),
-            ("machine".to_owned(), machine_file),
+            ("machine".to_owned(), machine_file.clone()),
             ("tools".to_owned(), tools_path),
             ("program".to_owned(), program_path.clone()),
         ];
+        inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
 
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
@@ -152,10 +160,7 @@ impl Prepared {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let nc_settings = NcSettings {
-            compensation: Compensation::ToolCenter(tool_radii(&tools)),
-            ..with_machine(Self::reader_settings(&scene, entry)?, &machine)
-        };
+        let nc_settings = Self::running_settings(&scene, entry, &tools, &machine)?;
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
@@ -164,7 +169,7 @@ impl Prepared {
                 let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools, &part)?;
                 let text = programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?;
                 digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
-                Some(MadeProgram { text, runs: made.runs })
+                Some(MadeProgram { file: made_file(&program_name), text, runs: made.runs })
             }
         };
         let nc_settings = match made {
@@ -183,6 +188,8 @@ impl Prepared {
             made,
             nc_settings,
             machine,
+            own_machine: (!changed_limits.is_empty()).then_some(described),
+            changed_limits,
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,
             stock,
@@ -205,7 +212,29 @@ impl Prepared {
         })
     }
 
-    /// Settings of a reader for a scene's offsets, without a dialect.
+    /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
+    ///
+    /// # Errors
+    /// A dialect that is not known.
+    pub(crate) fn running_settings(
+        scene: &Scene,
+        entry: Option<&ProgramFile>,
+        tools: &ToolLibrary,
+        machine: &Machine,
+    ) -> Result<NcSettings, ConfigError> {
+        let compensation = Compensation::ToolCenter(tool_radii(tools));
+        Ok(NcSettings { compensation, ..with_machine(Self::reader_settings(scene, entry)?, machine) })
+    }
+
+    /// The text that runs, as findings name it.
+    pub fn running_file(&self) -> PathBuf {
+        self.made.as_ref().map_or_else(|| self.program_path.clone(), |made| PathBuf::from(&made.file))
+    }
+
+    /// Settings of a reader for a scene's offsets.
+    ///
+    /// # Errors
+    /// A dialect that is not known.
     pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, ConfigError> {
         let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
         Ok(NcSettings {
@@ -232,9 +261,7 @@ impl Prepared {
     /// What is wrong with the text as a whole.
     pub fn program(&self) -> Result<Program, SimError> {
         Ok(match &self.made {
-            Some(made) => {
-                Program::from_text(&format!("{}.mpf", self.program_name), made.text.as_str(), &self.nc_settings)?
-            }
+            Some(made) => Program::from_text(&made.file, made.text.as_str(), &self.nc_settings)?,
             None => Program::open(&self.program_path, &self.nc_settings)?,
         })
     }
@@ -272,6 +299,19 @@ fn length_active_after_change(dialect: Dialect) -> bool {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
         Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
     }
+}
+
+/// Name of the text of a made program: that of the program, as a plain file name.
+fn made_file(program: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+') { c } else { '_' };
+    let name: String = program.chars().take(64).map(plain).collect();
+    format!("{}.mpf", name.trim_start_matches('.'))
+}
+
+/// The file with the shapes of a machine, where its `machine.toml` names one.
+fn model_of(machine_file: &Path) -> Option<PathBuf> {
+    let table: toml::Table = toml::from_str(&std::fs::read_to_string(machine_file).ok()?).ok()?;
+    Some(machine_file.with_file_name(table.get("model")?.as_str()?))
 }
 
 /// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
@@ -348,8 +388,10 @@ fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> 
     }
 }
 
+/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from.
 fn dialect(scene: &Scene, entry: Option<&ProgramFile>) -> Result<Dialect, ConfigError> {
-    match entry.and_then(|e| e.dialect.as_deref()) {
+    let source = entry.and_then(|e| e.reschedule.as_ref()).and_then(|r| scene.program(Some(&r.from)));
+    match [entry, source].into_iter().flatten().find_map(|e| e.dialect.as_deref()) {
         None => Ok(Dialect::Auto),
         Some(name) => Dialect::from_name(name).ok_or_else(|| {
             let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();

@@ -173,6 +173,7 @@ fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) 
         scene: &prepared.scene,
         program: &prepared.program_name,
         program_lines: prepared.program_lines,
+        made: prepared.made.as_ref(),
         machine: &prepared.machine,
         tools: &prepared.tools,
         stock,

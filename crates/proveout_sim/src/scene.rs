@@ -542,6 +542,14 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             return fault(at, message, "give either `file` or `reschedule`");
         }
         if let Some(reschedule) = &program.reschedule
+            && let Some(key) = reschedule.unread()
+        {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let read = RescheduleFile::options_of(reschedule.method).join(", ");
+            let message = format!("program {:?} gives `{key}`, which its method does not read", program.name);
+            return fault(at, message, &format!("leave it out; options of the method: {read}"));
+        }
+        if let Some(reschedule) = &program.reschedule
             && !file.program.iter().any(|p| p.name == reschedule.from && p.file.is_some())
         {
             let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);

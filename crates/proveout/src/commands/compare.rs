@@ -56,7 +56,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
         let Some(prepared) = comparing.take(&name) else { continue };
         let place = folder.path().join(comparing.folder(&name));
         fs::create_dir_all(&place).map_err(|e| failure(SimError::Folder(e)))?;
-        let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
+        let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
         watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
         if let Some(windows) = comparing.windows(&name) {
             let (observer, trace) = TraceObserver::new(windows);
@@ -93,6 +93,9 @@ fn motion_bar() -> ProgressBar {
 fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
     let c = &compared.comparison;
     say!("\n{}: {}  (baseline {})\n", word(c.verdict).to_uppercase(), c.scene, c.baseline);
+    if let Some(limits) = c.limits_in_words() {
+        say!("  limits that the scene sets: {limits}\n");
+    }
     say!("  {:<16} {:<10} {:>10} {:>10} {:>10}", "program", "verdict", "total, s", "feed, s", "stretch, s");
     let number = |v: Option<f64>, digits: usize| {
         // What rounds to zero has no sign.
@@ -115,6 +118,9 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
             c.variations.iter().filter(|v| v.unchecked.is_none()).count(),
             if t.sign_holds { "holds" } else { "changes" }
         );
+        if let Some(percent) = c.at_own_limits(name) {
+            say!("  {:<16} {:>8} with the limits of the machine itself", "", number(Some(percent), 2));
+        }
     }
     if !c.published.is_empty() {
         say!("\n  published values");

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
     });
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
-    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
+    let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
     watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
@@ -128,13 +128,15 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         say!("\n  deviation  gouge {gouge:.5} mm, excess {excess:.5} mm, rms {rms:.5} mm");
     }
     say!(
-        "\n  machine time {:.1} s (feed {:.1}, rapid {:.1}, dwell {:.1}, tool change {:.1}); no control can be below {}",
+        "\n  machine time {:.1} s (feed {:.1}, rapid {:.1}, dwell {:.1}, tool change {:.1}); no control can be below {} \
+         within the tolerances, nor below {} on the path that is run",
         v.time.total_s,
         v.time.cutting_s,
         v.time.rapid_s,
         v.time.dwell_s,
         v.time.tool_change_s,
-        v.time.lower_bound_s.map_or_else(|| "unchecked".into(), |b| format!("{b:.1} s"))
+        bound(v.time.lower_bound_s),
+        bound(v.time.path_bound_s)
     );
     for t in &v.tools {
         say!(
@@ -158,6 +160,10 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         place.join("report.html").display(),
         place.display()
     );
+}
+
+fn bound(seconds: Option<f64>) -> String {
+    seconds.map_or_else(|| "unchecked".into(), |b| format!("{b:.1} s"))
 }
 
 pub(super) fn word(state: State) -> &'static str {

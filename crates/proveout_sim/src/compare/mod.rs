@@ -38,7 +38,7 @@ use self::{
     motion::{Motion, MotionCase},
     surface::scallop,
     uncertainty::saved,
-    variation::{TwinVariation, variations},
+    variation::{TwinVariation, own_limits, variations},
 };
 pub use self::{
     markdown::markdown,
@@ -78,6 +78,7 @@ pub struct Comparing {
     baseline: usize,
     entries: Vec<Entry>,
     variations: Vec<Variation>,
+    own_limits: Option<Variation>,
     part: Option<PartPicture>,
 }
 
@@ -88,6 +89,7 @@ struct Entry {
     /// Until it is taken to be run.
     prepared: Option<Prepared>,
     case: MotionCase,
+    changed_limits: Vec<ChangedLimit>,
     /// Method, paper, source program.
     made: Option<(String, String, String)>,
     studies: Vec<Study>,
@@ -155,6 +157,7 @@ impl Comparing {
             baseline,
             entries,
             variations: Vec::new(),
+            own_limits: None,
             part: None,
         })
     }
@@ -178,10 +181,38 @@ impl Comparing {
     pub fn vary(&mut self, told: &(dyn Fn(usize, usize) + Sync)) -> Result<(), SimError> {
         let ends = self.file.run_ends_s;
         // The dynamics of the twin are those of the baseline; another program may have its own.
-        let twins = variations(self.entries[self.baseline].case.settings.dynamics);
+        let mut twins = variations(self.entries[self.baseline].case.settings.dynamics);
+        let limited = !self.entries[self.baseline].changed_limits.is_empty();
+        twins.extend(limited.then(own_limits));
         let total = self.entries.len() * (twins.len() + 2);
         let done = AtomicUsize::new(0);
         let step = || told(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        self.execute(&step)?;
+        let tasks: Vec<(&TwinVariation, &Entry)> =
+            twins.iter().flat_map(|v| self.entries.iter().map(move |e| (v, e))).collect();
+        let times: Vec<Result<VariedTime, String>> = tasks
+            .par_iter()
+            .map(|(variation, entry)| {
+                let time = variation.apply(&entry.case).and_then(|case| {
+                    let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
+                    Ok(varied_time(&motion, ends))
+                });
+                step();
+                time
+            })
+            .collect();
+        let groups = times.chunks(self.entries.len().max(1));
+        self.variations = twins.iter().zip(groups).map(|(twin, times)| self.variation(twin, times)).collect();
+        self.own_limits = if limited { self.variations.pop() } else { None };
+        Ok(())
+    }
+
+    /// Runs the motion of all programs on the nominal twin, as it cuts and along the programmed path; [`Self::vary`] begins with
+    /// it. `step` hears of each motion.
+    ///
+    /// # Errors
+    /// [`SimError`] when a program cannot be executed.
+    pub fn execute(&mut self, step: &(dyn Fn() + Sync)) -> Result<(), SimError> {
         let nominal: Vec<Result<(Motion, Motion), SimError>> = self
             .entries
             .par_iter()
@@ -200,22 +231,12 @@ impl Comparing {
             let (motion, ideal) = result?;
             (entry.motion, entry.ideal) = (Some(motion), Some(ideal));
         }
-        let tasks: Vec<(&TwinVariation, &Entry)> =
-            twins.iter().flat_map(|v| self.entries.iter().map(move |e| (v, e))).collect();
-        let times: Vec<Result<VariedTime, String>> = tasks
-            .par_iter()
-            .map(|(variation, entry)| {
-                let time = variation.apply(&entry.case).and_then(|case| {
-                    let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
-                    Ok(varied_time(&motion, ends))
-                });
-                step();
-                time
-            })
-            .collect();
-        let groups = times.chunks(self.entries.len().max(1));
-        self.variations = twins.iter().zip(groups).map(|(twin, times)| self.variation(twin, times)).collect();
         Ok(())
+    }
+
+    /// The cutting stretch of a program; none before [`Self::execute`] and where there is no stretch.
+    pub fn stretch_of(&self, name: &str) -> Option<Stretch> {
+        self.stretch(self.entries.iter().find(|e| e.name == name)?)
     }
 
     fn variation(&self, twin: &TwinVariation, times: &[Result<VariedTime, String>]) -> Variation {
@@ -319,6 +340,7 @@ impl Entry {
         Ok(Self {
             name: name.to_owned(),
             case,
+            changed_limits: prepared.changed_limits.clone(),
             made,
             studies: runs.iter().map(pictures::study_of).collect(),
             judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged.is_some()),
