@@ -19,8 +19,9 @@ use crate::{
 
 /// Part of the triangles of a picture that patches may take together: they are there to be seen.
 const FOR_PATCHES: f64 = 0.5;
-/// Edge of the cells above the one that area and limit ask for: slanted faces meet more cells than flat ones.
-const WIDER: f64 = 1.1;
+/// Edge of the cells above the one that area and limit ask for: faces that are slanted against the cells meet more of them than flat
+/// ones, and to gather the picture a second time takes 200 bytes a vertex.
+const WIDER: f64 = 1.3;
 
 /// Gathers the points and the meshes of a run's surface.
 #[derive(Debug)]
@@ -311,7 +312,7 @@ mod tests {
     fn a_large_one_is_gathered_in_cells_and_keeps_corners_and_values() {
         let (shown, shape) = gathered(4000, 0.1);
         let picture = &shown.picture;
-        assert!(shape.triangles > 200_000 && picture.triangles.len() <= 4000 && picture.triangles.len() > 1500);
+        assert!(shape.triangles > 200_000 && picture.triangles.len() <= 4000 && picture.triangles.len() > 1000);
         let cell = shown.cell.expect("gathered");
         let bounds = picture.aabb();
         for k in 0..3 {

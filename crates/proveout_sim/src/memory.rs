@@ -16,7 +16,8 @@
 //! How many intervals of material a ray will hold is not known before the program has run. Counted are those of the raw stock and
 //! [`GROWTH`] more, as a mean over all rays, or those of the design and a quarter more where it has many (fins, ribs); a scene
 //! may say better (`[stock] intervals_per_ray`). The run holds the stock to what was announced ([`crate::SimError::Memory`]), so that no
-//! more is taken than was told. The measured figures behind the constants are in `docs/memory.md`.
+//! more is taken than was told. The constants are the sizes of what is held, rounded up; `run.json` has the announced and the
+//! largest resident memory of every run.
 //!
 //! The history of a stock grows with what is removed, which is not known either: it is announced with the most that it may take.
 
@@ -35,13 +36,13 @@ const RAY: f64 = 10.0;
 /// Bytes of an interval, with the room to grow that a tile keeps.
 const INTERVAL: f64 = 34.0;
 /// Bytes of a ray while the parts of the stock are told apart.
-const PARTS: f64 = 40.0;
+const PARTS: f64 = 28.0;
 /// Bytes of an end of material that stay until the mesh has its colors.
 const END: f64 = 4.0;
-/// Bytes of an end of material in `stock.dexel`, which is put together before it is written.
-const SAVED: f64 = 16.0;
+/// Bytes of an end of material in `stock.dexel`, whose sets are encoded before they are written.
+const SAVED: f64 = 9.0;
 /// Bytes of a triangle of a picture, and most of them: in the glTF files, on the page, in the recording.
-const TRIANGLE: f64 = 30.0;
+const TRIANGLE: f64 = 40.0;
 const GLB_TRIANGLES: f64 = 2e6;
 const PAGE_TRIANGLES: f64 = 3e5;
 const RECORDED_TRIANGLES: f64 = 4e5;
@@ -51,8 +52,11 @@ const PART_TRIANGLE: f64 = 400.0;
 const LINE: f64 = 64.0;
 
 const MIB: f64 = (1 << 20) as f64;
-/// Look-ahead of the control, a stretch of motion on its way through stock, bodies and tables.
-const MOTION: f64 = 40.0 * MIB;
+/// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers.
+const MOTION: f64 = 56.0 * MIB;
+/// Page, tables and glTF files while they are written; the same with a recording.
+const FOLDER: f64 = 24.0 * MIB;
+const RECORDING: f64 = 44.0 * MIB;
 /// A band of rays with all that is found on it.
 const BAND: f64 = 30.0 * MIB;
 /// Bytes of a band for each ray of the stock, where it is smaller than that.
@@ -122,19 +126,21 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let all: f64 = rays.iter().sum();
     let ends = 2.0 * intervals * all;
     let triangles = 4.0 * all;
-    let pictures = match demand.recorded {
-        Recorded::Nothing => 0.0,
-        Recorded::Folder => GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles),
+    let (triangles_shown, writers) = match demand.recorded {
+        Recorded::Nothing => (0.0, 0.0),
+        Recorded::Folder => (GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles), FOLDER),
         Recorded::Recording => {
-            GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles) + 2.0 * RECORDED_TRIANGLES.min(triangles)
+            let shown = GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles);
+            (shown + 2.0 * RECORDED_TRIANGLES.min(triangles), RECORDING)
         }
     };
+    let pictures = TRIANGLE * triangles_shown;
     let band = BAND.min(BAND_RAY * all);
     let surface = END * ends + band + PART_TRIANGLE * demand.part.map_or(0.0, |m| m.triangles.len() as f64);
-    let meshes = END * ends + band + TRIANGLE * pictures;
-    let written = TRIANGLE * pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
+    let meshes = END * ends + band + pictures;
+    let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
-    LINE * demand.lines as f64 + MOTION + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
+    LINE * demand.lines as f64 + MOTION + writers + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
 }
 
 /// What the process holds now, bytes.
@@ -143,4 +149,34 @@ pub(crate) fn resident() -> u64 {
     let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"));
     let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
     kib.map_or(PROCESS, |k| k << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_of_anything_is_announced_with_more() {
+        let demand = |lines, recorded| Demand { lines, part: None, recorded };
+        let base = of_stages(&[1e6], 1.3, &demand(1000, Recorded::Folder));
+        for more in [
+            of_stages(&[2e6], 1.3, &demand(1000, Recorded::Folder)),
+            of_stages(&[1e6, 1e6], 1.3, &demand(1000, Recorded::Folder)),
+            of_stages(&[1e6], 2.6, &demand(1000, Recorded::Folder)),
+            of_stages(&[1e6], 1.3, &demand(100_000, Recorded::Folder)),
+            of_stages(&[1e6], 1.3, &demand(1000, Recorded::Recording)),
+        ] {
+            assert!(more > base, "{more} {base}");
+        }
+        assert!(of_stages(&[1e6], 1.3, &demand(1000, Recorded::Nothing)) < base);
+        assert!(of_stock(1e6, 2.0) > of_stock(1e6, 1.0));
+        // The pictures are bounded: a hundred times the rays are not a hundred times the pictures.
+        let large = of_stages(&[1e8], 1.3, &demand(1000, Recorded::Folder));
+        assert!(large < 1e8 * (SAVED * 2.6 + PARTS) + 300.0 * MIB, "{large}");
+    }
+
+    #[test]
+    fn a_process_holds_something() {
+        assert!(resident() > 1 << 20);
+    }
 }

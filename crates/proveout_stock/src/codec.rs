@@ -22,7 +22,13 @@ pub(crate) struct Fault {
 
 /// FNV-1a of 64 bits (Fowler, Noll and Vo 1991): a change of any single byte changes it.
 pub(crate) fn digest(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
+    digest_of(&[bytes])
+}
+
+/// The digest of parts one after the other.
+pub(crate) fn digest_of(parts: &[&[u8]]) -> u64 {
+    let bytes = parts.iter().flat_map(|part| part.iter());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// Writes numbers and ends.

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::{
     StockError,
-    codec::{Decoder, Encoder, Fault, digest},
+    codec::{Decoder, Encoder, Fault, digest, digest_of},
     dexel::TriDexel,
     grid::Grid,
     history::{Change, History, Undo},
@@ -172,13 +172,15 @@ impl TriDexel {
     pub fn save(&self, out: &mut impl Write) -> Result<(), StockFileError> {
         let sets: Vec<(Vec<u8>, u64)> = (0..3).into_par_iter().map(|a| self.encode_set(a)).collect();
         let history = self.history.as_ref().map(|h| self.encode_history(h)).unwrap_or_default();
-        let mut payload: Vec<u8> = Vec::with_capacity(sets.iter().map(|s| s.0.len()).sum::<usize>() + history.len());
-        for (bytes, _) in &sets {
-            payload.extend((bytes.len() as u64).to_le_bytes());
-            payload.extend(bytes);
+        // What is written, part by part: a copy in one piece would take as much memory again.
+        let lengths: Vec<[u8; 8]> = sets.iter().map(|s| (s.0.len() as u64).to_le_bytes()).collect();
+        let mut payload: Vec<&[u8]> = Vec::with_capacity(2 * sets.len() + 1);
+        for ((bytes, _), length) in sets.iter().zip(&lengths) {
+            payload.push(length.as_slice());
+            payload.push(bytes.as_slice());
         }
-        let length = payload.len() as u64;
-        payload.extend(&history);
+        let length: u64 = payload.iter().map(|part| part.len() as u64).sum();
+        payload.push(history.as_slice());
         let regrid = self.regrid.map_or([f64::NAN; 2], |r| [r.surface_mm, r.edge_mm]);
         let header = Header {
             cells: self.grid.cells,
@@ -189,11 +191,13 @@ impl TriDexel {
             regrid,
             intervals: sets.iter().map(|s| s.1).sum(),
             lengths: [length, history.len() as u64],
-            digest: digest(&payload),
+            digest: digest_of(&payload),
         };
         let failed = |source| StockFileError::Io { what: "written", source };
         out.write_all(&header.bytes()).map_err(failed)?;
-        out.write_all(&payload).map_err(failed)?;
+        for part in payload {
+            out.write_all(part).map_err(failed)?;
+        }
         out.flush().map_err(failed)
     }
 
