@@ -137,6 +137,7 @@ cases! {
     "scene/StockFile.place", Next, ["scene", "stock.place.translation_mm", "[0, 0, -0.5]"];
     "scene/StockFile.at_time_s", Next, ["scene", "stock.at_time_s", "1.0"];
     "scene/StockFile.history", Next, ["first", "stock.history", "false"];
+    "scene/StockFile.intervals_per_ray", Mill, ["scene", "stock.intervals_per_ray", "3.5"];
     "scene/StockFile.patch", Part, ["scene", "stock.patch", "[]"];
     "scene/BoxFile.min_mm", Mill, ["scene", "stock.box.min_mm", "[-15, -10, -9.5]"];
     "scene/BoxFile.max_mm", Mill, ["scene", "stock.box.max_mm", "[15, 10, 0.5]"];
@@ -262,8 +263,8 @@ cases! {
     "scene/ExpectFile.source", Compare, ["scene", "compare.expect.0.source", "\"another\""];
 
     "machine/.up", MillServo, ["machine", "up", "[0, 1, 0]"];
-    "machine/.model", Mill, ["machine", "model", "\"nowhere.glb\""];
-    "machine/.joint", Mill, ["machine", "joint.0.travel_mm", "[-100, 100]"];
+    "machine/.model", Model, ["machine", "model", "\"nowhere.glb\""];
+    "machine/.joint", Mill, ["machine", "joint.0.travel_mm", "[-15, 100]"];
     "machine/.platform", Hybrid, ["machine", "platform", "[]"];
     "machine/.errors", MillErrors, ["machine", "errors", ""];
     "machine/.spindle", Mill, ["machine", "spindle.max_speed_rpm", "3000"];
@@ -361,25 +362,25 @@ cases! {
     "machine/DensityFile.default_kg_m3", MillServo, ["machine", "body_density.default_kg_m3", "3500"];
     "machine/DensityFile.roles_kg_m3", MillServo, ["machine", "body_density.roles_kg_m3.table", "9000"];
     "machine/BodyFile.name", Mill, ["machine", "body.1.name", "\"plate\""];
-    "machine/BodyFile.role", MillServo, ["machine", "body.7.role", "\"table\""];
+    "machine/BodyFile.role", MillServo, ["machine", "body.6.role", "\"table\""];
     "machine/BodyFile.attached_to", Mill, ["machine", "body.2.attached_to", "\"base\""];
     "machine/BodyFile.check", Mill, ["machine", "body.1.check", "false"];
     "machine/BodyFile.mass", MillServo, ["machine", "body.3.mass", ""];
-    "machine/BodyFile.node", Mill, ["machine", "body.4.node", "\"nowhere\""];
-    "machine/BodyFile.box", Mill, ["machine", "body.1.box", "[{ min_mm = [-60, -60, -40], max_mm = [60, 60, 20] }]"];
-    "machine/BodyFile.cylinder", Mill, ["machine", "body.3.cylinder", "[{ from_mm = [0, 0, -20], to_mm = [0, 0, 60], radius_mm = 30 }]"];
-    "machine/BodyFile.prism", Mill, ["machine", "body.2.prism", "[{ along = \"z\", range_mm = [-30, 200], outline_mm = [[-60, -60], [60, -60], [60, 60]] }]"];
+    "machine/BodyFile.node", Model, ["machine", "body.7.node", "\"nowhere\""];
+    "machine/BodyFile.box", MillServo, ["machine", "body.1.box", "[{ min_mm = [-60, -60, -40], max_mm = [60, 60, 20] }]"];
+    "machine/BodyFile.cylinder", MillServo, ["machine", "body.6.cylinder", "[{ from_mm = [0, 0, 220], to_mm = [0, 0, 260], radius_mm = 30 }]"];
+    "machine/BodyFile.prism", MillServo, ["machine", "body.2.prism", "[{ along = \"z\", range_mm = [-30, 200], outline_mm = [[-60, -60], [60, -60], [60, 60]] }]"];
     "machine/MassFile.mass_kg", MillServo, ["machine", "body.3.mass.mass_kg", "40"];
     "machine/MassFile.density_kg_m3", MillServo, ["machine", "body.2.mass.density_kg_m3", "2500"];
     "machine/MassFile.center_mm", FiveServo, ["machine", "body.1.mass.center_mm", "[10, 0, -20]"];
     "machine/MassFile.inertia_kg_m2", FiveServo, ["machine", "body.1.mass.inertia_kg_m2", "[1, 1, 1, 0, 0, 0]"];
     "machine/BoxFile.min_mm", MillServo, ["machine", "body.1.box.0.min_mm", "[-90, -60, -40]"];
     "machine/BoxFile.max_mm", MillServo, ["machine", "body.1.box.0.max_mm", "[90, 60, 0]"];
-    "machine/CylinderFile.from_mm", MillServo, ["machine", "body.7.cylinder.0.from_mm", "[0, 0, 190]"];
-    "machine/CylinderFile.to_mm", MillServo, ["machine", "body.7.cylinder.0.to_mm", "[0, 0, 290]"];
-    "machine/CylinderFile.radius_mm", MillServo, ["machine", "body.7.cylinder.0.radius_mm", "50"];
-    "machine/CylinderFile.end_radius_mm", MillServo, ["machine", "body.7.cylinder.0.end_radius_mm", "50"];
-    "machine/PrismFile.along", MillServo, ["machine", "body.2.prism.0.along", "\"y\""];
+    "machine/CylinderFile.from_mm", MillServo, ["machine", "body.6.cylinder.0.from_mm", "[0, 0, 190]"];
+    "machine/CylinderFile.to_mm", MillServo, ["machine", "body.6.cylinder.0.to_mm", "[0, 0, 290]"];
+    "machine/CylinderFile.radius_mm", MillServo, ["machine", "body.6.cylinder.0.radius_mm", "50"];
+    "machine/CylinderFile.end_radius_mm", MillServo, ["machine", "body.6.cylinder.0.end_radius_mm", "50"];
+    "machine/PrismFile.along", Model, ["machine", "body.8.prism.0.along", "\"x\""];
     "machine/PrismFile.range_mm", MillServo, ["machine", "body.2.prism.0.range_mm", "[60, 260]"];
     "machine/PrismFile.outline_mm", MillServo, ["machine", "body.2.prism.0.outline_mm", "[[-60, -60], [60, -60], [60, 80], [-60, 80]]"];
 
@@ -420,8 +421,8 @@ cases! {
     "tools/SegmentEntry.to_mm", Profile, ["tools", "tool.0.segments.0.to_mm", "[1.5, 0]"];
     "tools/SegmentEntry.center_mm", Profile, ["tools", "tool.0.segments.1.center_mm", ""];
     "tools/HolderEntry.sections", Short, ["tools", "tool.0.holder.sections", "[{ diameter_mm = 20, length_mm = 60 }]"];
-    "tools/SectionEntry.diameter_mm", Short, ["tools", "tool.0.holder.sections.0.diameter_mm", "24"];
-    "tools/SectionEntry.top_diameter_mm", Short, ["tools", "tool.0.holder.sections.0.top_diameter_mm", "100"];
-    "tools/SectionEntry.length_mm", Short, ["tools", "tool.0.holder.sections.0.length_mm", "52"];
+    "tools/SectionEntry.diameter_mm", Short, ["tools", "tool.0.holder.sections.0.diameter_mm", "22"];
+    "tools/SectionEntry.top_diameter_mm", Short, ["tools", "tool.0.holder.sections.0.top_diameter_mm", "28"];
+    "tools/SectionEntry.length_mm", Short, ["tools", "tool.0.holder.sections.0.length_mm", "3"];
     "tools/ChosenEntry.keys", Mill, ["tools", "tool.0.chosen.0.keys", "[\"hand\"]"];
 }

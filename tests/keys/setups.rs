@@ -4,6 +4,11 @@ use std::{collections::BTreeMap, fs};
 
 use proveout_tests::root;
 
+use crate::texts::{
+    BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, TOOLS, five, hybrid,
+    one_tool, shortened, stl,
+};
+
 /// Text of a file, or its bytes, by its name.
 pub(crate) type Files = BTreeMap<String, Vec<u8>>;
 
@@ -17,6 +22,8 @@ pub(crate) enum Setup {
     MillRapier,
     /// The same with geometric errors.
     MillErrors,
+    /// A body from a model file, and one of a prism that comes nearest of all.
+    Model,
     /// A design mesh as part, fixtures, patches.
     Part,
     /// A cone as part.
@@ -62,392 +69,6 @@ pub(crate) enum Setup {
     HollowUnstated,
 }
 
-const MILL: &str = r#"
-name = "mill"
-up = [0, 0, 1]
-model = "model.glb"
-
-[[joint]]
-name = "X"
-kind = "linear"
-carries = "workpiece"
-parent = "base"
-direction = [1, 0, 0]
-sense = -1
-travel_mm = [-200, 200]
-home_mm = 20
-tool_change_mm = 25
-max_velocity_mm_min = 20_000
-rapid_velocity_mm_min = 18_000
-max_acceleration_mm_s2 = 3000
-max_jerk_mm_s3 = 60_000
-
-[joint.drive]
-position_gain_1_s = 60
-velocity_gain_N_s_m = 30_000
-integral_time_ms = 9
-velocity_feed_forward = 0.9
-acceleration_feed_forward = 0.9
-max_force_N = 4000
-viscous_friction_N_s_m = 150
-coulomb_friction_N = 30
-static_friction_N = 45
-stribeck_velocity_mm_min = 150
-backlash_mm = 0.002
-encoder = "load"
-elastic_frequency_hz = 100
-elastic_damping = 0.08
-motor_mass_kg = 60
-
-[[joint]]
-name = "Y"
-kind = "linear"
-carries = "workpiece"
-parent = "X"
-direction = [0, 1, 0]
-sense = -1
-travel_mm = [-200, 200]
-home_mm = 30
-max_velocity_mm_min = 20_000
-max_acceleration_mm_s2 = 3000
-max_jerk_mm_s3 = 60_000
-moving_mass_kg = 90
-drive = { position_gain_1_s = 60, velocity_bandwidth_hz = 50, max_force_N = 4000 }
-
-[[joint]]
-name = "Z"
-kind = "linear"
-carries = "tool"
-parent = "base"
-direction = [0, 0, 1]
-travel_mm = [20, 300]
-home_mm = 160
-max_velocity_mm_min = 20_000
-max_acceleration_mm_s2 = 3000
-max_jerk_mm_s3 = 60_000
-drive = { position_gain_1_s = 60, velocity_bandwidth_hz = 50, integral_time_ms = 10, max_force_N = 9000, counterbalance_N = 500 }
-
-[spindle]
-on = "Z"
-origin_mm = [0, 0, 0]
-direction = [0, 0, 1]
-max_speed_rpm = 6000
-start_time_s = 0.02
-
-[table]
-on = "Y"
-point_mm = [0, 0, 0]
-normal = [0, 0, 1]
-
-[control]
-cycle_time_ms = 4
-block_time_ms = 0.5
-tool_change_time_s = 0.1
-rapid_mode = "straight"
-default_tolerance_mm = 0.05
-default_orientation_tolerance_deg = 0.1
-
-[body_density]
-default_kg_m3 = 2500
-roles_kg_m3 = { table = 4500 }
-
-[[body]]
-name = "bed"
-role = "bed"
-attached_to = "base"
-check = true
-box = [{ min_mm = [-300, -300, -200], max_mm = [300, 300, -100] }]
-
-[[body]]
-name = "table"
-role = "table"
-attached_to = "Y"
-color = [10, 20, 30]
-check = true
-box = [{ min_mm = [-60, -60, -40], max_mm = [60, 60, 0] }]
-
-[[body]]
-name = "head"
-role = "head"
-attached_to = "Z"
-check = true
-mass = { density_kg_m3 = 1500 }
-prism = [{ along = "z", range_mm = [60, 200], outline_mm = [[-60, -60], [60, -60], [60, 60], [-60, 60]] }]
-
-[[body]]
-name = "nose"
-role = "nose"
-attached_to = "Z"
-check = true
-mass = { mass_kg = 12, center_mm = [0, 0, 30], inertia_kg_m2 = [0.02, 0.02, 0.01, 0, 0, 0] }
-cylinder = [{ from_mm = [0, 0, 0], to_mm = [0, 0, 60], radius_mm = 30 }]
-
-[[body]]
-name = "column"
-role = "column"
-attached_to = "base"
-check = true
-node = "column"
-
-[[body]]
-name = "saddle"
-role = "saddle"
-attached_to = "X"
-check = true
-box = [{ min_mm = [-60, -60, -98], max_mm = [60, 60, -85] }]
-
-[[body]]
-name = "slide"
-role = "slide"
-attached_to = "Y"
-check = true
-box = [{ min_mm = [-60, -60, -80], max_mm = [60, 60, -66] }]
-
-[[body]]
-name = "motor"
-role = "motor"
-attached_to = "Z"
-check = true
-cylinder = [{ from_mm = [0, 0, 210], to_mm = [0, 0, 260], radius_mm = 40 }]
-"#;
-
-const TOOLS: &str = r#"
-[[tool]]
-number = 1
-name = "END_D6"
-kind = "flat"
-diameter_mm = 6
-flute_length_mm = 12
-neck_diameter_mm = 5
-neck_length_mm = 8
-transition_length_mm = 2
-shank_diameter_mm = 6
-overall_length_mm = 60
-gauge_length_mm = 80
-flutes = 3
-center_cutting = true
-max_speed_rpm = 9000
-source = "catalogue"
-chosen = [{ keys = ["flutes"], reason = "usual" }]
-
-[tool.holder]
-name = "chuck"
-sections = [{ diameter_mm = 20, top_diameter_mm = 30, length_mm = 30 }, { diameter_mm = 40, length_mm = 15 }]
-"#;
-
-const SCENE: &str = r#"
-name = "keys"
-machine = "machine"
-tools = "tools.toml"
-resolution_mm = 0.5
-engagement = true
-
-[stock]
-box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }
-
-[mount]
-translation_mm = [0, 0, 40]
-rotation_deg = [0, 0, 0]
-
-[work_offsets.G54]
-Z_mm = 40
-
-[[fixture]]
-name = "clamp"
-box = { min_mm = [17, -10, -40], max_mm = [25, 10, 3] }
-
-[tolerances]
-near_miss_mm = 0.5
-
-[[program]]
-name = "main"
-file = "main.nc"
-
-[[inspect]]
-name = "floor"
-from_mm = [-5.25, 0.25, 5]
-direction = "-z"
-nominal_mm = -2
-tolerance_mm = 0.01
-"#;
-
-/// A slot with a corner and an arc, a short block, a rapid that touches the block by 0.3 mm, and another offset.
-const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-22. Y0.25\nZ4.\nG1 Z-2. F1500\n\
-                       X0.\nX0.1\nY4.\nG2 X4. Y8. I4. J0.\nG0 Z4.\nX-10. Y-6.\nZ-0.3\nZ4.\nG1 Z2. F1500\nG0 Z12.\nM5\nM30\n%\n";
-
-const FIVE_PROGRAM: &str = "N10 G17 G710 G90 G94\nN20 T=\"END_D6\"\nN30 M6\nN40 G54 D1\nN50 S4000 M3\nN60 TRAORI\nN70 ORIAXES\n\
-                            N80 G0 X-22 Y0.25 Z8 B0 C0\nN90 G1 Z-1 F1500\nN100 G64\nN110 G1 X-10 B6 C10\nN120 G1 X0 Y3 B10 C-14\n\
-                            N130 G1 X8 Y4 B2 C5\nN140 G0 Z20\nN150 TRAFOOF\nN160 G0 B-5 C30\nN170 M5\nN180 M30\n";
-
-const HYBRID_PROGRAM: &str = "N10 G17 G710 G90 G94\nN20 T=\"END_D6\"\nN30 M6\nN40 G54 D1\nN50 S4000 M3\nN60 G0 A0 B0\nN70 G1 Z-60 A6 F2000\n\
-                              N80 G1 Z-80 A-4\nN90 M5\nN100 M30\n";
-
-fn rotary_joint(name: &str, parent: &str, direction: &str, limits: &str) -> String {
-    format!(
-        "\n[[joint]]\nname = \"{name}\"\nkind = \"rotary\"\ncarries = \"workpiece\"\nparent = \"{parent}\"\ndirection = {direction}\n\
-         point_mm = [0, 0, 20]\nsense = -1\n{limits}\nmax_acceleration_deg_s2 = 900\n\
-         max_jerk_deg_s3 = 20_000\n\n[joint.drive]\nposition_gain_1_s = 40\nvelocity_gain_Nm_s_rad = 900\nmax_torque_Nm = 600\n\
-         viscous_friction_Nm_s_rad = 4\ncoulomb_friction_Nm = 3\nstatic_friction_Nm = 5\nstribeck_velocity_deg_s = 3\n\
-         backlash_deg = 0.001\nencoder = \"load\"\nelastic_frequency_hz = 80\nelastic_damping = 0.1\nmotor_inertia_kg_m2 = 0.4\n"
-    )
-}
-
-/// The mill with B and C between Y and the table; the drives of its slides are those of the mill.
-fn five() -> String {
-    let b = rotary_joint(
-        "B",
-        "Y",
-        "[0, 1, 0]",
-        "travel_deg = [-30, 100]\nhome_deg = 3\ntool_change_deg = 4\nmax_velocity_deg_s = 180\nrapid_velocity_deg_s = 150",
-    );
-    let c =
-        rotary_joint("C", "B", "[0, 0, 1]", "endless = true\nmax_velocity_rev_min = 30\nrapid_velocity_rev_min = 25");
-    let joints = b + &c + "\n[spindle]";
-    let cradle = "\n[[body]]\nname = \"cradle\"\nrole = \"cradle\"\nattached_to = \"B\"\ncheck = true\n\
-                  box = [{ min_mm = [-15, -15, -56], max_mm = [15, 15, -42] }]\n";
-    let text = (MILL.to_owned() + cradle).replacen("\n[spindle]", &joints, 1).replace("on = \"Y\"", "on = \"C\"");
-    let mass = "mass = { mass_kg = 30, center_mm = [5, 0, -20], inertia_kg_m2 = [0.2, 0.2, 0.3, 0, 0, 0] }";
-    text.replace("role = \"table\"\nattached_to = \"Y\"", &format!("role = \"table\"\nattached_to = \"C\"\n{mass}"))
-}
-
-/// The joints, platform and table of a machine of the library on legs, without its bodies.
-fn hybrid() -> String {
-    let text = fs::read_to_string(root().join("machines/lu-hybrid-ii/machine.toml")).unwrap_or_default();
-    let text = text.split("# Bodies: written by").next().unwrap_or_default().to_owned();
-    let kept = text.lines().filter(|l| !l.starts_with("model =") && !l.starts_with("roles_kg_m3"));
-    kept.collect::<Vec<_>>().join("\n")
-        + "\n[[body]]\nname = \"bed\"\nrole = \"bed\"\nattached_to = \"base\"\ncheck = true\n\
-         box = [{ min_mm = [-900, -900, -300], max_mm = [900, 900, -200] }]\n"
-}
-
-/// A box as text of an STL file; `hole` leaves its last triangle out.
-fn stl(min: [f64; 3], max: [f64; 3], turned: bool) -> Vec<u8> {
-    let corner = |k: usize| -> [f64; 3] { std::array::from_fn(|i| if k >> i & 1 == 1 { max[i] } else { min[i] }) };
-    // Corners of the faces, counter-clockwise seen from outside.
-    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let mut text = String::from("solid box\n");
-    for [a, b, c, d] in faces {
-        for triangle in [[a, b, c], [a, c, d]] {
-            let triangle = if turned { [triangle[0], triangle[2], triangle[1]] } else { triangle };
-            text += "facet normal 0 0 0\nouter loop\n";
-            for k in triangle {
-                let [x, y, z] = corner(k);
-                text += &format!("vertex {x} {y} {z}\n");
-            }
-            text += "endloop\nendfacet\n";
-        }
-    }
-    (text + "endsolid box\n").into_bytes()
-}
-
-const LIB_MODEL: &str = "machines/three-axis-mill/model.glb";
-
-const PART: &str = r#"
-[part]
-mesh = "part.stl"
-chord_error_mm = 0.001
-judged = { min_mm = [-14, -9, -9], max_mm = [14, 9, 5] }
-"#;
-
-const CONE: &str = r#"
-[part.cone_frustum]
-apex_mm = [0, 0, 30]
-axis = [0, 0, -1]
-half_angle_deg = 20
-from_mm = 24
-to_mm = 38
-reach_mm = 6
-"#;
-
-const BLADE_PART: &str = r#"
-[part.blade]
-chord_mm = 60
-camber_angle_deg = 60
-thickness_mm = 8
-leading_radius_mm = 1.6
-trailing_radius_mm = 1.2
-length_mm = 25
-twist_deg_per_mm = 0.1
-platform = { fillet_radius_mm = 10, margin_mm = 14, thickness_mm = 12 }
-chord_error_mm = 0.2
-"#;
-
-const HELIX: &str = r#"
-[plan.helix]
-tool = "BALL_D16"
-spindle_rpm = 8000
-feed_mm_min = 1000
-work_offset = "G54"
-allowance_mm = 0.0
-head_tilt_deg = 5
-lead_deg = 15
-from_x_mm = 12
-to_x_mm = 13.5
-pitch_mm = 1
-step_mm = 4
-start = 0.3
-clearance_mm = 10
-tolerance_mm = 0.01
-"#;
-
-const COMPARE: &str = r#"
-[compare]
-baseline = "main"
-experiment = "words"
-run_ends_s = 0.1
-shown_s = [0.1, 0.5]
-
-[[compare.published]]
-name = "velocity"
-program = "other"
-against = "main"
-quantity = "demand-velocity"
-axis = "X"
-value = 10
-band = [5, 15]
-source = "a paper"
-remark = "words"
-
-[[compare.published]]
-name = "time"
-program = "other"
-against = "main"
-quantity = "stretch-time"
-form = "rate"
-value = 10
-source = "a paper"
-
-[[compare.expect]]
-name = "reversals"
-program = "other"
-quantity = "reversals"
-axis = "X"
-at_least = 0
-at_most = 9
-source = "a paper"
-
-[[compare.expect]]
-name = "gate"
-program = "other"
-gate = "limits"
-
-[[compare.expect]]
-name = "faster"
-program = "other"
-against = "main"
-quantity = "stretch-time"
-form = "rate"
-at_least = -500
-"#;
-
-/// A tool library with one tool of a kind; its shape keys are given.
-fn one_tool(kind: &str, shape: &str) -> String {
-    format!(
-        "[[tool]]\nnumber = 1\nname = \"END_D6\"\nkind = \"{kind}\"\n{shape}\ngauge_length_mm = 80\n\
-         holder = {{ sections = [{{ diameter_mm = 20, length_mm = 30 }}] }}\n"
-    )
-}
-
 impl Setup {
     pub(crate) fn files(self) -> Files {
         let (mut machine, mut tools, mut scene) = (MILL.to_owned(), TOOLS.to_owned(), SCENE.to_owned());
@@ -467,10 +88,18 @@ impl Setup {
                 machine += "\n[errors.constant]\nEZ0S_um = 20\n[[errors.table]]\njoint = \"X\"\nat_mm = [-30, 0, 40]\nreference_mm = [0, 10, 0]\n\
                             [errors.table.values]\nEZX_um = [0, 5, 20]\nEAX_urad = [0, 20, 50]\n";
             }
+            Self::Model => {
+                let column = "\n[[body]]\nname = \"column\"\nrole = \"column\"\nattached_to = \"base\"\ncheck = true\nnode = \"column\"\n\
+                              [[body]]\nname = \"lamp\"\nrole = \"lamp\"\nattached_to = \"Z\"\ncheck = true\n\
+                              prism = [{ along = \"z\", range_mm = [-70, 60], outline_mm = [[12, -5], [16, -5], [16, 5], [12, 5]] }]\n";
+                machine = MILL.replacen("up = ", "model = \"model.glb\"\nup = ", 1) + column;
+                let model = fs::read(root().join("machines/three-axis-mill/model.glb")).unwrap_or_default();
+                more.push(("machine/model.glb", model));
+            }
             Self::Part => {
                 scene += PART;
                 scene += "\n[[stock.patch]]\nname = \"fine\"\nmin_mm = [-6, -3, -4]\nmax_mm = [2, 3, 1]\ncell_mm = 0.25\n\
-                          \n[[fixture]]\nname = \"post\"\ncylinder = { base_mm = [-40, 0, -40], radius_mm = 5, height_mm = 44 }\n\
+                          \n[[fixture]]\nname = \"post\"\ncylinder = { base_mm = [-22, -8, -40], radius_mm = 2, height_mm = 44 }\n\
                           \n[[fixture]]\nname = \"jaw\"\nmesh = \"jaw.stl\"\n";
                 more.push(("part.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -0.2], false)));
                 more.push(("other.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -1.2], false)));
@@ -535,7 +164,10 @@ impl Setup {
                 scene = scene.replace("resolution_mm = 0.5", "resolution_mm = 2");
                 scene += "\n[[program]]\nname = \"other\"\nfile = \"other.nc\"\n";
                 scene += COMPARE;
-                more.push(("other.nc", PROGRAM.replace("F1500", "F1100").into()));
+                let short = "%\nO1\nG17 G21 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-20. Y0.\nZ-1.\nG1 X0. F1500\nY3.\nG0 Z4.\nM30\n%\n";
+                program = short.into();
+                machine = machine.replace("cycle_time_ms = 4", "cycle_time_ms = 8");
+                more.push(("other.nc", short.replace("F1500", "F1100").into()));
             }
             Self::Plan | Self::Remade | Self::RemadeQuaternion => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
@@ -624,7 +256,10 @@ impl Setup {
                     .replace("neck_length_mm = 8", "neck_length_mm = 0.6")
                     .replace("transition_length_mm = 2", "transition_length_mm = 0.3")
                     .replace("shank_diameter_mm = 6", "shank_diameter_mm = 6.5")
-                    .replace("length_mm = 30 }", "length_mm = 50 }");
+                    .replace(
+                        "{ diameter_mm = 20, top_diameter_mm = 30, length_mm = 30 }, { diameter_mm = 40, length_mm = 15 }",
+                        "{ diameter_mm = 10, top_diameter_mm = 24, length_mm = 2 }, { diameter_mm = 20, length_mm = 69 }",
+                    );
             }
             Self::Hollow | Self::HollowUnstated => {
                 let ramp = if self == Self::Hollow { "max_ramp_angle_deg = 30" } else { "" };
@@ -639,27 +274,10 @@ impl Setup {
         files.insert("tools.toml".into(), tools.into_bytes());
         files.insert("scene.toml".into(), scene.into_bytes());
         files.insert(name.into(), program.into_bytes());
-        files.insert("machine/model.glb".into(), fs::read(root().join(LIB_MODEL)).unwrap_or_default());
-        files.insert(
-            "second/machine.toml".into(),
-            MILL.replace("default_tolerance_mm = 0.05", "default_tolerance_mm = 0.2")
-                .replace("model = \"model.glb\"\n", "")
-                .replace("node = \"column\"", "box = [{ min_mm = [300, -50, -100], max_mm = [400, 50, 300] }]")
-                .into_bytes(),
-        );
+        let second = MILL.replace("home_mm = 30", "home_mm = 31");
+        files.insert("second/machine.toml".into(), second.into_bytes());
         files.insert("other-tools.toml".into(), TOOLS.replace("diameter_mm = 6\n", "diameter_mm = 5\n").into_bytes());
         files.extend(more.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)));
         files
     }
-}
-
-/// The first turn and a half of a pass round a blade.
-fn shortened(text: &str) -> String {
-    let lines: Vec<&str> = text.lines().collect();
-    let motion = |l: &&str| l.starts_with('X') || l.starts_with("G1 X");
-    let (Some(first), Some(last)) = (lines.iter().position(motion), lines.iter().rposition(motion)) else {
-        return String::new();
-    };
-    let kept = lines.iter().take(first + 560).chain(lines.iter().skip(last + 1)).copied();
-    kept.collect::<Vec<_>>().join("\n") + "\n"
 }

@@ -118,6 +118,7 @@ impl From<&SimError> for Failure {
             SimError::Config(c) => {
                 Self::new(&c.message).at(c.file.display(), c.line, c.column, 1, &c.source_line).with_help(&c.help)
             }
+            SimError::Memory { remedy, .. } => Self::new(e).with_help(remedy),
             SimError::Program(all) => Self::of_program(&all.0, 0),
             SimError::Machine(MachineError::Content(c)) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
                 .at(

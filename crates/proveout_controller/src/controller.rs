@@ -202,6 +202,8 @@ where
         while !self.finished {
             if self.ended {
                 self.stop_run();
+                let frame = self.device.frame(self.mapping);
+                self.out.meter.tube.stand(&frame, 0.0);
                 self.last_sample();
                 self.finished = true;
                 return Ok(Some(self.out.take()));
@@ -278,6 +280,12 @@ where
             Op::Message(text) => {
                 self.announce(Event::Message { time: 0.0, block: self.next_block, text: text.clone() });
             }
+            Op::Overcut(overcut) => self.announce(Event::Overcut {
+                time: 0.0,
+                block: self.next_block,
+                location: location.clone(),
+                overcut: Box::new(overcut.clone()),
+            }),
             Op::Note(text) => self.announce(Event::Note { time: 0.0, block: self.next_block, text: text.clone() }),
             Op::Stop { optional } => {
                 let block = self.action(location, BlockKind::Action, 0.0);
@@ -429,6 +437,8 @@ where
         self.state.position.told = path.programmed.as_ref().and_then(|p| p.end(self.device.machine));
         if mapping != self.mapping {
             self.stop_run();
+            let frame = self.device.frame(self.mapping);
+            self.out.meter.tube.remap(&frame);
             self.mapping = mapping;
         }
         let stops = exact_stop || pace == Pace::Probe || matches!(pace, Pace::Thread { stroke: true, .. });
@@ -445,6 +455,9 @@ where
                 self.stop_run();
             }
             let corner = self.corner(stops || part.turn || k + 1 < parts);
+            // What the program allows, also where this control stops.
+            let whole = k + 1 == parts;
+            let loose = self.corner(stops && whole);
             let block = PathBlock {
                 index: last,
                 length: part.length,
@@ -455,6 +468,8 @@ where
                 feed: if part.turn { f64::INFINITY } else { feed },
                 feed_programmed: if part.turn { 0.0 } else { feed_programmed },
                 corner,
+                loose,
+                stands: whole && (stops || self.state.path_mode == PathMode::ExactStop),
                 tip_moves: path.tip_moves && !part.turn,
                 told: programmed.clone().map(|way| (way, part.t)),
                 file: location.file.clone(),

@@ -206,6 +206,21 @@ impl Context<'_> {
         Ok(targets)
     }
 
+    /// A target of a joint, where the setup does not hold it elsewhere.
+    fn unless_held(&self, joint: usize, value: f64) -> Result<f64, Box<ControlError>> {
+        let Some(held) = self.machine.joints.get(joint).filter(|j| j.held && (value - j.home).abs() > SAME_BASE) else {
+            return Ok(value);
+        };
+        let (unit, scale) = if held.is_rotary() { ("degrees", 180.0 / std::f64::consts::PI) } else { ("mm", 1.0) };
+        let message = format!(
+            "{} is sent to {:.3} {unit}, but the setup holds it at {:.3} {unit}",
+            held.name,
+            value * scale,
+            held.home * scale
+        );
+        Err(self.fail("control-axis", message, "take `held` off the joint in the machine file, or leave the axis out"))
+    }
+
     /// End of a motion in joints (no tool center point control, or machine coordinates). A tool axis turns the rotary
     /// joints while the linear joints stay or go where the block says (swiveling).
     #[expect(clippy::type_complexity, reason = "the same pair as with tool center point control")]
@@ -217,7 +232,7 @@ impl Context<'_> {
         let offset = self.length_offset();
         let mut q = position.q;
         for (letter, joint, value) in self.targets(motion, position)? {
-            q[joint] = value + if letter < 3 { offset[letter] } else { 0.0 };
+            q[joint] = self.unless_held(joint, value + if letter < 3 { offset[letter] } else { 0.0 })?;
         }
         let mut unreachable = None;
         if let Some(axis) = motion.tool_axis_base {
@@ -337,7 +352,7 @@ impl Context<'_> {
             if letter < 3 {
                 tip[letter] = value + rig.zero[letter];
             } else {
-                to[joint] = value;
+                to[joint] = self.unless_held(joint, value)?;
             }
         }
         let mut unreachable = None;

@@ -1,10 +1,10 @@
 //! Plans the known part of a path and measures the plan at the control samples.
 
-use proveout_machine::{JointKind, JointValues};
+use proveout_machine::JointValues;
 
 use crate::{
     limits::slow_down,
-    path::{Frame, Path},
+    path::{Frame, Path, Way},
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
     retime::{Course, Entry, Rounds, Settled, Spot, jerk_along},
@@ -42,8 +42,10 @@ const AHEAD: f64 = 0.5;
 pub(crate) struct Measured {
     pub(crate) time: f64,
     pub(crate) state: PathState,
-    /// Way of the tip (or of the linear joints) by the path parameter.
-    pub(crate) rate: f64,
+    /// Way by the path parameter on the path that is run: of the tip (or of the linear joints), and of the rotary joints.
+    pub(crate) rate: [f64; 2],
+    /// Feed on the path that is run over the programmed one; zero in rapid motion.
+    pub(crate) feed_use: f64,
     pub(crate) q: JointValues,
     pub(crate) velocity: JointValues,
     pub(crate) acceleration: JointValues,
@@ -299,8 +301,8 @@ fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node
 /// Joint states at the control samples of a law but the first ones.
 pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) -> Vec<Measured> {
     let (mut phase, mut span) = (Cursor::default(), 0);
-    let joints = frame.kinematics.machine.joints.iter().enumerate();
-    let linear: Vec<usize> = joints.filter(|(_, j)| j.kind == JointKind::Linear).map(|(i, _)| i).collect();
+    let machine = frame.kinematics.machine;
+    let mut cell = 0;
     // A law that never ends has no samples to make room for.
     let count = (law.duration / clock.cycle).clamp(0.0, 1e6) as usize + 1;
     let mut samples = Vec::with_capacity(count.saturating_sub(skipped));
@@ -310,10 +312,26 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, s
         let q = frame.kinematics.joints(&task);
         let (q1, q2, q3) = (q.first(), q.second(), q.third());
         let PathState { v, a, j, .. } = state;
+        let mut rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
+        while cell + 1 < path.cells.len() && path.cells[cell].s1 < state.s {
+            cell += 1;
+        }
+        let feed_use = path.cells.get(cell).map_or(0.0, |c| {
+            let counted = match c.limits.way {
+                Way::Parameter => 1.0,
+                Way::Tip => rate[0],
+                Way::Turn => rate[1],
+            };
+            if c.limits.way == Way::Parameter && !c.exact {
+                rate = [1.0; 2]; // between motion and turning
+            }
+            v * counted / c.limits.feed
+        });
         samples.push(Measured {
             time,
             state,
-            rate: linear.iter().map(|&i| task.0[1][i] * task.0[1][i]).sum::<f64>().sqrt(),
+            rate,
+            feed_use,
             q: q.0[0],
             velocity: q1 * v,
             acceleration: q1 * a + q2 * (v * v),

@@ -62,6 +62,12 @@ fn cases(default: u64, full: u64) -> u64 {
     }
 }
 
+/// The point of the table frame at which base coordinates are zero.
+fn zero(machine: &Machine) -> Vector {
+    machine.program_zero().map_or_else(Vector::zeros, |p| p.coords)
+}
+
+/// A motion to a tip in base coordinates with a tool axis.
 fn vector(tip: &Vector, axis: &Vector) -> Motion {
     let mut motion = motion(&[('X', tip.x), ('Y', tip.y), ('Z', tip.z)]);
     motion.tool_axis = Some((*axis).into());
@@ -137,7 +143,8 @@ fn a_pole_is_left_in_any_direction() {
             let tip = start.tip.coords + Vector::new(5.0, 5.0, -30.0);
             let end = ToolPose { tip: Point::from(tip), axis };
             for rapid in [true, false] {
-                let op = if rapid { Op::Rapid(vector(&tip, &axis)) } else { Op::Linear(vector(&tip, &axis)) };
+                let block = vector(&(tip - zero(&machine)), &axis);
+                let op = if rapid { Op::Rapid(block) } else { Op::Linear(block) };
                 let program = Program::default().change(1).edge(0).edge(1).tcp_great_circle().feed(100.0).op(op);
                 let run = run_with(&program, &machine, &[tool(1, LENGTH)], &ideal());
                 let from = machine.forward(&home, LENGTH);
@@ -162,9 +169,13 @@ fn a_pole_is_left_in_any_direction() {
                         time += block.end_time - block.start_time;
                     }
                     // Jerk is not in it, nor the arc on which the linear joints follow a turn.
-                    assert!(time < 1.8 * least, "{name} azimuth {degrees}: {time} s, least {least} s");
-                    let bound = run.summary.lower_bound_s.expect("a bound");
-                    assert!(run.summary.total_s < 1.04 * bound, "{name} {degrees}: {} of {bound} s", run.summary.total_s);
+                    assert!(time < 2.5 * least, "{name} azimuth {degrees}: {time} s, least {least} s");
+                    let bound = run.summary.path_bound_s.expect("a bound");
+                    assert!(
+                        run.summary.total_s < 1.06 * bound,
+                        "{name} {degrees}: {} of {bound} s",
+                        run.summary.total_s
+                    );
                 }
                 tried += 1;
             }
@@ -281,14 +292,15 @@ fn circles_are_followed_at_any_distance_from_a_pole() {
             }
             let letter = |j: usize| machine.joints[j].name.chars().next().expect("a letter");
             let [from, to] = c.tips;
+            let base = from - zero(machine);
             let place = [
-                ('X', from.x),
-                ('Y', from.y),
-                ('Z', from.z),
+                ('X', base.x),
+                ('Y', base.y),
+                ('Z', base.z),
                 (letter(first), begin[first]),
                 (letter(second), begin[second]),
             ];
-            let block = vector(&to, &c.to);
+            let block = vector(&(to - zero(machine)), &c.to);
             let program = Program::default()
                 .change(1)
                 .exact_stop()
@@ -334,7 +346,8 @@ fn circles_are_followed_at_any_distance_from_a_pole() {
             assert!(end.angle_to(&ends[1]) < ROUNDING && (end.tip - ends[1].tip).norm() < 1e-6, "{}", what());
             // An endless table may always turn: only the tilt can be stopped, and only where the circle goes there on both branches.
             let over = over_travel(&run);
-            let both = (0..=200).map(|k| begins_on(machine, &ends[0].interpolated(&ends[1], f64::from(k) / 200.0).axis));
+            let both =
+                (0..=200).map(|k| begins_on(machine, &ends[0].interpolated(&ends[1], f64::from(k) / 200.0).axis));
             let within = both.fold([true; 2], |a, b| [a[0] && b[0], a[1] && b[1]]);
             if machine.joints[first].travel.is_none() && within.iter().any(|w| *w) {
                 let branch = machine.branch_of(&begin);

@@ -105,6 +105,32 @@ pub enum JointKind {
     Rotary,
 }
 
+impl JointKind {
+    /// Unit of positions in files, tables and texts: `mm` or `deg`.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Linear => "mm",
+            Self::Rotary => "deg",
+        }
+    }
+
+    /// From mm or radian to [`Self::unit`].
+    pub fn unit_factor(self) -> f64 {
+        match self {
+            Self::Linear => 1.0,
+            Self::Rotary => 1_f64.to_degrees(),
+        }
+    }
+
+    /// A position in [`Self::unit`]; right angles are exact.
+    pub fn in_unit(self, position: f64) -> f64 {
+        match self {
+            Self::Linear => position,
+            Self::Rotary => proveout_geom::deg(position),
+        }
+    }
+}
+
 /// What hangs on a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Carries {

@@ -1,5 +1,7 @@
 use std::sync::Arc;
 
+use crate::Overcut;
+
 /// The axis letters that a program can address, in the order of [`AxisValues`].
 pub const AXIS_LETTERS: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
 
@@ -135,6 +137,8 @@ pub enum Op {
     Message(String),
     /// A word that the dialect reads and that has no effect on motion, removal or time of the twin: named, not lost.
     Note(String),
+    /// A place where the compensated path of the tool center enters its own contour and the control sees no fault.
+    Overcut(Overcut),
     /// Program stop (M0) or optional stop (M1).
     Stop {
         /// True for M1.

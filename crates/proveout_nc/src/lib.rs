@@ -21,8 +21,7 @@
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!
 //! **Limits.** The README says word by word what each dialect supports. Rounding of corners is handed on as a tolerance. What
-//! a machine builder puts behind an M word is named in a note and not executed. Cutter radius compensation checks only blocks
-//! that follow each other.
+//! a machine builder puts behind an M word is named in a note and not executed.
 
 /// The example of the README.
 #[cfg(doctest)]
@@ -39,6 +38,7 @@ mod frame;
 mod json;
 mod machine_data;
 mod not_run;
+mod overcut;
 pub mod post;
 
 mod program;
@@ -55,6 +55,7 @@ pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
 pub use machine_data::{Kinematics, ReferencePoints};
 pub use not_run::{NotRun, NotRunKind, Weight};
+pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};
 pub use source::ProgramText;

@@ -70,6 +70,15 @@ pub struct Finding {
     pub limit: Option<f64>,
     /// Unit of value and limit.
     pub unit: Option<String>,
+    /// Gouge and excess: area of the design's surface that is concerned, mm².
+    #[serde(default)]
+    pub area_mm2: Option<f64>,
+    /// Gouge and excess: volume that is missing or left, mm³.
+    #[serde(default)]
+    pub volume_mm3: Option<f64>,
+    /// Gouge and excess: connected areas that this finding stands for; more than one where the smaller ones are told together.
+    #[serde(default)]
+    pub areas: Option<u64>,
     /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).
     pub repeats: u32,
     /// For people: what, where, by how much.
@@ -125,6 +134,8 @@ codes! {
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
+    OVERCUT = "geometry-overcut", Geometry, Error, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";
+    CONTOUR_TOUCHED = "geometry-contour-touched", Geometry, Warning, "The compensated tool cuts its contour on its way on or off, at an open end, or above it.";
     GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
     EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
     INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";

@@ -1,234 +1,353 @@
-//! What a program names is there, and what of its text is run: known from reading it, before anything moves.
+//! The cut part held against its design, band by band: points to the observers, sums, areas and what is not known to the judge.
 //!
-//! The reader runs the whole program once (branches, loops and calls as the control would), tells all of its faults, and hands
-//! every command over. What a command names and the scene does not have is a fault like any other: work offsets, tools, tool
-//! offsets, axes. All are told together, each name once.
+//! Memory: the points of a band, the areas (bounded), and four bytes a point, from which the mesh gets its colors later.
 
-use std::collections::BTreeSet;
-
-use proveout_machine::Machine;
-use proveout_nc::{
-    AXIS_LETTERS, Command, Diagnostic, Diagnostics, Dialect, Location, Look, Motion, NotRun, NotRunKind, Offset, Op,
-    Settings, Survey, ToolAction, ToolName, Weight,
+use proveout_geom::{Aabb, Point, Vector};
+use proveout_stock::{Patch, TriDexel};
+use proveout_surface::{
+    Area, AreaPart, Areas, Band, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Seed, Side, Solid, Survey,
+    Tally, Unseen, Watcher, unseen,
 };
-use proveout_tool::ToolLibrary;
 
 use crate::{
+    design::{Design, design},
     error::SimError,
-    finding::{self, Code},
-    gates::Coverage,
-    log::FindingLog,
+    observer::PointBand,
     prepare::Prepared,
+    surface_map::{MapPoint, PatchShape, SurfaceShape},
+    verdict::Deviation,
 };
 
-/// Most stretches of text that are told by name; further ones are counted.
-const MAX_TOLD: usize = 50;
+/// A face with a closed form counts as measured when at least this part of its area has points. The area that points
+/// stand for is known to about one percent on curved faces.
+const FULL_COVER: f64 = 0.97;
 
-/// What the commands of a program name.
-struct Names<'a> {
-    settings: &'a Settings,
-    tools: &'a ToolLibrary,
-    machine: &'a Machine,
-    scene: &'a str,
-    told: BTreeSet<String>,
-    in_spindle: ToolName,
-    /// Where the tool length was switched off last: machine coordinates switch it off and on again in one block.
-    length_off_at: Option<Location>,
+/// What the measurement says.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    pub(crate) deviation: Deviation,
+    /// Connected areas beyond the tolerances, the worst first.
+    pub(crate) gouges: Vec<Area>,
+    pub(crate) excesses: Vec<Area>,
+    /// What was measured, in words.
+    pub(crate) extent: String,
+    /// Parts of the design that were not measured.
+    pub(crate) left_out: Vec<String>,
+    /// Parts of the design of which the rays cannot tell whether they stand.
+    pub(crate) unseen: Option<String>,
 }
 
-/// Reads a program to its end and looks up what it names; gives the text that its run does not reach.
-///
-/// # Errors
-/// All faults of the text and all names that the scene does not know.
+/// What is left of a survey.
+pub(crate) struct Surveyed {
+    pub(crate) shape: SurfaceShape,
+    pub(crate) measured: Option<Measured>,
+    /// Deviation of each point of the stock, then of each patch, in the order of their points; not a number where it has none.
+    pub(crate) deviations: Vec<Vec<f32>>,
+}
+
+/// Receives the points.
+pub(crate) type ShowPoints<'a> = dyn FnMut(&PointBand<'_>) -> Result<(), SimError> + 'a;
+
+/// Measures the surface of the cut part where the scene has a design: in the windows of the patches on their points, elsewhere on
+/// those of the stock.
 pub(crate) fn survey(
-    read: impl FnOnce(&mut Look<'_>) -> Survey,
-    settings: &Settings,
-    tools: &ToolLibrary,
-    machine: &Machine,
-    scene: &str,
-) -> Result<Survey, SimError> {
-    let mut names = Names {
-        settings,
-        tools,
-        machine,
-        scene,
-        told: BTreeSet::new(),
-        in_spindle: ToolName::Empty,
-        length_off_at: None,
+    prepared: &Prepared,
+    stock: &TriDexel,
+    patches: &[Patch],
+    show: &mut ShowPoints<'_>,
+) -> Result<Surveyed, SimError> {
+    let design = design(prepared);
+    let bound = |s: &TriDexel| s.sweep_bound_mm() + s.regrid_bound().map_or(0.0, |r| r.surface_mm);
+    let finest = patches.iter().map(|p| bound(p.stock())).fold(bound(stock), f64::max);
+    let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
+    let tolerances = &prepared.scene.file.tolerances;
+    let floor = design.as_ref().map_or(0.0, |d| d.floor) + finest;
+    let solid_floor = design.as_ref().map_or(0.0, |d| d.solid_floor) + finest;
+    let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb());
+    let part = |s: &TriDexel, window| AreaPart { corner: s.bounds().min, cells: s.cells_mm(), window };
+    let parts: Vec<AreaPart> =
+        std::iter::once(part(stock, None)).chain(patches.iter().map(|p| part(p.stock(), Some(*p.window())))).collect();
+    let mut sums = Sums {
+        limits: [tolerances.gouge_mm + floor, tolerances.excess_mm + floor],
+        missing: Areas::new(parts.clone(), tolerances.gouge_mm),
+        left: Areas::new(parts, tolerances.excess_mm),
+        deepest: None,
     };
-    let survey = read(&mut |command, dialect| names.look(command, dialect));
-    if survey.faults.is_empty() { Ok(survey) } else { Err(SimError::Program(Diagnostics(survey.faults))) }
-}
-
-impl Names<'_> {
-    /// The fault of a command that names what is not there; each name once.
-    fn look(&mut self, command: &Command, dialect: Dialect) -> Option<Diagnostic> {
-        let at = &command.location;
-        match &command.op {
-            Op::Offset(Offset::Work { word }) => {
-                let fault = unknown_offset(at, word, self.settings, self.scene)?;
-                self.once(format!("offset {word}")).then_some(fault)
-            }
-            Op::Tool(ToolAction::Select(name)) => self.tool(name, at),
-            Op::Tool(ToolAction::Change(name)) => {
-                self.in_spindle = name.clone();
-                self.tool(name, at)
-            }
-            Op::Offset(Offset::ToolEdge { edge }) => self.tool_offset(*edge, dialect, at),
-            Op::Rapid(motion) | Op::Linear(motion) => self.axes(motion, at),
-            Op::Arc(arc) => self.axes(&arc.motion, at),
-            Op::Spline(spline) => self.axes(&spline.motion, at),
-            Op::Probe(probe) => self.axes(&probe.motion, at),
-            Op::Thread(thread) => self.axes(&thread.motion, at),
-            _ => None,
-        }
-    }
-
-    /// True the first time.
-    fn once(&mut self, name: String) -> bool {
-        self.told.insert(name)
-    }
-
-    fn tool(&mut self, name: &ToolName, at: &Location) -> Option<Diagnostic> {
-        let known = match name {
-            ToolName::Empty => return None,
-            ToolName::Number(number) => self.tools.tools.iter().any(|t| t.number == *number),
-            ToolName::Name(name) => self.tools.tools.iter().any(|t| t.name == *name),
+    let mut result: Option<proveout_surface::Deviation> = None;
+    let mut shape = SurfaceShape { cells_mm: stock.cells_mm(), judged: design.is_some(), ..SurfaceShape::default() };
+    let mut deviations = Vec::new();
+    let stocks = std::iter::once((None, stock)).chain(patches.iter().enumerate().map(|(k, p)| (Some(k), p.stock())));
+    for (patch, rays) in stocks {
+        let settings = DeviationSettings {
+            range: design.as_ref().map_or(f64::INFINITY, |d| d.reach),
+            region,
+            only_cut: false,
+            tolerance_floor: floor,
+            cells: rays.cells_mm(),
         };
-        let shown = shown(name);
-        if known || !self.once(format!("tool {shown}")) {
-            return None;
-        }
-        let count = self.tools.tools.len();
-        Some(fault(
-            at,
-            "control-tool",
-            format!("tool {shown} is not in the tool library ({count} tools)"),
-            "add the tool to the library or correct its name in the program".to_owned(),
-        ))
-    }
-
-    /// The library gives each tool one length and one radius: the offset of an ISO control has the number of its tool, a tool
-    /// of an 840D one cutting edge.
-    fn tool_offset(&mut self, number: u32, dialect: Dialect, at: &Location) -> Option<Diagnostic> {
-        if number == 0 {
-            self.length_off_at = Some(at.clone());
-            return None;
-        }
-        if self.length_off_at.take().as_ref() == Some(at) {
-            // No word names it here: the block before it has.
-            return None;
-        }
-        let tool = shown(&self.in_spindle);
-        let (message, help) = match (dialect, &self.in_spindle) {
-            (Dialect::Siemens840d, _) if number > 1 => (
-                format!("cutting edge D{number} of tool {tool} is not known: the library gives a tool one edge, D1"),
-                "write D1, or give the other edge as a tool of its own".to_owned(),
-            ),
-            (Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc, ToolName::Number(own))
-                if *own != number =>
-            {
-                let other = self.tools.tools.iter().any(|t| t.number == number);
-                let whose = if other { format!("that of tool T{number}") } else { "not known".to_owned() };
-                (
-                    format!("tool offset {number} is {whose}, and tool {tool} is in the spindle"),
-                    format!("write H{own}: the library gives tool {tool} the offset {own}"),
-                )
-            }
-            _ => return None,
+        let gaps = GapSettings {
+            missing: tolerances.gouge_mm + solid_floor,
+            left: tolerances.excess_mm + floor,
+            floor: solid_floor,
         };
-        self.once(format!("edge {number} of {tool}")).then(|| fault(at, "scene-tool-offset", message, help))
-    }
-
-    fn axes(&mut self, motion: &Motion, at: &Location) -> Option<Diagnostic> {
-        let missing = (3..AXIS_LETTERS.len()).find(|&index| {
-            motion.programmed >> index & 1 == 1
-                && motion.end_base.get(index).is_some()
-                && self.machine.joint_for_letter(AXIS_LETTERS[index]).is_none()
+        let solid = design.as_ref().and_then(Design::solid);
+        let window = patch.map(|k| windows[k]);
+        // The first patch has a point on the face between two.
+        let finer = &windows[..patch.unwrap_or(windows.len())];
+        let part = Survey {
+            stock: rays,
+            design: design.as_ref().map(|d| d.surface.as_ref()),
+            solid: solid.map(|(mesh, tree)| Solid { mesh, tree, gaps }),
+            settings,
+            window,
+            finer,
+        };
+        let shown = |p: &Point| window.is_none_or(|w| w.contains(p)) && !finer.iter().any(|w| w.contains(p));
+        let mut of_part = OfPart {
+            number: patch.map_or(0, |k| k + 1),
+            cells: rays.cells_mm(),
+            tally: Tally::new(floor),
+            points: 0,
+            area: 0.0,
+            deviations: Vec::new(),
+        };
+        part.run(|band| {
+            let points = of_part.take(&band, &shown, &mut sums);
+            show(&PointBand { patch, points: &points })
         })?;
-        let letter = AXIS_LETTERS[missing];
-        let names: Vec<&str> = self.machine.joints.iter().map(|j| j.name.as_str()).collect();
-        let message =
-            format!("axis {letter} is programmed, but machine {} has no joint of this name", self.machine.name);
-        let help = format!("the machine's joints are {}", names.join(", "));
-        self.once(format!("axis {letter}")).then(|| fault(at, "control-axis", message, help))
+        let own = of_part.tally.finish();
+        match patch {
+            None => {
+                (shape.points, shape.triangles, shape.area_mm2) =
+                    (of_part.points, rays.surface_triangles(), of_part.area)
+            }
+            Some(k) => shape.patches.push(PatchShape {
+                name: patches[k].name().into(),
+                window: windows[k],
+                cells_mm: rays.cells_mm(),
+                points: of_part.points,
+                triangles: rays.surface_triangles(),
+                area_mm2: of_part.area,
+            }),
+        }
+        deviations.push(of_part.deviations);
+        result = Some(match result {
+            None => own,
+            Some(all) => all.joined(&own),
+        });
     }
+    let measured = design.zip(result).map(|(design, result)| {
+        let seen = sees(&design, stock, patches, region.as_ref());
+        sums.measured(&design, &result, floor, &shape, seen)
+    });
+    Ok(Surveyed { shape, measured, deviations })
 }
 
-fn shown(name: &ToolName) -> String {
-    match name {
-        ToolName::Empty => "T0".to_owned(),
-        ToolName::Number(number) => format!("T{number}"),
-        ToolName::Name(name) => format!("{name:?}"),
-    }
+/// What is gathered over all parts.
+struct Sums {
+    /// Depth and height from which on points count, mm.
+    limits: [f64; 2],
+    missing: Areas,
+    left: Areas,
+    /// Deepest gap: depth and place.
+    deepest: Option<(f64, Point)>,
 }
 
-fn fault(at: &Location, code: &'static str, message: String, help: String) -> Diagnostic {
-    Diagnostic {
-        code,
-        message,
-        file: at.file.clone(),
-        line: at.line,
-        column: at.column,
-        length: at.length,
-        help: Some(help),
-        source_line: String::new(),
-    }
+/// What is gathered of the stock or of a patch.
+struct OfPart {
+    number: usize,
+    cells: [f64; 3],
+    tally: Tally,
+    points: u64,
+    area: f64,
+    deviations: Vec<f32>,
 }
 
-/// The fault of a work offset that the scene does not give: it would silently count as zero.
-fn unknown_offset(at: &Location, word: &str, settings: &Settings, scene: &str) -> Option<Diagnostic> {
-    if settings.work_offsets.contains_key(word) || word == "G500" {
-        return None;
+impl OfPart {
+    /// Books a band; gives the points that are shown.
+    fn take(&mut self, band: &Band, shown: &dyn Fn(&Point) -> bool, sums: &mut Sums) -> Vec<MapPoint> {
+        let mut points = Vec::with_capacity(band.points.len());
+        let none = Judged::Masked;
+        for (sample, judged) in band.points.iter().zip(&band.judged) {
+            let deviation = judged.deviation();
+            self.deviations.push(deviation as f32);
+            if !shown(&sample.point) {
+                // Points of the stock under a patch are told as left out; those of a patch beyond its window are nobody's.
+                if self.number == 0 {
+                    self.tally.add(sample, &none);
+                }
+                continue;
+            }
+            self.tally.add(sample, judged);
+            let normal = sample.normal.unwrap_or_else(Vector::zeros);
+            self.area += self.ray_area(usize::from(sample.axis)) * normal[usize::from(sample.axis)].abs();
+            points.push(MapPoint {
+                position: sample.point.coords.into(),
+                normal: normal.into(),
+                deviation: deviation.is_finite().then_some(deviation),
+                scallop: None,
+                made_by: sample.made_by,
+            });
+            if let Judged::Counts { deviation, weight } = *judged {
+                let seed = |depth: f64| Seed {
+                    depth,
+                    point: sample.point,
+                    made_by: sample.made_by,
+                    cut_area: weight,
+                    ..Seed::default()
+                };
+                if -deviation > sums.limits[0] {
+                    sums.missing.add(self.number, &seed(-deviation));
+                } else if deviation > sums.limits[1] {
+                    sums.left.add(self.number, &seed(deviation));
+                }
+            }
+        }
+        self.points += points.len() as u64;
+        for found in band.gaps.iter().filter(|f| f.length > 0.0) {
+            self.gap(band, found, shown, sums);
+        }
+        points
     }
-    let message = format!("the scene gives no values for work offset {word}");
-    let help = format!("add [work_offsets.{word}] with X_mm, Y_mm, Z_mm to {scene}");
-    Some(fault(at, "scene-work-offset", message, help))
-}
 
-/// Refuses a work offset that the scene does not give, in the middle of a run: what was surveyed is what runs, but a made
-/// program may differ from the one that it was made from.
-pub(crate) fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
-    match &command.op {
-        Op::Offset(Offset::Work { word }) => match unknown_offset(&command.location, word, settings, scene) {
-            Some(fault) => Err(fault),
-            None => Ok(command),
-        },
-        _ => Ok(command),
+    fn ray_area(&self, axis: usize) -> f64 {
+        self.cells[(axis + 1) % 3] * self.cells[(axis + 2) % 3]
     }
-}
 
-/// Findings for the text that is not run.
-pub(crate) fn judge(prepared: &Prepared, log: &mut FindingLog) {
-    for part in prepared.survey.not_run.iter().take(MAX_TOLD) {
-        let code: &Code = match (part.weight(), &part.kind) {
-            (Weight::Lost, _) => &finding::TEXT_LOST,
-            (Weight::Unproven, _) => &finding::TEXT_UNPROVEN,
-            (Weight::Harmless, NotRunKind::Branch) if part.moves => &finding::TEXT_SKIPPED,
-            (Weight::Harmless, _) => &finding::TEXT_NOT_CALLED,
+    /// Puts a gap into the areas: its worst point, with its volume, and its ends that count.
+    fn gap(&self, band: &Band, found: &FoundGap, shown: &dyn Fn(&Point) -> bool, sums: &mut Sums) {
+        let FoundGap { gap, ray, length, .. } = found;
+        let axis = ray.axis;
+        let worst = ray.point(gap.worst);
+        let made_by = maker(band, found);
+        let areas = match gap.side {
+            Side::Missing => &mut sums.missing,
+            Side::Left => &mut sums.left,
         };
-        let mut f = FindingLog::of(code, part.to_string());
-        (f.file, f.line) = (Some(part.file.to_string()), Some(part.lines[0]));
-        log.push(f);
-    }
-    if let Some(more) = prepared.survey.not_run.len().checked_sub(MAX_TOLD).filter(|more| *more > 0) {
-        log.push(FindingLog::of(&finding::TEXT_NOT_CALLED, format!("{more} more stretches of text are not run")));
+        if gap.side == Side::Missing && !gap.foil && sums.deepest.is_none_or(|d| gap.depth > d.0) {
+            sums.deepest = Some((gap.depth, worst));
+        }
+        let seed = Seed {
+            depth: gap.depth,
+            point: worst,
+            made_by,
+            gap: Some((axis, *length, self.ray_area(axis))),
+            wall: gap.wall,
+            foil: gap.foil,
+            ..Seed::default()
+        };
+        areas.add(self.number, &seed);
+        for (at, end) in gap.at.into_iter().zip(&gap.ends) {
+            let point = ray.point(at);
+            if !shown(&point) {
+                continue;
+            }
+            let design_area = match end {
+                GapEnd::Design(n) => n[axis].abs() * self.ray_area(axis),
+                GapEnd::Cut(_) => 0.0,
+            };
+            let end = Seed { point, design_area, made_by, foil: gap.foil, depth: 0.0, ..Seed::default() };
+            areas.add(self.number, &end);
+            areas.join(self.number, &worst, &point);
+        }
     }
 }
 
-/// Gates that judge what was run: they have seen only a part of what the files may make the machine do.
-pub(crate) fn leave_out(prepared: &Prepared, program: &mut Coverage, others: &mut [Coverage]) {
-    let parts: Vec<&NotRun> = prepared.survey.not_run.iter().filter(|part| part.weight() > Weight::Harmless).collect();
-    let Some(first) = parts.first() else { return };
-    let more = if parts.len() > 1 { format!(" (and {} more such stretches)", parts.len() - 1) } else { String::new() };
-    // What is lost is a finding that fails the gate.
-    if let Some(part) = parts.iter().find(|part| part.weight() == Weight::Unproven) {
-        program.left_out.push(part.to_string());
+/// The motion that answers for a gap: that of its end on the cut part (of the two the nearer one to its worst point). Where no
+/// material is left in the design on the ray, that of the material next to the gap, else the last one that took all
+/// material from the ray.
+fn maker(band: &Band, found: &FoundGap) -> Option<u32> {
+    let FoundGap { gap, first_point, beside, last_to_empty, .. } = found;
+    let of_point = |end: usize| band.points.get(first_point + end).and_then(|p| p.made_by);
+    let nearer = usize::from((gap.worst - gap.at[0]).abs() > (gap.worst - gap.at[1]).abs());
+    let cut = |k: usize| match gap.ends[k] {
+        GapEnd::Cut(end) => Some(end),
+        GapEnd::Design(_) => None,
+    };
+    if gap.side == Side::Left || cut(0).or(cut(1)).is_some() {
+        return cut(nearer).or(cut(1 - nearer)).and_then(of_point);
     }
-    let [from, to] = first.lines;
-    for other in others {
-        other
-            .left_out
-            .push(format!("lines {from} to {to} of {} were not run{more}, see the gate `program`", first.file));
+    beside.iter().flatten().find_map(|end| of_point(*end)).or(*last_to_empty)
+}
+
+/// What of the design no ray tells, in words.
+fn sees(design: &Design<'_>, stock: &TriDexel, patches: &[Patch], region: Option<&Aabb>) -> Option<String> {
+    let (mesh, tree) = design.solid()?;
+    let of_patches = patches.iter().map(|p| Watcher { stock: p.stock(), window: Some(*p.window()) });
+    let watchers: Vec<Watcher<'_>> = std::iter::once(Watcher { stock, window: None }).chain(of_patches).collect();
+    let Unseen { area, point, thickness } = unseen(mesh, tree, &watchers, region)?;
+    let [x, y, z]: [f64; 3] = point.coords.into();
+    let reach = stock.bounds();
+    Some(if reach.contains(&point) {
+        // A cell across which the thinnest place fits twice meets it in any position.
+        let cell = 0.7 * thickness.min(stock.cell_mm());
+        format!(
+            "{area:.3} mm2 of the design stand between the rays, as at X{x:.3} Y{y:.3} Z{z:.3} where it is {thickness:.3} mm \
+             thick: whether they are cut away is not known; take resolution_mm, or a [[stock.patch]] there, of {cell:.3} mm"
+        )
+    } else {
+        format!(
+            "{area:.3} mm2 of the design have no ray near, as at X{x:.3} Y{y:.3} Z{z:.3}, outside of the raw stock: make \
+             the stock larger"
+        )
+    })
+}
+
+impl Sums {
+    fn measured(
+        self,
+        design: &Design<'_>,
+        result: &proveout_surface::Deviation,
+        floor: f64,
+        shape: &SurfaceShape,
+        unseen: Option<String>,
+    ) -> Measured {
+        let mut left_out = Vec::new();
+        let mut extent = design.name.to_owned();
+        if let Some(area) = design.area {
+            let cover = result.area / area;
+            extent = format!("{extent}, {:.1} % of its {area:.0} mm2", 100.0 * cover);
+            if cover < FULL_COVER {
+                left_out.push(format!(
+                    "{:.1} % of the {} have no surface within {} mm of the design",
+                    100.0 * (1.0 - cover),
+                    design.name,
+                    design.reach
+                ));
+            }
+        }
+        if !shape.patches.is_empty() {
+            let names: Vec<&str> = shape.patches.iter().map(|p| p.name.as_str()).collect();
+            extent = format!("{extent}, finer in {}", names.join(", "));
+        }
+        if result.samples == 0 {
+            left_out.push("no point of the cut part lies near the design".into());
+        }
+        let known = |value: f64| (result.samples > 0).then_some(value);
+        let (gouges, excesses) = (self.missing.finish(), self.left.finish());
+        let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).sum::<f64>();
+        let count = |areas: &[Area]| Some(areas.len() as u64);
+        // Where material is missing deeper than any point of the cut part tells, a wall is gone or cut from one side.
+        let deeper = self.deepest.filter(|d| d.0 > result.gouge_max);
+        let gouge_max = deeper.map_or(result.gouge_max, |d| d.0);
+        let worst = match (deeper, &result.worst) {
+            (Some((depth, point)), w) if w.is_none_or(|w| depth > w.deviation.abs()) => Some(point),
+            (_, w) => w.map(|w| w.point),
+        };
+        let deviation = Deviation {
+            tolerance_floor_mm: Some(floor),
+            gouge_max_mm: if deeper.is_some() { Some(gouge_max) } else { known(gouge_max) },
+            excess_max_mm: known(result.excess_max),
+            mean_mm: known(result.mean),
+            rms_mm: known(result.rms),
+            gouge_area_mm2: known(result.gouge_area),
+            samples: Some(result.samples),
+            worst_point: worst.map(|p| p.coords.into()),
+            gouges: count(&gouges),
+            gouge_volume_mm3: Some(volume(&gouges)),
+            excesses: count(&excesses),
+            excess_volume_mm3: Some(volume(&excesses)),
+        };
+        Measured { deviation, gouges, excesses, extent, left_out, unseen }
     }
 }

@@ -1,6 +1,9 @@
 use std::{fs, path::Path};
 
-use proveout_sim::{finding::Finding, verdict::Verdict};
+use proveout_sim::{
+    finding::Finding,
+    verdict::{MachineUsed, Verdict},
+};
 
 use crate::failure::Failure;
 
@@ -23,6 +26,10 @@ fn same(a: &Finding, b: &Finding) -> bool {
 pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     let (a, b) = (read(run_a)?, read(run_b)?);
     say!("verdict   {:?} -> {:?}", a.verdict, b.verdict);
+    if a.machine != b.machine {
+        let shown = |m: &MachineUsed| format!("{} ({})", m.name, m.digest.get(..12).unwrap_or("no digest"));
+        say!("machine   {} -> {}", shown(&a.machine), shown(&b.machine));
+    }
     for gate in &b.gates {
         let before = a.gates.iter().find(|g| g.name == gate.name).map(|g| g.state);
         if before != Some(gate.state) {

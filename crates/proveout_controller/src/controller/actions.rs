@@ -41,6 +41,8 @@ where
         self.out.stand(&scope, &self.state.position.q, index, duration);
         self.record(index, &location.file, location.line, kind, start);
         self.out.meter.bound_s += duration;
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.stand(&frame, duration);
         self.ready = true;
         index
     }
@@ -156,6 +158,8 @@ where
     /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
     /// the others together.
     pub(super) fn visit_change_position(&mut self, location: &Location) {
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.stand(&frame, 0.0);
         let machine = self.device.machine;
         let position = machine.control.tool_change_position;
         let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());
@@ -197,6 +201,8 @@ where
                 feed: f64::INFINITY,
                 feed_programmed: 0.0,
                 corner: None,
+                loose: None,
+                stands: true,
                 tip_moves: path.tip_moves,
                 told: path.programmed.map(|way| (std::sync::Arc::from(way), part.t)),
                 file: location.file.clone(),

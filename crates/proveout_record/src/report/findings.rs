@@ -106,6 +106,10 @@ fn remedy(code: &str) -> &'static str {
         }
         "collision-bodies" => "Change approach or retract, the mounting, or the rotary solution before this block.",
         "collision-near-miss" => "Check the real clamping here before the first part.",
+        "geometry-overcut" => "Use a smaller tool for this part of the contour, or leave the narrow place out.",
+        "geometry-contour-touched" => {
+            "Begin and end beside the contour by the tool radius, or lead in and out on arcs."
+        }
         "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
         "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",
         "geometry-inspection" => "Compare the block that made the feature with the drawing.",

@@ -14,6 +14,9 @@ use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
 /// Code of an `M` without a number.
 pub(crate) const NOTHING: u32 = u32::MAX;
 
+/// Most blocks that M120 LA allows.
+const MOST_AHEAD: f64 = 99.0;
+
 /// Reads the number behind an `M` that began at `start`, and the words that belong to the function.
 pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
     x.blanks();
@@ -125,6 +128,12 @@ impl Interpreter {
                         self.state.flood = true;
                     }
                     self.tell_coolant();
+                }
+                120 => {
+                    let blocks = m.value.map(|value| self.variables.value(value, m.span)).transpose()?;
+                    self.state.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
+                    self.state.look_ahead_ended = false;
+                    self.note("M120");
                 }
                 126 => self.state.shortest = true,
                 128 => {

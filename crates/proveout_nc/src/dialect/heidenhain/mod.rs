@@ -44,6 +44,7 @@ use interpreter::Interpreter;
 
 use super::Reader;
 use crate::Command;
+use crate::compensation::CompStyle;
 use crate::diagnostic::Diagnostic;
 use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
@@ -57,6 +58,10 @@ pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, se
 impl Reader for Interpreter {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn comp_style(&self) -> Option<CompStyle> {
+        Some(CompStyle { look_ahead: self.state.look_ahead, ..CompStyle::PLAIN })
     }
 
     fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
