@@ -56,7 +56,8 @@ impl Source {
                 source_line: String::new(),
             })
         };
-        let size = std::fs::metadata(path).map_err(|e| refuse(format!("cannot read {name}: {e}"), "check the path"))?;
+        let size =
+            std::fs::metadata(path).map_err(|e| refuse(format!("{name} cannot be read: {e}"), "check the path"))?;
         if !size.is_file() {
             return Err(refuse(format!("{name} is not a file"), "name the program file"));
         }
@@ -64,7 +65,8 @@ impl Source {
             let message = format!("{name} has {} bytes; the limit is {MAX_FILE_BYTES}", size.len());
             return Err(refuse(message, "split the program into subprograms"));
         }
-        let bytes = std::fs::read(path).map_err(|e| refuse(format!("cannot read {name}: {e}"), "check the rights"))?;
+        let bytes =
+            std::fs::read(path).map_err(|e| refuse(format!("{name} cannot be read: {e}"), "check the rights"))?;
         let text = decoded(bytes).map_err(|what| {
             refuse(format!("{name} {what}"), "save the program as plain text (UTF-8, ASCII or Latin-1)")
         })?;

@@ -1,5 +1,6 @@
 //! Going on behind a fault, for [`crate::check`].
 
+use super::stretch::Stretch;
 use super::{Compensated, State};
 use crate::AxisValues;
 use crate::codes;
@@ -24,6 +25,10 @@ impl Compensated {
         let pending = self.pending.take().map(|pending| pending.command);
         self.out.extend(pending.into_iter().chain(self.held.drain(..)).map(Ok));
         self.exit = None;
+        // Nothing is held against a contour that is not whole.
+        self.stretch = Stretch::default();
+        self.leaving = None;
+        self.heights = None;
         self.residual = [0.0; 2];
         self.position = AxisValues::NONE;
         self.broken = true;
