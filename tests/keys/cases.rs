@@ -175,7 +175,7 @@ cases! {
     "scene/FixtureFile.name", Mill, ["scene", "fixture.0.name", "\"jaw\""];
     "scene/FixtureFile.mesh", Part, ["scene", "fixture.2.mesh", "\"jaw2.stl\""];
     "scene/FixtureFile.box", Mill, ["scene", "fixture.0.box.max_mm", "[25, 10, 5]"];
-    "scene/FixtureFile.cylinder", Part, ["scene", "fixture.1.cylinder.height_mm", "60"];
+    "scene/FixtureFile.cylinder", Part, ["scene", "fixture.1.cylinder.radius_mm", "3.5"];
     "scene/FixtureFile.frame", Mill, ["scene", "fixture.0.frame", "\"table\""];
     "scene/OffsetFile.X_mm", Mill, ["scene", "work_offsets.G54.X_mm", "1"];
     "scene/OffsetFile.Y_mm", Mill, ["scene", "work_offsets.G54.Y_mm", "1"];
@@ -235,7 +235,7 @@ cases! {
     "scene/CompareFile.baseline", Compare, ["scene", "compare.baseline", "\"other\""];
     "scene/CompareFile.experiment", Compare, ["scene", "compare.experiment", "\"other words\""];
     "scene/CompareFile.run_ends_s", Compare, ["scene", "compare.run_ends_s", "0.3"];
-    "scene/CompareFile.shown_s", Compare, ["scene", "compare.shown_s", "[0.2, 0.4]"];
+    "scene/CompareFile.shown_s", Compare, ["scene", "compare.shown_s", "[0.35, 0.5]"];
     "scene/CompareFile.published", Compare, ["scene", "compare.published", "[]"];
     "scene/CompareFile.expect", Compare, ["scene", "compare.expect", "[]"];
     "scene/PublishedFile.name", Compare, ["scene", "compare.published.0.name", "\"another\""];
