@@ -1,7 +1,7 @@
 //! The axis cross with the production program, where the data set lies beside the checkout.
 
 use proveout_sim::{Choice, verdict::State};
-use proveout_tests::{prove, published, scene};
+use proveout_tests::{left_out, prove, published, scene};
 
 const PROGRAM: &str = "spinner-u5-840d/NC_code/Coordinate_system_representation_Achskreuz/\
                        Coordinate_system_representation_Achskreuz.mpf";
@@ -9,7 +9,7 @@ const PROGRAM: &str = "spinner-u5-840d/NC_code/Coordinate_system_representation_
 #[test]
 fn the_production_program_makes_the_part_that_its_text_describes() {
     let Some(nc) = published(PROGRAM) else {
-        println!("left out: the production data set (doi:10.1038/s41597-025-05294-0) is not beside the checkout");
+        left_out("the axis cross as it was cut: the data set doi:10.1038/s41597-025-05294-0 is not beside the checkout");
         return;
     };
     // Faces across a ray are exact whatever the distance of the rays; sides of round arms need rays near their crown.

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use proveout_sim::{
     SimError,
     compare::{CompareChoice, Compared, Comparing, VariationKind, markdown},
-    run::run,
+    run::run_with_surface,
     verdict::State,
 };
 use proveout_tests::{root, scene};
@@ -56,8 +56,8 @@ impl Experiment {
             comparing.vary(&|_, _| {})?;
             for name in comparing.order() {
                 let prepared = comparing.take(&name).expect("taken once");
-                let result = run(prepared, &mut [], Path::new("."))?;
-                comparing.add(&name, result);
+                let (result, surface) = run_with_surface(prepared, Vec::new(), Path::new("."))?;
+                comparing.add(&name, result, &surface);
             }
             Ok(comparing.finish().expect("every program was run"))
         })
@@ -112,6 +112,14 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
     let pieces = c.variations.iter().find(|v| v.parameter == "motion pieces").expect("varied");
     assert_eq!(pieces.gains["s-theta"].stretch_time_change_percent, Some(0.0));
 
+    // The limits that the scene sets stand beside the machine's own, and the gain without them beside the gain.
+    let limits: Vec<_> = c.joint_limits.iter().map(|l| (l.joint.as_str(), l.of_machine, l.of_scene)).collect();
+    assert_eq!(limits, [("A", Some(360.0), 90.0), ("A", Some(4500.0), 600.0), ("A", Some(90_000.0), 12_000.0)]);
+    let own = c.own_limits.as_ref().expect("the scene sets limits");
+    assert!(own.unchecked.is_none() && own.times.len() == 3, "{own:?}");
+    let free = c.at_own_limits("s-theta").expect("a gain");
+    assert!(free > 0.0 && free < 0.5 * percent, "most of the gain comes from the limit of A: {free} of {percent}");
+
     // Table 2 of the paper beside ours.
     for axis in ["A", "Y", "Z"] {
         for kind in ["velocity", "acceleration"] {
@@ -148,6 +156,7 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
 
     let text = markdown(c);
     assert!(text.contains(&format!("{percent:.2} ± {error:.2}")) && text.contains("A, velocity"), "{text}");
+    assert!(text.contains(&format!("`s-theta` {free:.2}")) && text.contains("| A | velocity | 360 | 90 | deg/s |"), "{text}");
 
     let bytes = |compared: &Compared| serde_json::to_string_pretty(&compared.comparison).expect("JSON");
     assert_eq!(bytes(&compared), bytes(&experiment.compare(None, 1).expect("runs")));

@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 /// A machining digital twin: proves NC programs before the first cut.
 #[derive(Debug, Parser)]
@@ -22,7 +22,7 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Print the canonical commands of a program, one JSON object a line, or write it in another dialect
     Nc(NcArgs),
-    /// Tool pose of joint positions, or joint positions of tool poses, CSV from standard input to standard output
+    /// Tool poses of joint positions, or joint positions of tool poses: CSV in, CSV out
     Kinematics(KinematicsArgs),
     /// Write a program for the blade of a scene
     Plan(PlanArgs),
@@ -137,6 +137,9 @@ pub(crate) struct NcArgs {
     /// Tool library: tool calls must be in it, and compensated contours (G41, RL) come as the path of the tool center
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
+    /// Machine (folder or machine.toml): G28 and G30 go to its reference points, kinematics that it does not list are refused
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) machine: Option<PathBuf>,
     /// Write the program in this dialect instead: siemens-840d, fanuc, haas, linuxcnc, iso, heidenhain, apt
     #[arg(long, value_name = "DIALECT")]
     pub(crate) post: Option<String>,
@@ -164,7 +167,13 @@ pub(crate) struct NcArgs {
 }
 
 #[derive(Debug, Args)]
-#[group(required = true, multiple = false, id = "direction", args = ["forward", "inverse"])]
+#[command(group = ArgGroup::new("direction").required(true).args(["forward", "inverse"]))]
+#[command(after_help = "Examples:\n  \
+    proveout kinematics machines/starrag-lx-451 --forward --tool-length-mm 100 < joints.csv\n  \
+    proveout kinematics machines/starrag-lx-451 --inverse --input poses.csv --output branches.csv\n  \
+    proveout kinematics machines/starrag-lx-451 --inverse --nearest --tool-length-mm 100 < poses.csv > joints.csv\n\n\
+    Columns in any order, named by joint and unit (X_mm, A_deg), or x_mm, y_mm, z_mm, i, j, k: tip and unit axis in the frame of \
+    the table. Further columns are passed through.")]
 pub(crate) struct KinematicsArgs {
     /// Folder of the machine, or its machine.toml
     pub(crate) machine: PathBuf,
@@ -175,11 +184,17 @@ pub(crate) struct KinematicsArgs {
     #[arg(long)]
     pub(crate) inverse: bool,
     /// With --inverse: one row, continuous with the row before
-    #[arg(long, requires = "inverse")]
+    #[arg(long, requires = "inverse", conflicts_with = "forward")]
     pub(crate) nearest: bool,
     /// From the tip to the gauge line, mm
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) tool_length_mm: f64,
+    /// Table that is read (default: standard input)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) input: Option<PathBuf>,
+    /// Table that is written (default: standard output)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -201,15 +216,24 @@ pub(crate) enum StrategyArg {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    proveout reschedule scenes/li-2022-s-theta --program original --method s-theta --output new.mpf\n  \
+    proveout reschedule scenes/li-2022-s-theta --program original --method quaternion --set keys=9 --output new.apt\n\n\
+    Options are those of the scene's program that is made from this one by the method, else the published and default ones. \
+    s-theta has clearance_deg, inset_deg and theta_unit (degree, radian, normalized, unit-free); quaternion has keys and \
+    clearance_deg (of the channel that is shown).")]
 pub(crate) struct RescheduleArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,
-    /// Program of the scene that is re-scheduled
+    /// Program of the scene that is re-scheduled, or one that the scene makes by the method
     #[arg(long, value_name = "NAME")]
     pub(crate) program: String,
-    /// Published method
+    /// Published method: s-theta, quaternion
     #[arg(long, value_name = "METHOD")]
     pub(crate) method: String,
+    /// Option of the method, in place of the scene's; may be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,

@@ -71,6 +71,7 @@ impl From<&SimError> for Failure {
             SimError::Config(c) => {
                 Self::new(&c.message).at(c.file.display(), c.line, c.column, 1, &c.source_line).with_help(&c.help)
             }
+            SimError::Memory { remedy, .. } => Self::new(e).with_help(remedy),
             SimError::Program(all) => {
                 let mut each = all.0.iter().map(|d| {
                     Self::new(format!("{} [{}]", d.message, d.code))

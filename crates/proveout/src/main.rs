@@ -18,6 +18,8 @@ macro_rules! tell {
 
 mod args;
 mod commands;
+#[cfg(test)]
+mod every_option;
 mod failure;
 mod host;
 mod progress;

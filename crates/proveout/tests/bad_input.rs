@@ -99,6 +99,10 @@ fn the_small_scene_itself_runs() {
     {
         assert!(small.path().join("result").join(file).is_file(), "{file} is missing");
     }
+    let verdict = fs::read_to_string(small.path().join("result/verdict.json")).expect("written");
+    let verdict: serde_json::Value = serde_json::from_str(&verdict).expect("JSON");
+    assert_eq!(verdict["machine"]["name"], "Spinner U5-620");
+    assert_eq!(verdict["machine"]["digest"], verdict["digests"]["machine"]);
 }
 
 #[test]
@@ -302,6 +306,21 @@ fn a_scene_whose_program_has_no_channel_does_not_run() {
         format!("{}[[program]]\nname = \"wide\"\nreschedule = {{ {wide}\n\n{own}", &scene[..original])
     });
     small.refused(&["original.mpf:", "no channel", "62.0 degrees", "set the clearance to at most"]);
+}
+
+#[test]
+fn an_option_that_its_method_does_not_read() {
+    for (option, method, wanted) in
+        [("keys = 9", "s-theta", "clearance_deg, inset_deg, theta_unit"), ("inset_deg = 3", "quaternion", "keys")]
+    {
+        let small = Small::new();
+        li_2022(&small, None, |scene| {
+            let program = format!("\n[[program]]\nname = \"odd\"\nreschedule = {{ method = {method:?}, from = \"original\", {option} }}\n");
+            scene + &program
+        });
+        let key = option.split(' ').next().expect("a key");
+        small.refused(&["scene.toml", "\"odd\"", key, "does not read", wanted]);
+    }
 }
 
 #[test]

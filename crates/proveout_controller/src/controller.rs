@@ -6,7 +6,7 @@ mod coupled;
 mod numbers;
 mod runs;
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use proveout_machine::Machine;
 use proveout_nc::{
@@ -21,7 +21,7 @@ use crate::{
     error::{ControlError, RunError},
     limits::JointLimits,
     mapping::{Kinematics, Mapping},
-    motion::{BlockPath, Context, Position},
+    motion::{BlockPath, Context, Leaves, Position, Programmed},
     output::{BlockKind, Chunk, Event, MoveKind},
     path::{Frame, Path, PathBlock, Tolerance},
     retime::Entry,
@@ -37,6 +37,8 @@ struct Device<'m> {
     machine: &'m Machine,
     rig: Option<Rig>,
     limits: JointLimits,
+    /// Base coordinates have the same zero with tool center point control and without.
+    common_zero: bool,
 }
 
 impl Device<'_> {
@@ -67,6 +69,8 @@ struct State {
     spindle_ready: f64,
     /// Rotation and translation from work to base coordinates.
     frame: Option<([[f64; 3]; 3], [f64; 3])>,
+    /// Whether the last motion of X, Y or Z in work coordinates was under tool center point control.
+    in_table: Option<bool>,
 }
 
 /// How the machine moves at the begin of the path's first cell.
@@ -137,9 +141,14 @@ where
         Ok(Self {
             commands,
             tools,
-            device: Device { machine, rig: Rig::new(machine), limits: JointLimits::new(machine) },
+            device: Device {
+                machine,
+                rig: Rig::new(machine),
+                limits: JointLimits::new(machine),
+                common_zero: machine.program_zero().is_some(),
+            },
             state: State {
-                position: Position { q: home, base: [None; AXIS_LETTERS.len()] },
+                position: Position { q: home, base: [None; AXIS_LETTERS.len()], told: None },
                 tool: None,
                 edge_on: false,
                 tcp: Tcp { on: false, interpolation: OrientationInterpolation::Axes },
@@ -151,6 +160,7 @@ where
                 feed_override: 1.0,
                 spindle_ready: 0.0,
                 frame: None,
+                in_table: None,
             },
             window: settings.look_ahead_blocks,
             settings,
@@ -192,6 +202,8 @@ where
         while !self.finished {
             if self.ended {
                 self.stop_run();
+                let frame = self.device.frame(self.mapping);
+                self.out.meter.tube.stand(&frame, 0.0);
                 self.last_sample();
                 self.finished = true;
                 return Ok(Some(self.out.take()));
@@ -268,6 +280,12 @@ where
             Op::Message(text) => {
                 self.announce(Event::Message { time: 0.0, block: self.next_block, text: text.clone() });
             }
+            Op::Overcut(overcut) => self.announce(Event::Overcut {
+                time: 0.0,
+                block: self.next_block,
+                location: location.clone(),
+                overcut: Box::new(overcut.clone()),
+            }),
             Op::Note(text) => self.announce(Event::Note { time: 0.0, block: self.next_block, text: text.clone() }),
             Op::Stop { optional } => {
                 let block = self.action(location, BlockKind::Action, 0.0);
@@ -323,8 +341,12 @@ where
             machine: self.device.machine,
             rig: self.device.rig.as_ref(),
             mapping: Mapping { tcp_length: tcp.then(|| self.active_length()), tool_length: self.tool_length() },
-            active_length: self.active_length(),
+            active_length: match machine_coordinates && !self.settings.length_in_machine_coordinates {
+                true => 0.0,
+                false => self.active_length(),
+            },
             orientation: self.state.tcp.interpolation,
+            pole_cone: self.settings.pole_cone.unwrap_or(self.device.machine.control.pole_cone),
             location,
         }
     }
@@ -337,15 +359,42 @@ where
         mapping: Mapping,
         path: BlockPath,
     ) -> Result<(), Box<ControlError>> {
+        self.check_coordinates(motion, mapping, location)?;
         // The base coordinates are told only when the motion is accepted.
         self.move_along(pace, location, mapping, path, motion.exact_stop)?;
+        // Positions of axes say nothing about the coordinates of the tip on the table, or without the tool length.
+        let of_axes = motion.machine_coordinates && (self.state.tcp.on || !self.settings.length_in_machine_coordinates);
         for letter in 0..AXIS_LETTERS.len() {
             let told = motion.end_base.get(letter);
             if told.is_some() || motion.tool_axis_base.is_some() && (3..6).contains(&letter) {
-                self.state.position.base[letter] = told;
+                self.state.position.base[letter] = told.filter(|_| letter >= 3 || !of_axes);
             }
         }
         Ok(())
+    }
+
+    /// Where X, Y and Z of a machine do not move the tool along x, y and z of its table, a work offset cannot mean the same
+    /// point with tool center point control and without; a program that moves them in both is refused.
+    fn check_coordinates(
+        &mut self,
+        motion: &Motion,
+        mapping: Mapping,
+        location: &Location,
+    ) -> Result<(), Box<ControlError>> {
+        if self.device.common_zero || motion.machine_coordinates || motion.programmed & 0b111 == 0 {
+            return Ok(());
+        }
+        let in_table = mapping.tcp_length.is_some();
+        if self.state.in_table.replace(in_table).is_none_or(|before| before == in_table) {
+            return Ok(());
+        }
+        let message = format!(
+            "X, Y and Z of machine {} do not move the tool along x, y and z of its table, so that a work offset is another point \
+             with tool center point control than without; this program moves them in both",
+            self.device.machine.name
+        );
+        let help = "move X, Y and Z under tool center point control alone, and elsewhere in machine coordinates";
+        Err(Box::new(ControlError::at(location, "control-coordinates", message, help)))
     }
 
     fn move_along(
@@ -378,29 +427,59 @@ where
         if pace == Pace::Probe {
             self.announce(Event::Probe { time: 0.0, block: index });
         }
+        if let Some(Leaves { angle, in_cone, reason }) = path.leaves {
+            let at_flank = angle * self.reach();
+            let event = Event::LeavesCircle { time: 0.0, block: index, angle, at_flank, in_cone, reason };
+            self.announce(event);
+        }
         let from = self.state.position.q;
         self.state.position.q = path.end;
+        self.state.position.told = path.programmed.as_ref().and_then(|p| p.end(self.device.machine));
         if mapping != self.mapping {
             self.stop_run();
+            let frame = self.device.frame(self.mapping);
+            self.out.meter.tube.remap(&frame);
             self.mapping = mapping;
         }
         let stops = exact_stop || pace == Pace::Probe || matches!(pace, Pace::Thread { stroke: true, .. });
-        let corner = self.corner(stops);
-        let block = PathBlock {
-            index,
-            length: path.length,
-            shape: path.shape,
-            chord: None,
-            s0: 0.0,
-            kind,
-            feed,
-            feed_programmed,
-            corner,
-            tip_moves: path.tip_moves,
-            file: location.file.clone(),
-            line: location.line,
-        };
-        self.push_block(block, from);
+        let programmed: Option<Arc<Programmed>> = path.programmed.map(Arc::from);
+        let parts = path.parts.len();
+        let mut last = index;
+        for (k, part) in path.parts.into_iter().enumerate() {
+            if k > 0 {
+                last = self.next_block;
+                self.next_block += 1;
+            }
+            // A turn in a pole is made by the control itself, with a stop on either side.
+            if part.turn {
+                self.stop_run();
+            }
+            let corner = self.corner(stops || part.turn || k + 1 < parts);
+            // What the program allows, also where this control stops.
+            let whole = k + 1 == parts;
+            let loose = self.corner(stops && whole);
+            let block = PathBlock {
+                index: last,
+                length: part.length,
+                shape: part.shape,
+                chord: None,
+                s0: 0.0,
+                kind: if part.turn { MoveKind::Handling } else { kind },
+                feed: if part.turn { f64::INFINITY } else { feed },
+                feed_programmed: if part.turn { 0.0 } else { feed_programmed },
+                corner,
+                loose,
+                stands: whole && (stops || self.state.path_mode == PathMode::ExactStop),
+                tip_moves: path.tip_moves && !part.turn,
+                told: programmed.clone().map(|way| (way, part.t)),
+                file: location.file.clone(),
+                line: location.line,
+            };
+            self.push_block(block, from);
+            if part.turn {
+                self.stop_run();
+            }
+        }
         Ok(())
     }
 
@@ -447,9 +526,19 @@ where
         let angle = orientation_tolerance
             .or(self.settings.default_orientation_tolerance)
             .or(control.default_orientation_tolerance)
-            .unwrap_or(Settings::FALLBACK_ORIENTATION_TOLERANCE);
+            .unwrap_or_else(|| Settings::orientation_tolerance(tip, self.reach()));
         (tip > 0.0 && angle > 0.0).then_some(Tolerance { tip, angle })
     }
+
+    /// Way from the tip to the end of the cutting edges of the tool in the spindle, mm.
+    fn reach(&self) -> f64 {
+        self.state.tool.map_or(0.0, |i| reach(&self.tools[i]))
+    }
+}
+
+/// Way from the tip to the end of the cutting edges, mm; of a tool whose edges nobody states, to the gauge line.
+fn reach(tool: &Tool) -> f64 {
+    if tool.flute_length > 0.0 { tool.flute_length } else { tool.gauge_length }
 }
 
 fn scope<'a>(device: &'a Device<'_>, settings: &'a Settings, mapping: Mapping) -> Scope<'a> {

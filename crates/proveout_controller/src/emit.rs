@@ -6,16 +6,15 @@ use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::{
-    limits::{JointLimits, bound_time},
+    limits::{CellLimits, JointLimits, bound_time},
     mapping::Kinematics,
     meter::Meter,
     output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample},
     path::{Path, PathBlock},
     pieces::{Cutter, Stance},
-    plan::Cell,
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
-    stretch::{Clock, Measured, Stretch},
+    stretch::{Clock, Measured, Stretch, grid_number},
     watch::{Parts, REACH, broken},
 };
 
@@ -40,8 +39,10 @@ pub(crate) struct Emitter {
     pub(crate) meter: Meter,
     pub(crate) clock: f64,
     pub(crate) cycle: f64,
-    /// Length of the path before the run.
-    pub(crate) length_before: f64,
+    /// Way on the path that was run so far.
+    pub(crate) way: f64,
+    /// That of the block under way.
+    block_way: f64,
     pub(crate) waiting: VecDeque<Waiting>,
     /// Start of the block under way, when it began in an earlier stretch.
     block_start: Option<f64>,
@@ -71,7 +72,8 @@ impl Emitter {
             meter: Meter::new(start),
             clock: 0.0,
             cycle,
-            length_before: 0.0,
+            way: 0.0,
+            block_way: 0.0,
             waiting: VecDeque::new(),
             block_start: None,
             steady: None,
@@ -91,7 +93,7 @@ impl Emitter {
     /// in motion.
     pub(crate) fn stretch(&mut self, scope: &Scope<'_>, path: &Path, stretch: &Stretch, open: [bool; 2]) {
         let start = self.clock;
-        let bounds: Vec<Cell> = path.cells[..stretch.cells].iter().map(|c| c.limits.bound).collect();
+        let bounds: Vec<CellLimits> = path.cells[..stretch.cells].iter().map(|c| c.limits).collect();
         self.meter.bound_s += if bounds.is_empty() { stretch.law.duration } else { bound_time(&bounds, open) };
         self.meter.summary.planned_contour_error_mm =
             self.meter.summary.planned_contour_error_mm.max(path.max_rounding);
@@ -101,13 +103,16 @@ impl Emitter {
         self.samples(scope, path, &stretch.samples);
         let mut phase = Cursor::default();
         let mut cell = 0;
-        let mut span = 0;
+        let (mut span, mut at) = (0, 0);
         for (k, block) in path.blocks.iter().enumerate() {
             if block.s0 >= stretch.s_end && stretch.s_end > path.s_begin {
                 break;
             }
             let number = path.first_block + k as u64;
             let (a, b) = (block.s0.max(path.s_begin), block.end().min(stretch.s_end));
+            let way = path.way(scope.machine, [a, b], &mut at);
+            self.way += way;
+            self.block_way += way;
             let t0 = start + stretch.law.time_at(a, &mut phase);
             let begin = *self.block_start.get_or_insert(t0);
             self.release(number, begin);
@@ -136,10 +141,15 @@ impl Emitter {
     }
 
     fn samples(&mut self, scope: &Scope<'_>, path: &Path, samples: &[Measured]) {
-        let mut at = 0;
+        let (mut at, mut span) = (0, 0);
+        let (mut way, mut from) = (self.way, path.s_begin);
         self.chunk.samples.reserve(samples.len());
         for m in samples {
             let block = &path.blocks[path.block_at(m.state.s, &mut at)];
+            if m.state.s > from {
+                way += path.way(scope.machine, [from, m.state.s], &mut span);
+                from = m.state.s;
+            }
             let actual = match scope.settings.dynamics {
                 Dynamics::Planned | Dynamics::Servo => m.q,
                 Dynamics::Ideal => {
@@ -150,7 +160,7 @@ impl Emitter {
             let sample = Sample {
                 time: m.time,
                 block: block.index,
-                path_length: self.length_before + m.state.s,
+                path_length: way,
                 commanded: m.q,
                 velocity: m.velocity,
                 acceleration: m.acceleration,
@@ -158,11 +168,16 @@ impl Emitter {
                 actual,
                 pose: scope.kinematics.pose(&actual),
                 feed_programmed: block.feed_programmed,
-                feed: m.state.v * if block.tip_moves { m.rate } else { 1.0 },
+                feed: m.state.v * m.rate[usize::from(!block.tip_moves)],
                 kind: block.kind,
                 drive: None,
             };
             self.meter.sample(&sample);
+            if sample.kind != MoveKind::Feed || path.changes_kind(m.state.s, &mut span) {
+                self.meter.rest();
+            } else {
+                self.meter.feed(sample.feed, sample.feed_programmed);
+            }
             self.chunk.samples.push(sample);
             self.judge(m);
             self.set_point(&m.q, 1.0);
@@ -225,10 +240,18 @@ impl Emitter {
             tool_length: scope.kinematics.mapping.tool_length,
             stance,
         };
+        for u in block.shape.knots(a - block.s0, b - block.s0) {
+            let x = (cutter.stance)(block.s0 + u);
+            self.meter.off_program(block.off(scope.machine, x.s, &x.q));
+        }
         let mut time = start + law.time_at(a, phase);
         let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
         cutter.cut(&places, &mut |from, to, deviation| {
             let end = start + law.time_at(to.s, phase);
+            let middle = (cutter.stance)(0.5 * (from.s + to.s));
+            for x in [from, &middle, to] {
+                meter.off_program(block.off(scope.machine, x.s, &x.q));
+            }
             meter.position(&to.q);
             meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
             watch_travel(scope, over, &from.q, time);
@@ -263,15 +286,21 @@ impl Emitter {
     ) -> f64 {
         let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
         let ends = [a, b].map(|s| scope.kinematics.position(&path.rounded(s, span).0[0]));
-        for (q, time) in ends.iter().zip(times) {
+        for ((q, time), s) in ends.iter().zip(times).zip([a, b]) {
+            self.meter.off_program(block.off(scope.machine, s, q));
             self.meter.position(q);
             watch_travel(scope, &mut self.over_travel, q, time);
+        }
+        for u in block.shape.knots(a - block.s0, b - block.s0) {
+            let q = scope.kinematics.position(&path.rounded(block.s0 + u, span).0[0]);
+            self.meter.off_program(block.off(scope.machine, block.s0 + u, &q));
         }
         let first = stretch.samples.partition_point(|m| m.state.s < a);
         let last = stretch.samples.partition_point(|m| m.state.s <= b);
         let within = &stretch.samples[first.min(last)..last];
         for (k, m) in within.iter().enumerate() {
             watch_travel(scope, &mut self.over_travel, &m.q, m.time);
+            self.meter.off_program(block.off(scope.machine, m.state.s, &m.q));
             let Some(next) = within.get(k + 1) else { break };
             let mut turned = m.q;
             let mut turns = false;
@@ -302,8 +331,7 @@ impl Emitter {
     fn end_block(&mut self, scope: &Scope<'_>, block: &PathBlock, begin: f64, end: f64) {
         if let (Some((steady, joint)), MoveKind::Feed) = (self.steady, block.kind) {
             let ratio = (steady / block.feed).min(1.0);
-            let least = self.meter.summary.min_feed_ratio.get_or_insert(ratio);
-            *least = least.min(ratio);
+            self.meter.feed_ratio(ratio);
             if ratio < scope.settings.feed_reduced_below {
                 self.chunk.events.push(Event::FeedReduced { time: begin, block: block.index, ratio, joint });
             }
@@ -320,8 +348,9 @@ impl Emitter {
             self.chunk.events.push(Event::Limit { time, block: block.index, joint: Some(joint), value, limit, kind });
         }
         self.meter.summary.blocks += 1;
+        let length = std::mem::take(&mut self.block_way);
         if block.tip_moves {
-            self.meter.summary.length_mm += block.length;
+            self.meter.summary.length_mm += length;
         }
         self.chunk.blocks.push(BlockRecord {
             index: block.index,
@@ -329,7 +358,8 @@ impl Emitter {
             line: block.line,
             start_time: begin,
             end_time: end,
-            length: block.length,
+            length,
+            programmed_length: block.length,
             feed: block.feed_programmed,
             kind: BlockKind::Move(block.kind),
         });
@@ -349,11 +379,8 @@ impl Emitter {
     /// Stands still for a while; the first and the last control sample of it are emitted.
     pub(crate) fn stand(&mut self, scope: &Scope<'_>, q: &JointValues, block: u32, duration: f64) {
         let (start, end) = (self.clock, self.clock + duration);
-        let first = (start / self.cycle).ceil();
-        let mut last = (end / self.cycle).ceil() - 1.0;
-        if last * self.cycle >= end {
-            last -= 1.0;
-        }
+        let first = grid_number(start, self.cycle);
+        let last = grid_number(end, self.cycle) - 1.0;
         self.set_point(q, last - first + 1.0);
         if last >= first {
             self.still_sample(scope, q, block, first * self.cycle);
@@ -370,7 +397,7 @@ impl Emitter {
         let sample = Sample {
             time,
             block,
-            path_length: self.length_before,
+            path_length: self.way,
             commanded: *q,
             velocity: zero,
             acceleration: zero,
@@ -412,11 +439,13 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::Coolant { time, .. }
         | Event::Message { time, .. }
         | Event::Note { time, .. }
+        | Event::Overcut { time, .. }
         | Event::Dwell { time, .. }
         | Event::Stop { time, .. }
         | Event::End { time, .. }
         | Event::Limit { time, .. }
         | Event::UnreachablePose { time, .. }
+        | Event::LeavesCircle { time, .. }
         | Event::Probe { time, .. }
         | Event::FeedReduced { time, .. } => *time = at,
     }

@@ -23,8 +23,19 @@
 //!
 //! # Feed
 //!
-//! The feed holds for the tip (with tool center point control) or the linear joints (without). Where neither moves, a
-//! feed of F mm/min is read as F degrees/min of the rotary joints together (Euclidean).
+//! The feed holds for the tip (with tool center point control) or the linear joints (without), on the path that is run: where corners are
+//! rounded, that is shorter than the programmed one, and so are lengths and the time at the feed (`path/way.rs`). Where neither moves,
+//! a feed of F mm/min is read as F degrees/min of the rotary joints together (Euclidean).
+//!
+//! # Exact stops
+//!
+//! A corner that turns the tip back by 170 degrees or more is an exact stop, as are corners between feed and rapid and those without room:
+//! depths of holes are reached (`path/reversal.rs`).
+//!
+//! # Bounds of the time
+//!
+//! [`Summary::lower_bound_s`] holds for every motion within the tolerances (`tube.rs`), [`Summary::path_bound_s`] for the path that
+//! is run (`limits.rs`).
 //!
 //! # Algorithm
 //!
@@ -65,7 +76,6 @@ pub mod dynamics;
 mod emit;
 mod error;
 mod jet;
-mod joint_track;
 mod limits;
 mod mapping;
 mod meter;
@@ -86,11 +96,11 @@ mod shape;
 mod stretch;
 mod summary;
 mod tempo;
+mod tube;
 mod watch;
 
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
-pub use joint_track::{JointDemand, JointTrack, TrackSettings};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};
 pub use program_runs::{ProgramBlock, ProgramRun, program_runs};
 pub use reprogram::{Reprogrammed, ReprogrammedRun, Reprogramming};

@@ -8,12 +8,12 @@
 //!   q... = q' s... + 3 q'' s. s.. + q''' s.^3
 //! ```
 //!
-//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and
-//! leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
+//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and the
+//! feed along the path that is run, and leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
 
 use proveout_machine::{MAX_JOINTS, Machine};
 
-use crate::{plan::Cell, scurve::Rates, shape::DerivativeBounds};
+use crate::{path::Way, plan::Cell, scurve::Rates, shape::DerivativeBounds};
 
 /// Speed along the path where nothing limits it, mm/s or degrees a second: a thousand times that of real machines, and
 /// finite, so that the plan stays finite on a machine without limits.
@@ -57,31 +57,71 @@ pub(crate) struct CellLimits {
     pub(crate) bound: Cell,
     /// Derivatives of the joints that the limits stand for.
     pub(crate) bounds: DerivativeBounds,
-    /// V without curvature: feed and joint velocities alone, and the joint that limits it below the feed.
+    /// Feed along the path that is run without curvature: programmed feed and joint velocities alone, and the joint that limits it
+    /// below the feed.
     pub(crate) steady: f64,
     pub(crate) steady_joint: Option<usize>,
-    /// Programmed speed along the path, infinite for rapid motion, and whether the limits of rapid motion hold.
+    /// Speed along the parameter that feed and joint velocities allow somewhere in the cell.
+    pub(crate) highest: f64,
+    /// No motion at the feed passes the cell in less than this time, s.
+    pub(crate) least_time: f64,
+    /// Programmed speed along the path that is run, infinite for rapid motion, and whether the limits of rapid motion hold.
     pub(crate) feed: f64,
     pub(crate) rapid: bool,
+    /// What the feed is about.
+    pub(crate) way: Way,
 }
 
-/// Limits over a cell of `length` whose joints have derivatives within `b`; `feed` is the programmed speed along the
-/// path (infinite for rapid motion).
-pub(crate) fn cell_limits(l: &JointLimits, rapid: bool, feed: f64, length: f64, b: &DerivativeBounds) -> CellLimits {
+/// A stretch of the path whose limits are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stride {
+    pub(crate) rapid: bool,
+    /// Programmed speed along the path that is run, infinite for rapid motion.
+    pub(crate) feed: f64,
+    /// Length along the parameter.
+    pub(crate) length: f64,
+    /// What the feed is about, lowest and highest way by the parameter, and the whole way.
+    pub(crate) way: Way,
+    pub(crate) rate: [f64; 2],
+    pub(crate) whole: f64,
+}
+
+impl Stride {
+    /// Of an exact path, whose parameter is its length.
+    pub(crate) fn exact(rapid: bool, feed: f64, length: f64) -> Self {
+        Self { rapid, feed, length, way: Way::Parameter, rate: [1.0, 1.0], whole: length }
+    }
+}
+
+/// Step of the highest way by the parameter in the first law; half of it may be missing, which is within what the feed may be passed by.
+const RATE_STEP: f64 = 1e-3;
+/// Part by which the sum of a way may be too long.
+const SUMMED: f64 = 1e-6;
+
+/// Limits over a cell whose joints have derivatives within `b`.
+pub(crate) fn cell_limits(l: &JointLimits, stride: &Stride, b: &DerivativeBounds) -> CellLimits {
+    let Stride { rapid, feed, length, way, rate: [slow, fast], whole } = *stride;
     let velocity = if rapid { &l.rapid } else { &l.velocity };
-    let mut speed = feed.min(UNLIMITED_SPEED);
-    let mut bound_speed = speed;
+    // Rounded, and no faster than where the parameter is the way: a chain of many speeds that hardly differ would shake the joints.
+    let fast = ((fast / RATE_STEP - 0.5).ceil() * RATE_STEP).max(1.0);
+    let mut speed = (feed / fast).min(UNLIMITED_SPEED);
+    let mut highest = (feed / slow.max(f64::MIN_POSITIVE)).min(UNLIMITED_SPEED);
+    let mut bound_speed = highest;
     let mut steady_joint = None;
     for i in 0..l.count {
-        if b.first[i] > 0.0 && velocity[i] < speed * b.first[i] {
-            speed = velocity[i] / b.first[i];
-            steady_joint = Some(i);
+        if b.first[i] > 0.0 {
+            highest = highest.min(velocity[i] / b.first[i]);
+            if velocity[i] < speed * b.first[i] {
+                speed = velocity[i] / b.first[i];
+                steady_joint = Some(i);
+            }
         }
         if b.first_low[i] > 0.0 {
             bound_speed = bound_speed.min(velocity[i] / b.first_low[i]);
         }
     }
-    let steady = speed;
+    let steady = (speed * fast).min(feed);
+    let least_time = if feed.is_finite() && way != Way::Parameter { whole * (1.0 - SUMMED) / feed } else { 0.0 };
     for i in 0..l.count {
         if b.second[i] > 0.0 {
             speed = speed.min((CURVATURE_ACCELERATION * l.acceleration[i] / b.second[i]).sqrt());
@@ -108,8 +148,11 @@ pub(crate) fn cell_limits(l: &JointLimits, rapid: bool, feed: f64, length: f64, 
         bounds: *b,
         steady,
         steady_joint,
+        highest: highest.max(speed),
+        least_time,
         feed: feed.min(UNLIMITED_SPEED),
         rapid,
+        way,
     }
 }
 
@@ -144,8 +187,9 @@ fn cross(second: f64, speed: f64, acceleration: f64) -> f64 {
 /// backward reachability of s.^2, exact for limits that are constant in each cell.
 ///
 /// A lower bound of the time of every motion over the same path: V and A of the `bound` cells are no smaller than what
-/// the joints' limits allow anywhere in the cell.
-pub(crate) fn bound_time(cells: &[Cell], open: [bool; 2]) -> f64 {
+/// the joints' limits allow anywhere in the cell. Each cell takes its least time at the feed in any case.
+pub(crate) fn bound_time(limits: &[CellLimits], open: [bool; 2]) -> f64 {
+    let cells: Vec<Cell> = limits.iter().map(|c| c.bound).collect();
     let n = cells.len();
     let mut b = vec![f64::INFINITY; n + 1];
     if !open[0] {
@@ -167,13 +211,14 @@ pub(crate) fn bound_time(cells: &[Cell], open: [bool; 2]) -> f64 {
     for (k, c) in cells.iter().enumerate() {
         let (v0, v1) = (b[k].sqrt(), b[k + 1].sqrt());
         let a = c.rates.acceleration;
+        let least = limits[k].least_time;
         if a.is_infinite() {
-            time += c.length / c.speed;
+            time += (c.length / c.speed).max(least);
             continue;
         }
         let peak = (0.5 * (b[k] + b[k + 1]) + a * c.length).sqrt().min(c.speed);
         let ramps = (2.0 * peak * peak - b[k] - b[k + 1]) / (2.0 * a);
-        time += (2.0 * peak - v0 - v1) / a + (c.length - ramps).max(0.0) / peak;
+        time += ((2.0 * peak - v0 - v1) / a + (c.length - ramps).max(0.0) / peak).max(least);
     }
     time
 }

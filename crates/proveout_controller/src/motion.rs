@@ -1,14 +1,18 @@
 //! From canonical motions to exact paths in task coordinates.
 
 mod great_circle;
+mod programmed;
 mod retract;
 mod spline;
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, ToolPose, Vector};
-use proveout_machine::{JointKind, JointValues, KinematicsError, Machine};
+use proveout_machine::{AXIS_TOLERANCE, JointKind, JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation};
 
+use self::great_circle::{Turning, Wanted};
+pub(crate) use self::programmed::Programmed;
+use self::programmed::{AxisWay, TipWay};
 use crate::{
     error::ControlError,
     jet::JointJet,
@@ -36,11 +40,35 @@ pub(crate) struct Position {
     /// Base coordinates as last told by the program, by axis letter; none where their meaning has changed since (tool
     /// length, tool center point control): the program must set them anew, and an axis without a new value stays.
     pub(crate) base: [Option<f64>; AXIS_LETTERS.len()],
+    /// Tip and tool axis in K that the program has told with tool center point control, whatever the joints made of them.
+    pub(crate) told: Option<ToolPose>,
+}
+
+/// A part of a block that runs without a stop.
+pub(crate) struct Part {
+    pub(crate) shape: Shape,
+    pub(crate) length: f64,
+    /// The rotary joints turn in a pole, while tip and tool axis stand.
+    pub(crate) turn: bool,
+    /// Share of the block's way that it runs.
+    pub(crate) t: [f64; 2],
+}
+
+/// The tool axis leaves the great circle of the program.
+pub(crate) struct Leaves {
+    /// By how much, radian.
+    pub(crate) angle: f64,
+    /// Inside of the cone about a pole where the control may.
+    pub(crate) in_cone: bool,
+    /// Why.
+    pub(crate) reason: String,
 }
 
 /// Path of one block.
 pub(crate) struct BlockPath {
-    pub(crate) shape: Shape,
+    /// One at least.
+    pub(crate) parts: Vec<Part>,
+    /// Length of the parts but the turns.
     pub(crate) length: f64,
     /// False when the parameter is in degrees since the tip does not move.
     pub(crate) tip_moves: bool,
@@ -48,6 +76,26 @@ pub(crate) struct BlockPath {
     pub(crate) end: JointValues,
     /// A tool axis that no joint positions reach, with the reason.
     pub(crate) unreachable: Option<(ToolPose, String)>,
+    /// The great circle that it leaves.
+    pub(crate) leaves: Option<Leaves>,
+    /// What the program says of the way.
+    pub(crate) programmed: Option<Box<Programmed>>,
+}
+
+impl BlockPath {
+    /// A block in one part.
+    pub(crate) fn whole(shape: Shape, length: f64, tip_moves: bool, end: JointValues) -> Self {
+        let parts = vec![Part { shape, length, turn: false, t: [0.0, 1.0] }];
+        Self { parts, length, tip_moves, end, unreachable: None, leaves: None, programmed: None }
+    }
+
+    /// The same block with what is made of its great circle.
+    fn turned(self, turning: Turning) -> Self {
+        match turning {
+            Turning::InProportion(leaves) => Self { leaves, ..self },
+            Turning::Parts { parts, length, end, leaves } => Self { parts, length, end, leaves, ..self },
+        }
+    }
 }
 
 /// What a motion needs to know.
@@ -58,6 +106,8 @@ pub(crate) struct Context<'a> {
     /// Tool length that the control applies, mm.
     pub(crate) active_length: f64,
     pub(crate) orientation: OrientationInterpolation,
+    /// Cone about a pole inside of which the tool axis may leave its great circle, radian.
+    pub(crate) pole_cone: f64,
     pub(crate) location: &'a Location,
 }
 
@@ -87,7 +137,7 @@ impl Context<'_> {
         let now: [f64; 3] = match self.mapping.tcp_length.zip(self.rig) {
             Some((length, rig)) => {
                 let task = rig.task(self.machine, &position.q, length);
-                std::array::from_fn(|axis| task[rig.slots[axis]])
+                std::array::from_fn(|axis| task[rig.slots[axis]] - rig.zero[axis])
             }
             None => {
                 let offset = self.length_offset();
@@ -202,7 +252,10 @@ impl Context<'_> {
         position: &Position,
         q: &mut JointValues,
     ) -> Result<Option<(ToolPose, String)>, Box<ControlError>> {
-        let pose = ToolPose { tip, axis: Vector::from(axis) };
+        let axis = Vector::from(axis);
+        // Within rounding of a pole its azimuth says nothing.
+        let axis = axis.try_normalize(0.0).and_then(|u| self.pole_at(&u, &position.q)).unwrap_or(axis);
+        let pose = ToolPose { tip, axis };
         match self.machine.inverse_nearest(&pose, length, &position.q) {
             Ok(solution) => self.take_rotary(q, &solution.q),
             Err(KinematicsError::OverTravel { solution, .. }) => self.take_rotary(q, &solution.q),
@@ -214,26 +267,73 @@ impl Context<'_> {
         Ok(None)
     }
 
+    /// The pole that a tool axis stands in, but for rounding.
+    fn pole_at(&self, axis: &Vector, q: &JointValues) -> Option<Vector> {
+        self.machine.poles(q).find(|p| axis.cross(p).norm() <= AXIS_TOLERANCE && axis.dot(p) > 0.0)
+    }
+
     /// Path of a rapid or straight motion.
     pub(crate) fn straight(&self, motion: &Motion, position: &Position) -> Result<BlockPath, Box<ControlError>> {
         let Some((length, rig)) = self.mapping.tcp_length.zip(self.rig) else {
             let (end, unreachable) = self.end_in_joints(motion, position)?;
             let mut path = self.line(position.q, end, end);
             path.unreachable = unreachable;
+            path.programmed = Some(Box::new(Programmed::joints(position.q, end, None)));
             return Ok(path);
         };
         let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
-        let great_circle = self.orientation == OrientationInterpolation::GreatCircle;
-        let end_joints = |task: &JointValues| self.joints(rig, task, length);
-        if great_circle && unreachable.is_none() {
-            let tip = |t: f64| lerp_tip(rig, &from, &to, t);
-            if let Some(path) = self.great_circle(rig, length, &from, &to, &tip) {
-                return Ok(path);
-            }
-        }
-        let mut path = self.line(from, to, end_joints(&to));
+        let mut path = self.line(from, to, self.joints(rig, &to, length));
         path.unreachable = unreachable;
+        if path.length > 0.0 {
+            let tip = |t: f64| lerp_tip(rig, &from, &to, t);
+            let tip_length = path.tip_moves.then_some(path.length);
+            path = self.oriented(path, motion, rig, (length, [&from, &to]), &tip, tip_length);
+        }
+        let start = position.told.map_or_else(|| rig.point(&from), |pose| pose.tip.coords);
+        let tip = TipWay::line(start, rig.point(&to));
+        path.programmed = self.told(motion, position, length, &to, tip);
         Ok(path)
+    }
+
+    /// A path with tool center point control with its tool axis on the great circle, where the program wants it there.
+    fn oriented(
+        &self,
+        path: BlockPath,
+        motion: &Motion,
+        rig: &Rig,
+        (length, [from, to]): (f64, [&JointValues; 2]),
+        tip: &dyn Fn(f64) -> JointJet,
+        tip_length: Option<f64>,
+    ) -> BlockPath {
+        if self.orientation != OrientationInterpolation::GreatCircle || path.unreachable.is_some() {
+            return path;
+        }
+        let any_joints = motion.tool_axis_base.is_some();
+        let turning = self.great_circle(&Wanted { rig, length, from, to, any_joints, tip, tip_length });
+        path.turned(turning)
+    }
+
+    /// What the program says of tip and tool axis with tool center point control.
+    fn told(
+        &self,
+        motion: &Motion,
+        position: &Position,
+        length: f64,
+        to: &JointValues,
+        tip: TipWay,
+    ) -> Option<Box<Programmed>> {
+        let axis_of = |q: &JointValues| self.machine.forward(q, length).axis;
+        let from = position.told.map_or_else(|| axis_of(&position.q), |pose| pose.axis);
+        let axis = match (motion.tool_axis_base, self.orientation) {
+            (Some(axis), OrientationInterpolation::GreatCircle) => AxisWay::circle(from, Vector::from(axis).normalize()),
+            (None, OrientationInterpolation::GreatCircle) => AxisWay::circle(from, axis_of(to)),
+            // Positions that do not point the tool where the program wants it cannot stand for it.
+            (Some(axis), OrientationInterpolation::Axes) if Vector::from(axis).cross(&axis_of(to)).norm() > 1e-5 => {
+                AxisWay::circle(from, Vector::from(axis).normalize())
+            }
+            (_, OrientationInterpolation::Axes) => AxisWay::joints(position.q, *to),
+        };
+        Some(Box::new(Programmed::tool(length, tip, axis)))
     }
 
     /// Start and end in task coordinates with tool center point control.
@@ -250,7 +350,7 @@ impl Context<'_> {
         let mut tip = Vector::new(from[rig.slots[0]], from[rig.slots[1]], from[rig.slots[2]]);
         for (letter, joint, value) in self.targets(motion, position)? {
             if letter < 3 {
-                tip[letter] = value;
+                tip[letter] = value + rig.zero[letter];
             } else {
                 to[joint] = self.unless_held(joint, value)?;
             }
@@ -291,13 +391,14 @@ impl Context<'_> {
 
     /// Straight way between two positions of the joints.
     pub(crate) fn between(&self, from: JointValues, to: JointValues) -> BlockPath {
-        self.line(from, to, to)
+        let programmed = Some(Box::new(Programmed::joints(from, to, None)));
+        BlockPath { programmed, ..self.line(from, to, to) }
     }
 
     fn line(&self, from: JointValues, to: JointValues, end: JointValues) -> BlockPath {
         let (length, tip_moves) = self.parameter_length(&(to - from));
         let slope = if length > 0.0 { (to - from) * (1.0 / length) } else { JointValues::ZERO };
-        BlockPath { shape: Shape::Line { from, slope }, length, tip_moves, end, unreachable: None }
+        BlockPath::whole(Shape::Line { from, slope }, length, tip_moves, end)
     }
 
     /// Length of a straight way: of the linear coordinates, mm; where they stand, of the rotary ones, degrees.
@@ -330,7 +431,7 @@ impl Context<'_> {
             Some((length, rig)) => {
                 let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
                 let end = self.joints(rig, &to, length);
-                (from, to, rig.slots, Vector::zeros(), end, unreachable)
+                (from, to, rig.slots, rig.zero, end, unreachable)
             }
             None => {
                 let (end, unreachable) = self.end_in_joints(motion, position)?;
@@ -387,25 +488,30 @@ impl Context<'_> {
             from: start,
             slope,
         }));
-        let path = BlockPath { shape, length, tip_moves: true, end, unreachable };
-        let great_circle = self.orientation == OrientationInterpolation::GreatCircle;
-        if let (true, Some((length, rig)), None) = (great_circle, tcp, &path.unreachable) {
-            let tip = |t: f64| {
-                let jet = path.shape.jet(t * path.length);
-                JointJet(std::array::from_fn(|k| {
-                    let mut out = JointValues::ZERO;
-                    for slot in rig.slots {
-                        out[slot] = jet.0[k][slot] * path.length.powi(k as i32);
-                    }
-                    out
-                }))
-            };
-            if let Some(curved) = self.great_circle_along(rig, length, &from, &to, &tip, path.length) {
-                return Ok(curved);
-            }
-        }
+        let start = position.told.filter(|_| tcp.is_some()).map_or_else(|| at(&from), |pose| pose.tip.coords);
+        let way = TipWay::arc(start, at(&to), center, normal, arc.sweep);
+        let mut path = BlockPath::whole(shape.clone(), length, true, end);
+        path.unreachable = unreachable;
+        let Some((tool, rig)) = tcp else {
+            path.programmed = Some(Box::new(Programmed::joints(from, to, Some((slots, way)))));
+            return Ok(path);
+        };
+        let tip = |t: f64| linear_part(rig, &shape.jet(t * length), length);
+        path = self.oriented(path, motion, rig, (tool, [&from, &to]), &tip, Some(length));
+        path.programmed = self.told(motion, position, tool, &to, way);
         Ok(path)
     }
+}
+
+/// The linear coordinates over t in 0..=1 of a way by its length.
+fn linear_part(rig: &Rig, jet: &JointJet, length: f64) -> JointJet {
+    JointJet(std::array::from_fn(|k| {
+        let mut out = JointValues::ZERO;
+        for slot in rig.slots {
+            out[slot] = jet.0[k][slot] * length.powi(k as i32);
+        }
+        out
+    }))
 }
 
 /// Taylor coefficients over t in 0..=1 of the linear coordinates on a straight way.

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use proveout_geom::ToolPose;
 use proveout_machine::JointValues;
-use proveout_nc::{Coolant, SpindleDirection};
+use proveout_nc::{Coolant, Location, Overcut, SpindleDirection};
 
 /// What a motion is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -43,7 +43,7 @@ pub struct Sample {
     pub time: f64,
     /// Index of the [`BlockRecord`].
     pub block: u32,
-    /// Length of the path so far, mm (blocks of rotary motion alone: degrees).
+    /// Length of the path that was run so far, mm (blocks of rotary motion alone: degrees).
     pub path_length: f64,
     /// Set point of each joint, mm and radian.
     pub commanded: JointValues,
@@ -59,7 +59,7 @@ pub struct Sample {
     pub pose: ToolPose,
     /// Programmed feed, mm/s; zero in rapid motion and at standstill.
     pub feed_programmed: f64,
-    /// Feed in fact, mm/s (blocks of rotary motion alone: degrees a second).
+    /// Feed along the planned path in fact, with its corners rounded, mm/s (blocks of rotary motion alone: degrees a second).
     pub feed: f64,
     /// Purpose.
     pub kind: MoveKind,
@@ -148,6 +148,17 @@ pub enum Event {
         /// Text.
         text: String,
     },
+    /// The compensated path enters its own contour, named by the reader.
+    Overcut {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`] behind the compensated stretch.
+        block: u32,
+        /// Block that the tool follows there.
+        location: Location,
+        /// What is cut, and how deep.
+        overcut: Box<Overcut>,
+    },
     /// Wait.
     Dwell {
         /// Begin, s.
@@ -199,6 +210,21 @@ pub enum Event {
         /// Words of the kinematics.
         reason: String,
     },
+    /// The tool axis leaves the great circle that the program asks for.
+    LeavesCircle {
+        /// Start of the motion, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// Largest angle between the tool axis and the circle, radian.
+        angle: f64,
+        /// The way of the end of the cutting edges for this angle, mm.
+        at_flank: f64,
+        /// Inside of the cone about a pole where the control may; otherwise the rotary axes run in proportion instead.
+        in_cone: bool,
+        /// Why.
+        reason: String,
+    },
     /// A probing motion, which runs to its end: what the probe finds, and where it stops, is not known.
     Probe {
         /// Start of the motion, s.
@@ -228,11 +254,13 @@ impl Event {
             | Self::Coolant { time, .. }
             | Self::Message { time, .. }
             | Self::Note { time, .. }
+            | Self::Overcut { time, .. }
             | Self::Dwell { time, .. }
             | Self::Stop { time, .. }
             | Self::End { time, .. }
             | Self::Limit { time, .. }
             | Self::UnreachablePose { time, .. }
+            | Self::LeavesCircle { time, .. }
             | Self::Probe { time, .. }
             | Self::FeedReduced { time, .. } => *time,
         }
@@ -246,11 +274,13 @@ impl Event {
             | Self::Coolant { block, .. }
             | Self::Message { block, .. }
             | Self::Note { block, .. }
+            | Self::Overcut { block, .. }
             | Self::Dwell { block, .. }
             | Self::Stop { block, .. }
             | Self::End { block, .. }
             | Self::Limit { block, .. }
             | Self::UnreachablePose { block, .. }
+            | Self::LeavesCircle { block, .. }
             | Self::Probe { block, .. }
             | Self::FeedReduced { block, .. } => *block,
         }
@@ -283,8 +313,10 @@ pub struct BlockRecord {
     pub start_time: f64,
     /// End, s.
     pub end_time: f64,
-    /// Length of the path, mm (rotary motion alone: degrees).
+    /// Length of the path that is run, mm (rotary motion alone: degrees): shorter than the programmed one where corners are rounded.
     pub length: f64,
+    /// Length of the programmed path, in the same unit.
+    pub programmed_length: f64,
     /// Programmed feed, mm/s; zero for rapid motion and without motion.
     pub feed: f64,
     /// What it does.

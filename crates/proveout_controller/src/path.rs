@@ -10,11 +10,14 @@
 //! ```
 //!
 //! *Lines in feed.* All corners of a run of lines are rounded together (`fit.rs`, `curve.rs`): the rounded path is the exact one
-//! plus a sum over its kinks, with half widths that may reach over many short blocks.
+//! plus a sum over its kinks, with half widths that may reach over many short blocks; it passes through the points of a curve
+//! (`points.rs`).
+//!
+//! *Reversals* are exact stops (`reversal.rs`). The feed, lengths and ratios are about the rounded path (`way.rs`).
 //!
 //! *Other corners* get a polynomial of fifth degree in task coordinates that takes value, first and second derivative from both
 //! exact paths at its ends. Between two lines with slopes u and w it has x' with Bezier points u, u, (u + w)/2, w, w:
-//! |x'| <= max(|u|, |w|), so that the tip is never faster than the feed; it leaves the corner by 3/16 d |w - u|, its
+//! |x'| <= max(|u|, |w|), so that the tip is never faster than the parameter; it leaves the corner by 3/16 d |w - u|, its
 //! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no wider
 //! than the joints need at the programmed feed, nor than the tolerances of tip and orientation allow, nor than half of either
 //! block. *A corner between feed and rapid* is not rounded: the control stops in it, so that the feed comes to the end of its path and
@@ -26,9 +29,13 @@ mod cells;
 mod corner;
 mod curve;
 mod fit;
+mod points;
+mod reversal;
+mod way;
 
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 
+pub(crate) use self::way::Way;
 use self::{
     cells::{blend_cells, exact_cells},
     corner::{Corner, corner, size},
@@ -38,6 +45,7 @@ use crate::{
     jet::JointJet,
     limits::{CellLimits, JointLimits},
     mapping::Kinematics,
+    motion::Programmed,
     output::MoveKind,
     shape::{Quintic, Shape},
 };
@@ -80,10 +88,16 @@ pub(crate) struct PathBlock {
     pub(crate) feed_programmed: f64,
     /// Rounding at its end; none: exact stop.
     pub(crate) corner: Option<Tolerance>,
+    /// Rounding at its end that the program allows, whatever this control does there; none: it must be reached.
+    pub(crate) loose: Option<Tolerance>,
+    /// The program makes the machine stand at its end.
+    pub(crate) stands: bool,
     /// The line that stands for a short curved block, see [`Path::push`].
     pub(crate) chord: Option<Shape>,
     /// False when the parameter is in degrees since the tip stands.
     pub(crate) tip_moves: bool,
+    /// What the program says of the way, and the share of it that this block runs; none where it says the end alone.
+    pub(crate) told: Option<(std::sync::Arc<Programmed>, [f64; 2])>,
     pub(crate) file: std::sync::Arc<str>,
     pub(crate) line: u32,
 }
@@ -91,6 +105,13 @@ pub(crate) struct PathBlock {
 impl PathBlock {
     pub(crate) fn end(&self) -> f64 {
         self.s0 + self.length
+    }
+
+    /// How far joints are from the programmed way at s: tip or linear joints, mm, and the tool axis, radian.
+    pub(crate) fn off(&self, machine: &Machine, s: f64, q: &JointValues) -> Option<(f64, f64)> {
+        let (way, [t0, t1]) = self.told.as_ref()?;
+        let part = if self.length > 0.0 { ((s - self.s0) / self.length).clamp(0.0, 1.0) } else { 0.0 };
+        Some(way.off(machine, t0 + (t1 - t0) * part, q))
     }
 
     /// What the rounded path follows: the exact path, or the line that stands for it.
@@ -138,6 +159,8 @@ pub(crate) struct Span {
     /// Running number of the block in which it begins.
     pub(crate) block: u64,
     pub(crate) shape: SpanShape,
+    /// What counts as way on it.
+    pub(crate) way: Way,
 }
 
 /// A cell with its limits.
@@ -187,7 +210,7 @@ impl Path {
     /// A path of one block that has its own law over the path parameter.
     pub(crate) fn single(first_block: u64, block: PathBlock) -> Self {
         let s1 = block.length;
-        let span = Span { s0: 0.0, s1, block: first_block, shape: SpanShape::Exact };
+        let span = Span { s0: 0.0, s1, block: first_block, shape: SpanShape::Exact, way: Way::Parameter };
         Self { first_block, s_done: s1, spans: vec![span], blocks: vec![block], ..Self::default() }
     }
 
@@ -253,7 +276,7 @@ impl Path {
             for (end, limits) in cells {
                 self.cells.push(PathCell { s1: end, limits, block: number, exact: true });
             }
-            self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact });
+            self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact, way: Way::Parameter });
             self.s_done = s1;
         }
     }
@@ -262,17 +285,17 @@ impl Path {
         let before = self.block(number);
         let rapid = before.is_rapid() && next.is_rapid();
         let feed = before.feed.min(next.feed);
+        let way = Way::of([before.tip_moves, next.tip_moves]);
         let s0 = self.s_done;
         let s1 = quintic.u1;
-        for (end, limits) in blend_cells(frame, rapid, feed, s0, &quintic) {
+        for (end, limits) in blend_cells(frame, (rapid, feed, way), s0, &quintic) {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: false });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic) });
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic), way });
         self.s_done = s1;
     }
 
-    /// Task coordinates of the rounded path at s; the cursor `hint` (a span) makes a forward walk linear.
-    pub(crate) fn rounded(&self, s: f64, hint: &mut usize) -> JointJet {
+    fn span_at(&self, s: f64, hint: &mut usize) -> usize {
         let mut i = (*hint).min(self.spans.len().saturating_sub(1));
         while i > 0 && self.spans[i].s0 > s {
             i -= 1;
@@ -281,6 +304,38 @@ impl Path {
             i += 1;
         }
         *hint = i;
+        i
+    }
+
+    /// Way along the path that is run between two places; the cursor `hint` is that of [`Self::rounded`].
+    pub(crate) fn way(&self, machine: &Machine, [from, to]: [f64; 2], hint: &mut usize) -> f64 {
+        let mut i = self.span_at(from, hint);
+        let (mut at, mut sum) = (from, 0.0);
+        while at < to {
+            let Some(span) = self.spans.get(i) else { return sum + to - at };
+            let end = if i + 1 == self.spans.len() { to } else { span.s1.min(to) };
+            if end > at {
+                sum += match &span.shape {
+                    SpanShape::Exact => self.block(span.block).shape.way([at, end]),
+                    SpanShape::Blend(q) => span.way.length(machine, q, [at, end]),
+                };
+                at = end;
+            }
+            *hint = i;
+            i += 1;
+        }
+        sum
+    }
+
+    /// Whether s lies in the corner between a motion in feed and another kind; the cursor `hint` is that of [`Self::rounded`].
+    pub(crate) fn changes_kind(&self, s: f64, hint: &mut usize) -> bool {
+        let span = &self.spans[self.span_at(s, hint)];
+        matches!(span.shape, SpanShape::Blend(_)) && self.block(span.block).kind != self.block(span.block + 1).kind
+    }
+
+    /// Task coordinates of the rounded path at s; the cursor `hint` (a span) makes a forward walk linear.
+    pub(crate) fn rounded(&self, s: f64, hint: &mut usize) -> JointJet {
+        let i = self.span_at(s, hint);
         let span = &self.spans[i];
         match &span.shape {
             SpanShape::Exact => {

@@ -23,7 +23,7 @@ pub struct ProgramBlock {
     pub command: usize,
     /// Line in its file.
     pub line: u32,
-    /// Tip and axis at its end, base coordinates.
+    /// Tip and axis at its end, in the table frame K.
     pub pose: ToolPose,
     /// Time by the programmed feed, s; none for the first block of a run and where the program has told none.
     pub time: Option<f64>,
@@ -44,7 +44,7 @@ pub fn program_runs(
     Ok(long.map(run).collect())
 }
 
-/// A motion with its pose in base coordinates.
+/// A motion with its pose in the table frame K.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed {
     pub(crate) command: usize,
@@ -110,7 +110,7 @@ pub(crate) struct Found {
 /// The runs of a program, with what leads to them; runs without a block among them.
 pub(crate) fn find_runs(machine: &Machine, commands: &[Command]) -> Result<Vec<Found>, Box<ControlError>> {
     let mut runs = vec![Found::default()];
-    let mut state = State { q: machine.home(), rotary: [None; 3], ..State::default() };
+    let mut state = State { q: machine.home(), zero: base_zero(machine), ..State::default() };
     for (index, command) in commands.iter().enumerate() {
         match &command.op {
             Op::Tcp(tcp) => {
@@ -181,7 +181,7 @@ fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) 
         state.axis = Some(machine.forward(&q, 0.0).axis);
     }
     let [Some(x), Some(y), Some(z)] = state.tip else { return None };
-    let tip = Point::new(x, y, z);
+    let tip = Point::new(x, y, z) + state.zero;
     let before = state.last_tip.replace(tip);
     let time = match (state.feed, before) {
         (Some(Feed::InverseTime(seconds)), _) => Some(seconds),
@@ -191,8 +191,15 @@ fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) 
     Some(Placed { command, pose: ToolPose { tip, axis: state.axis? }, time, frame: state.frame })
 }
 
+/// Where base coordinates are zero with tool center point control, from the origin of K.
+pub(crate) fn base_zero(machine: &Machine) -> Vector {
+    machine.program_zero().map_or_else(Vector::zeros, |zero| zero.coords)
+}
+
 #[derive(Default)]
 struct State {
+    /// Base coordinates count from here in K.
+    zero: Vector,
     turning: Option<(usize, Frame)>,
     tcp: bool,
     tool: Option<ToolName>,

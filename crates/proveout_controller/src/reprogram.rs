@@ -17,7 +17,7 @@ use proveout_toolpath::reschedule::{
 
 use crate::{
     error::ControlError,
-    program_runs::{Found, Frame, Placed, ProgramBlock, fail, find_runs},
+    program_runs::{Found, Frame, Placed, ProgramBlock, base_zero, fail, find_runs},
 };
 
 /// Motions of fewer blocks are links and stay as they are.
@@ -41,9 +41,9 @@ pub struct Reprogrammed {
 pub struct ReprogrammedRun {
     /// Index of the command of each block.
     pub commands: Vec<usize>,
-    /// Poses before, in base coordinates.
+    /// Poses before, in the table frame K.
     pub before: Vec<ToolPose>,
-    /// Poses after, in base coordinates.
+    /// Poses after, in the table frame K.
     pub after: Vec<ToolPose>,
     /// The blocks, by their place in the lists above, that cut: without lead-in and lead-out. What programs are compared on.
     pub stretch: Range<usize>,
@@ -59,9 +59,9 @@ pub struct Reprogramming<'a> {
     pub method: &'a dyn Method,
     /// Cutting end of a tool.
     pub cutter: &'a dyn Fn(&ToolName) -> Option<Profile>,
-    /// The surface that is cut, in base coordinates.
+    /// The surface that is cut, in the table frame K.
     pub surface: Option<&'a dyn ContactSurface>,
-    /// What a tool must not touch, in base coordinates; asked for where the method needs it.
+    /// What a tool must not touch, in the table frame K; asked for where the method needs it.
     pub region: &'a dyn Fn(&ToolName) -> Option<Box<dyn FeasibleRegion>>,
 }
 
@@ -190,7 +190,9 @@ impl Reprogramming<'_> {
         };
         let (Op::Rapid(motion) | Op::Linear(motion)) = &mut command.op else { return Ok(()) };
         let mut changed = 0;
-        put(&mut motion.end, &mut motion.end_base, &mut changed, placed.frame.work_point(&pose.tip), &pose.tip);
+        let tip_in_base = pose.tip - base_zero(self.machine);
+        let work = placed.frame.work_point(&tip_in_base);
+        put(&mut motion.end, &mut motion.end_base, &mut changed, work, &tip_in_base);
         if motion.tool_axis.is_some() {
             motion.tool_axis = Some(placed.frame.turned_back(pose.axis.into()));
             motion.tool_axis_base = Some(pose.axis.into());

@@ -38,6 +38,7 @@
 //! *Limits of the method.* A local optimum; knots do not move to where the jerk switches. Against an independent optimum it loses up
 //! to 2 percent of the time (`tests/optimum.rs`).
 
+mod cap;
 mod grid;
 mod pair;
 mod problem;

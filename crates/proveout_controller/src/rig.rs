@@ -20,7 +20,10 @@ use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{Carries, JointKind, JointValues, Machine};
 
-use crate::jet::{JointJet, VectorJet};
+use crate::{
+    jet::{Jet, JointJet, VectorJet},
+    program_runs::base_zero,
+};
 
 struct Link {
     joint: usize,
@@ -41,6 +44,8 @@ pub(crate) struct Rig {
     inverse: Option<Matrix3<f64>>,
     /// The linear joints that follow the tip; entry k of task coordinates stands for x, y, z of K in this order.
     pub(crate) slots: [usize; 3],
+    /// The point of K from which base coordinates of the program count with tool center point control.
+    pub(crate) zero: Vector,
 }
 
 impl Rig {
@@ -69,6 +74,7 @@ impl Rig {
             gauge_pose: machine.spindle.gauge_pose,
             inverse: None,
             slots,
+            zero: base_zero(machine),
         };
         let inverse = rig.fixed_directions().and_then(|m| m.try_inverse());
         let rig = Self { inverse, ..rig };
@@ -184,6 +190,56 @@ impl Rig {
             }
         }
         (p, d)
+    }
+
+    /// How far the followed linear joints may be off where the tip is off by `tip` and each rotary joint by `angle`; none where rotary
+    /// joints turn the directions of linear ones.
+    ///
+    /// Both chains carry a point link by link. Two points that lie apart by x before a rotary link, with angles that differ by
+    /// `angle`, lie apart by no more than `x + angle (r + x)` behind it, r being the distance of the first from the axis: the turn of
+    /// one keeps their distance, and the chord of the rest is no longer than its arc.
+    pub(crate) fn slack(&self, task: &JointValues, length: f64, tip: f64, angle: f64) -> Option<[f64; 3]> {
+        let inverse = self.inverse.as_ref()?;
+        let carried = |chain: &[Link], start: Vector, off: f64| {
+            let (mut p, mut off) = (start, off);
+            for link in chain.iter().rev() {
+                if link.rotary {
+                    let arm = p - link.point;
+                    let distance = (arm - link.direction * arm.dot(&link.direction)).norm();
+                    off += angle * (distance + off + link.shift.map_or(0.0, |shift| shift.norm()));
+                    let (s, c) = proveout_geom::sin_cos(task[link.joint]);
+                    let turned = VectorJet::<1>([arm]).turned(&link.direction, &Jet([s]), &Jet([c]));
+                    p = turned.0[0] + link.point + link.shift.map_or(Vector::zeros(), |shift| shift * (c - 1.0));
+                } else if !self.slots.contains(&link.joint) {
+                    p += link.direction * task[link.joint];
+                }
+            }
+            off
+        };
+        let end = self.gauge_pose.point(&Point::new(0.0, 0.0, -length)).coords;
+        let [x, y, z] = self.slots.map(|slot| task[slot]);
+        let off = carried(&self.work, Vector::new(x, y, z), tip) + carried(&self.tool, end, 0.0);
+        Some(std::array::from_fn(|k| inverse.row(k).norm() * off))
+    }
+
+    /// The tip that task coordinates stand for.
+    pub(crate) fn point(&self, task: &JointValues) -> Vector {
+        Vector::from_fn(|k, _| task[self.slots[k]])
+    }
+
+    /// Tool axis in K with its derivatives, from the rotary joints of task coordinates.
+    pub(crate) fn axis(&self, task: &JointJet) -> VectorJet {
+        let mut axis = VectorJet::constant(self.gauge_pose.vector(&Vector::z()));
+        for link in self.tool.iter().rev().filter(|l| l.rotary) {
+            let (s, c) = task.joint(link.joint).sin_cos();
+            axis = axis.turned(&link.direction, &s, &c);
+        }
+        // From the base out to the table each turn is undone.
+        for link in self.work.iter().filter(|l| l.rotary) {
+            let (s, c) = task.joint(link.joint).sin_cos();
+            axis = axis.turned(&-link.direction, &s, &c);
+        }
+        axis
     }
 
     /// Task coordinates of a position of the joints.

@@ -22,8 +22,11 @@ pub struct Settings {
     /// Rounding of corners where the program states none, mm; none: as the machine's control.
     pub default_tolerance: Option<f64>,
     /// Rounding of the orientation where the program states none, radian; none: as the machine's control, else
-    /// [`Self::FALLBACK_ORIENTATION_TOLERANCE`].
+    /// [`Self::orientation_tolerance`].
     pub default_orientation_tolerance: Option<f64>,
+    /// Cone about a pole of the rotary axes inside of which the tool axis may leave its great circle, radian; none: as the
+    /// machine's control.
+    pub pole_cone: Option<f64>,
     /// Allowed deviation of a [`crate::Piece`], mm.
     pub piece_tolerance: f64,
     /// Longest [`crate::Piece`], mm.
@@ -38,6 +41,9 @@ pub struct Settings {
     /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not on controls
     /// that want G43).
     pub length_active_after_change: bool,
+    /// The tool length that is in force counts in machine coordinates too (840D: programs write D0 beside SUPA); false where the
+    /// control leaves it out of them (TNC: M91, M92). ISO controls leave it out as well, and their reader says so block by block.
+    pub length_in_machine_coordinates: bool,
     /// Joint limits that keep a block below this part of its programmed feed are told by an event.
     pub feed_reduced_below: f64,
     /// Number of blocks that the control looks ahead before it must plan a part of a run without stops.
@@ -45,9 +51,20 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Rounding of the orientation where nobody states one, radian (0.05 degrees): at 20 mm from the tip it moves the
-    /// flank of a tool by 0.02 mm, the usual tolerance of finishing programs.
+    /// Largest rounding of the orientation where nobody states one, radian (0.05 degrees): the usual one of finishing.
     pub const FALLBACK_ORIENTATION_TOLERANCE: f64 = 0.05 * std::f64::consts::PI / 180.0;
+
+    /// Rounding of the orientation where nobody states one, radian, from that of the tip and the way from the tip to the end of
+    /// the cutting edges, mm: the flank, which the angle moves by its product with the way, is to leave its place by no more than
+    /// the tip may. A fixed angle would not: 0.05 degrees move a flank of 39 mm by 34 micrometers, three times the tolerance of
+    /// a usual finishing cut. Short edges get [`Self::FALLBACK_ORIENTATION_TOLERANCE`]: above it nothing is gained but time.
+    pub fn orientation_tolerance(tip: f64, reach: f64) -> f64 {
+        if reach > 0.0 {
+            (tip / reach).min(Self::FALLBACK_ORIENTATION_TOLERANCE)
+        } else {
+            Self::FALLBACK_ORIENTATION_TOLERANCE
+        }
+    }
 }
 
 impl Default for Settings {
@@ -57,12 +74,14 @@ impl Default for Settings {
             plant: Plant::NewtonEuler,
             default_tolerance: None,
             default_orientation_tolerance: None,
+            pole_cone: None,
             piece_tolerance: 0.0005,
             piece_length: 50.0,
             piece_angle: 1.0_f64.to_radians(),
             sample_time: None,
             spindle_waits: true,
             length_active_after_change: true,
+            length_in_machine_coordinates: true,
             feed_reduced_below: 0.5,
             look_ahead_blocks: 2000,
         }

@@ -33,6 +33,8 @@ pub(crate) struct Timed {
     pub(crate) from: JointValues,
     /// Joint, direction and law of its distance for each joint that moves.
     pub(crate) joints: Vec<(usize, f64, Law)>,
+    /// Joints whose motion counts as way, with their factor: the linear ones, or degrees of the rotary ones where no other moves.
+    pub(crate) counted: Vec<(usize, f64)>,
 }
 
 /// Circle, helix, or spiral where the radii at start and end differ by rounding of the program.
@@ -90,6 +92,14 @@ impl Shape {
         }
     }
 
+    /// Way between two parameters: the parameter itself, or that of independent joints, whose parameter is the time.
+    pub(crate) fn way(&self, [from, to]: [f64; 2]) -> f64 {
+        match self {
+            Self::Timed(timed) => timed.way([from, to]),
+            _ => to - from,
+        }
+    }
+
     /// The line between the ends of a spline of this length, and how far the spline leaves it at equal parameter, at most.
     pub(crate) fn chord(&self, length: f64) -> Option<(Self, JointValues)> {
         let Self::Spline(pieces) = self else { return None };
@@ -107,6 +117,14 @@ impl Shape {
         Some((Self::Line { from, slope }, off))
     }
 
+    /// Knots of a spline between two places and the middles between them: what is narrow in it shows there. None of other shapes,
+    /// which are the program's own.
+    pub(crate) fn knots(&self, u0: f64, u1: f64) -> impl Iterator<Item = f64> {
+        let pieces: &[Quintic] = if let Self::Spline(pieces) = self { pieces } else { &[] };
+        let places = pieces.iter().flat_map(|p| [p.u0, 0.5 * (p.u0 + p.u1)]);
+        places.filter(move |u| *u > u0 && *u < u1)
+    }
+
     /// True when all derivatives of the coordinates above the first vanish.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self, Self::Line { .. })
@@ -114,6 +132,22 @@ impl Shape {
 }
 
 impl Timed {
+    /// Way between two times: chords of a thousandth of the motion, which are short of it by 1e-7 of the way where all joints speed up.
+    fn way(&self, [from, to]: [f64; 2]) -> f64 {
+        const CHORDS: f64 = 1000.0;
+        let longest = self.joints.iter().map(|(_, _, law)| law.duration).fold(0.0, f64::max);
+        let n = (CHORDS * (to - from) / longest.max(f64::MIN_POSITIVE)).ceil().clamp(1.0, CHORDS);
+        let at = |k: f64| self.jet(from + (to - from) * k / n).0[0];
+        let mut before = at(0.0);
+        let mut sum = 0.0;
+        for k in 1..=n as usize {
+            let now = at(k as f64);
+            sum += self.counted.iter().map(|(i, per)| ((now[*i] - before[*i]) * per).powi(2)).sum::<f64>().sqrt();
+            before = now;
+        }
+        sum
+    }
+
     fn jet(&self, time: f64) -> JointJet {
         let mut out = JointJet::constant(self.from);
         for (joint, sign, law) in &self.joints {
@@ -244,6 +278,45 @@ impl Quintic {
     pub(crate) fn slopes(&self) -> [JointValues; 5] {
         let per = 5.0 / (self.u1 - self.u0);
         std::array::from_fn(|k| (self.control[k + 1] - self.control[k]) * per)
+    }
+
+    /// First derivative at u.
+    pub(crate) fn slope(&self, u: f64) -> JointValues {
+        let t = ((u - self.u0) / (self.u1 - self.u0)).clamp(0.0, 1.0);
+        let mut level = self.slopes();
+        for n in (1..5).rev() {
+            for k in 0..n {
+                level[k] = level[k] * (1.0 - t) + level[k + 1] * t;
+            }
+        }
+        level[0]
+    }
+
+    /// The part from a to b (de Casteljau, first behind a, then before b).
+    pub(crate) fn between(&self, a: f64, b: f64) -> Self {
+        let behind = self.cut(a)[1].clone();
+        let [before, _] = behind.cut(b);
+        before
+    }
+
+    fn cut(&self, u: f64) -> [Self; 2] {
+        let t = ((u - self.u0) / (self.u1 - self.u0)).clamp(0.0, 1.0);
+        let mut level = self.control;
+        let mut left = level;
+        let mut right = level;
+        for k in 0..6 {
+            left[k] = level[0];
+            right[5 - k] = level[5 - k];
+            for i in 0..5 - k {
+                level[i] = level[i] * (1.0 - t) + level[i + 1] * t;
+            }
+        }
+        [Self { u0: self.u0, u1: u, control: left }, Self { u0: u, u1: self.u1, control: right }]
+    }
+
+    /// The same piece further on.
+    pub(crate) fn moved(self, by: f64) -> Self {
+        Self { u0: self.u0 + by, u1: self.u1 + by, ..self }
     }
 
     /// The two parts before and after t = 1/2 (de Casteljau).

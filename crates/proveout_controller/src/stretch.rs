@@ -1,10 +1,10 @@
 //! Plans the known part of a path and measures the plan at the control samples.
 
-use proveout_machine::{JointKind, JointValues};
+use proveout_machine::JointValues;
 
 use crate::{
     limits::slow_down,
-    path::{Frame, Path},
+    path::{Frame, Path, Way},
     plan::{Cell, Node, Plan},
     profile::{Cursor, Law, PathState},
     retime::{Course, Entry, Rounds, Settled, Spot, jerk_along},
@@ -42,8 +42,10 @@ const AHEAD: f64 = 0.5;
 pub(crate) struct Measured {
     pub(crate) time: f64,
     pub(crate) state: PathState,
-    /// Way of the tip (or of the linear joints) by the path parameter.
-    pub(crate) rate: f64,
+    /// Way by the path parameter on the path that is run: of the tip (or of the linear joints), and of the rotary joints.
+    pub(crate) rate: [f64; 2],
+    /// Feed on the path that is run over the programmed one; zero in rapid motion.
+    pub(crate) feed_use: f64,
     pub(crate) q: JointValues,
     pub(crate) velocity: JointValues,
     pub(crate) acceleration: JointValues,
@@ -99,16 +101,25 @@ pub(crate) struct Clock {
     pub(crate) before: [JointValues; REACH],
 }
 
+/// Part of a cycle within which a time is one of the grid: motions of round numbers end on the grid but for rounding, and the sample
+/// there must be neither lost nor taken twice.
+const ON_GRID: f64 = 1e-6;
+
+/// Number of the first time of the grid that is not before `time`.
+pub(crate) fn grid_number(time: f64, cycle: f64) -> f64 {
+    (time / cycle - ON_GRID).ceil()
+}
+
 impl Clock {
     /// Number of the first time of the grid from the start on.
     fn first(&self) -> f64 {
-        (self.start / self.cycle).ceil()
+        grid_number(self.start, self.cycle)
     }
 
     /// Sample times within `duration` from the start, on the grid of the cycle.
     pub(crate) fn samples(self, duration: f64) -> impl Iterator<Item = f64> {
-        let first = self.first();
-        (0_u64..).map(move |k| (first + k as f64) * self.cycle).take_while(move |t| *t < self.start + duration)
+        let (first, end) = (self.first(), grid_number(self.start + duration, self.cycle));
+        (0_u64..).map(move |k| first + k as f64).take_while(move |k| *k < end).map(move |k| k * self.cycle)
     }
 
     /// What passes a part `allowed` of the limits; `finish` tells that the machine stands at the end of the path then.
@@ -188,7 +199,8 @@ pub(crate) fn plan(
                 let over = if finish { Vec::new() } else { clock.over_limits(path, frame, &samples, true, PROMISED) };
                 if over.is_empty() {
                     let behind = law.cut(until);
-                    let count = samples.partition_point(|m| m.time < clock.start + law.duration);
+                    let end = grid_number(clock.start + law.duration, clock.cycle);
+                    let count = samples.partition_point(|m| grid_number(m.time, clock.cycle) < end);
                     samples.truncate(count);
                     let entry = Entry::new(behind.tempos.clone());
                     let reserve = (!finish).then(|| Reserve { law: behind, cells: n - node.border, s_end: borders[n] });
@@ -289,8 +301,8 @@ fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node
 /// Joint states at the control samples of a law but the first ones.
 pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) -> Vec<Measured> {
     let (mut phase, mut span) = (Cursor::default(), 0);
-    let joints = frame.kinematics.machine.joints.iter().enumerate();
-    let linear: Vec<usize> = joints.filter(|(_, j)| j.kind == JointKind::Linear).map(|(i, _)| i).collect();
+    let machine = frame.kinematics.machine;
+    let mut cell = 0;
     // A law that never ends has no samples to make room for.
     let count = (law.duration / clock.cycle).clamp(0.0, 1e6) as usize + 1;
     let mut samples = Vec::with_capacity(count.saturating_sub(skipped));
@@ -300,10 +312,26 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, s
         let q = frame.kinematics.joints(&task);
         let (q1, q2, q3) = (q.first(), q.second(), q.third());
         let PathState { v, a, j, .. } = state;
+        let mut rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
+        while cell + 1 < path.cells.len() && path.cells[cell].s1 < state.s {
+            cell += 1;
+        }
+        let feed_use = path.cells.get(cell).map_or(0.0, |c| {
+            let counted = match c.limits.way {
+                Way::Parameter => 1.0,
+                Way::Tip => rate[0],
+                Way::Turn => rate[1],
+            };
+            if c.limits.way == Way::Parameter && !c.exact {
+                rate = [1.0; 2]; // between motion and turning
+            }
+            v * counted / c.limits.feed
+        });
         samples.push(Measured {
             time,
             state,
-            rate: linear.iter().map(|&i| task.0[1][i] * task.0[1][i]).sum::<f64>().sqrt(),
+            rate,
+            feed_use,
             q: q.0[0],
             velocity: q1 * v,
             acceleration: q1 * a + q2 * (v * v),

@@ -77,21 +77,29 @@ pub struct Summary {
     pub dwell_s: f64,
     /// Tool changes without the motion to their position, s.
     pub tool_change_s: f64,
-    /// No plan of the same paths under the same velocity and acceleration limits is shorter, s; standstill included.
+    /// No motion within the tolerances of the path takes less, s, whatever path it takes and whatever control makes it: at the same feeds,
+    /// velocities and accelerations of the joints, standing where the program stands; standstill included.
     pub lower_bound_s: Option<f64>,
+    /// No motion along the path that is run (with these roundings of its corners) takes less, s: under the same feeds, velocities
+    /// and accelerations; standstill included. Another rounding within the tolerance may be faster.
+    pub path_bound_s: Option<f64>,
     /// Joints in machine order.
     pub joints: Vec<JointSummary>,
     /// Joints that lack limits.
     pub unlimited_joints: Vec<UnlimitedJoint>,
     /// Number of blocks.
     pub blocks: u64,
-    /// Length of the tip's path, mm.
+    /// Length of the tip's path that is run, with its corners rounded, mm.
     pub length_mm: f64,
     /// Largest deviation of a piece from the motion that it stands for, mm.
     pub max_chord_error_mm: f64,
-    /// Largest rounding of a corner, measured at the tip, mm; zero for [`crate::Dynamics::Ideal`];
-    /// with drives, plus their part.
+    /// Largest distance of the tip (without tool center point control, of the linear joints together) from the programmed way,
+    /// mm: measured against the words of the program, at the ends and middles of all pieces, and no less than the bound of the
+    /// rounding; with drives, plus their part.
     pub max_contour_error_mm: f64,
+    /// Largest angle between the tool axis and the programmed one at the same share of the block's way, radian: measured in the
+    /// same places; with drives, plus their part.
+    pub max_axis_error: f64,
     /// Largest distance of the actual tip from the planned path, at the control samples, mm; none without drives. Part of
     /// `max_contour_error_mm`, which bounds the distance from the programmed path by the sum.
     pub max_servo_contour_error_mm: Option<f64>,
@@ -99,7 +107,9 @@ pub struct Summary {
     pub loads: Option<LoadTrust>,
     /// Largest rounding of a corner in the plan, whatever the dynamics, mm.
     pub planned_contour_error_mm: f64,
-    /// Lowest part of the programmed feed that joint limits allowed in the middle of a feed block.
+    /// Lowest part of the programmed feed on the path that is run: that to which it falls between the ramps from and to standstills and
+    /// rapid motions, at the control samples; the highest one of a motion in feed between them that does not reach its feed; and the most
+    /// that the velocities of the joints allow in a feed block.
     pub min_feed_ratio: Option<f64>,
     /// Final position of the joints.
     pub end_position: JointValues,

@@ -28,7 +28,7 @@ pub(crate) struct Tempo {
 
 /// Points and weights of Gauss' rule with eight points over -1..=1, the negative half by symmetry (Abramowitz and Stegun
 /// 1964, table 25.4).
-const GAUSS: [(f64, f64); 4] = [
+pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),
     (0.525_532_409_916_329, 0.313_706_645_877_887_27),
     (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),

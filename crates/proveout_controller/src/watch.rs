@@ -10,7 +10,8 @@
 //! are means of velocity, acceleration and jerk over one, two and three cycles, weighted by the spline of that order. A short
 //! excess between two samples shows there and in no state at a sample; a short one at a sample shows in its state alone. The
 //! differences of velocity and acceleration from one sample to the next, means over one cycle, are sharper where they are known. All
-//! are looked at, and the differences of positions reach back over the border to what was emitted before.
+//! are looked at, and the differences of positions reach back over the border to what was emitted before. The feed of the tip counts as
+//! a velocity too.
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
@@ -49,7 +50,10 @@ pub(crate) fn over_limits(
     for k in 0..samples.len() + after {
         let Some(q) = samples.get(k).map(|m| &m.q).or(stands) else { break };
         row = [row[1], row[2], row[3], *q];
-        let state = samples.get(k).map_or([0.0; 3], |m| parts.states(m));
+        let state = samples.get(k).map_or([0.0; 3], |m| {
+            let [v, a, j] = parts.states(m);
+            [v.max(m.feed_use), a, j]
+        });
         if let Some([a, b]) = k.checked_sub(1).and_then(|before| samples.get(before..=k)?.first_chunk()) {
             let [acceleration, jerk] = parts.over_a_cycle(cycle, a, b);
             if acceleration > allowed && acceleration > state[1] || jerk > allowed && jerk > state[2] {
@@ -181,7 +185,8 @@ mod tests {
                 Measured {
                     time: 5.0 + t,
                     state: PathState { s: t, v: 1.0, a: 0.0, j: 0.0 },
-                    rate: 1.0,
+                    rate: [1.0, 0.0],
+                    feed_use: 0.0,
                     q: one(t * t * t),
                     velocity: one(3.0 * t * t),
                     acceleration: one(6.0 * t),

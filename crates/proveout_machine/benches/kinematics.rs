@@ -4,7 +4,7 @@
 use std::{hint::black_box, path::Path};
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use proveout_machine::{ConstantErrors, ErrorOf, JointValues, Machine, MotionState, PlanOptions, plan_branches};
+use proveout_machine::{ConstantErrors, ErrorOf, JointValues, Machine, MotionState};
 
 fn kinematics(c: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/spinner-u5-620");
@@ -24,17 +24,6 @@ fn kinematics(c: &mut Criterion) {
         b.iter(|| machine.inverse_with_rotary(black_box(&pose.tip), black_box(&q), black_box(100.0)))
     });
     c.bench_function("jacobian", |b| b.iter(|| machine.jacobian(black_box(&q), black_box(100.0))));
-    let path: Vec<_> = (0..1000)
-        .map(|k| {
-            let mut q = q;
-            (q[3], q[4]) = (0.6 - 0.0011 * f64::from(k), 2.1 + 0.002 * f64::from(k));
-            machine.forward(&q, 100.0)
-        })
-        .collect();
-    let options = PlanOptions { tool_length: 100.0, ..PlanOptions::default() };
-    c.bench_function("plan_branches, 1000 poses", |b| {
-        b.iter(|| plan_branches(black_box(&machine), black_box(&path), &options))
-    });
     let state = MotionState { q, ..MotionState::default() };
     c.bench_function("limit_violations", |b| b.iter(|| machine.limit_violations(black_box(&state), 0.001)));
     let mut actual = machine.clone();

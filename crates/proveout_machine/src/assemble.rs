@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use proveout_geom::{Point, Pose, Vector, rad};
 
 use crate::{
-    Attachment, Carries, Control, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError, RapidMode, SpindleData,
-    TableData, Trust,
+    Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError,
+    RapidMode, SpindleData, TableData, Trust,
     bodies::read_bodies,
     chain::Chain,
-    description::{JointFile, MachineFile, Notes, RapidFile},
+    description::{JointFile, KinematicsFile, MachineFile, Notes, RapidFile},
     error::ContentError,
     errors_reader::read_errors,
     joint_reader::read_joint,
@@ -202,6 +202,10 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
             RapidFile::Straight => RapidMode::Straight,
             RapidFile::Independent => RapidMode::IndependentJoints,
         },
+        kinematics: file.kinematics.as_ref().map(|list| ControlKinematics {
+            tcp: list.contains(&KinematicsFile::Tcp),
+            tilted_plane: list.contains(&KinematicsFile::TiltedPlane),
+        }),
         default_tolerance: required("default_tolerance_mm", file.default_tolerance_mm)?,
         default_orientation_tolerance: positive(
             source,
@@ -209,8 +213,20 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
             file.default_orientation_tolerance_deg,
         )?
         .map(rad),
+        pole_cone: read_pole_cone(source, file.pole_cone_deg)?,
         tool_change_position,
     })
+}
+
+fn read_pole_cone(source: &Source<'_>, degrees: Option<f64>) -> Checked<f64> {
+    let Some(degrees) = degrees else { return Ok(Machine::USUAL_POLE_CONE) };
+    let path = [Key("control"), Key("pole_cone_deg")];
+    let cone = rad(not_negative(source, &path, degrees)?);
+    if cone > Machine::WIDEST_POLE_CONE {
+        let message = format!("the cone about a pole is {degrees} degrees");
+        return Err(source.error("machine-range", &path, message, "give at most 5 degrees"));
+    }
+    Ok(cone)
 }
 
 /// Collects the notes on numbers; each must belong to a key of its table.

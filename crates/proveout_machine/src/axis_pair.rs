@@ -30,8 +30,6 @@ use std::f64::consts::{PI, TAU};
 
 use proveout_geom::Vector;
 
-use crate::arc::Arc;
-
 /// Below this angle (radian) between the tool axis and the first rotary axis, the first angle is free; also the
 /// distance from the end of reach at which two branches count as one. 1e-10 rad moves a tool of 1 m by 0.1 nm, so what is
 /// dropped here is below the precision promised for poses.
@@ -39,6 +37,10 @@ pub(crate) const SINGULAR_ANGLE: f64 = 1e-10;
 
 /// Sine below which two axes count as parallel: the angles would amplify rounding a million times.
 pub(crate) const PARALLEL_SINE: f64 = 1e-6;
+
+/// Height over the plane of both axes (sine of an angle) below which the branches count as one: the tool axis is then nearer
+/// to the end of its reach than rounding.
+const SAME_BRANCH: f64 = 1e-8;
 
 /// Solutions for one tool axis.
 #[derive(Clone, Copy, Debug, Default)]
@@ -130,37 +132,30 @@ impl AxisPair {
         (f - low).abs().min((high - f).abs())
     }
 
-    /// Part of an arc of tool axes at which it is nearest to a singular one, and the angle between them there.
-    pub(crate) fn cone_on_arc(&self, way: &Arc) -> (f64, f64) {
-        let (low, high) = ((self.d - self.e).abs(), (self.d + self.e).min(TAU - self.d - self.e));
-        // f runs between its least and greatest value on the arc; where it crosses an end of the reach, bisect.
-        let (near, far) = (way.nearest(&self.first), way.nearest(&-self.first));
-        let f = |part: f64| arc(&self.first, &way.at(part));
-        let mut best = (near, self.cone_angle(&way.at(near)));
-        for part in [0.0, 1.0, far] {
-            let angle = self.cone_angle(&way.at(part));
-            if angle < best.1 {
-                best = (part, angle);
-            }
-        }
-        for (a, b) in [(0.0, near), (near, 1.0), (0.0, far), (far, 1.0)] {
-            for end in [low, high] {
-                let (mut a, mut b) = (a, b);
-                if (f(a) - end) * (f(b) - end) >= 0.0 {
-                    continue;
-                }
-                let sign = f(a) - end;
-                for _ in 0..60 {
-                    let middle = 0.5 * (a + b);
-                    if (f(middle) - end) * sign > 0.0 { a = middle } else { b = middle }
-                }
-                let angle = self.cone_angle(&way.at(a));
-                if angle < best.1 {
-                    best = (a, angle);
-                }
-            }
-        }
-        best
+    /// Tool axes at which the first angle is free: `a1` where the cones about it close (d = e), its opposite where
+    /// d + e = pi.
+    pub(crate) fn poles(&self) -> [Option<Vector>; 2] {
+        let closed = |gap: f64| gap.abs() <= SINGULAR_ANGLE;
+        [closed(self.d - self.e).then_some(self.first), closed(self.d + self.e - PI).then_some(-self.first)]
+    }
+
+    /// Branch to which a second angle belongs: the side of the plane of both axes on which the tool axis lies. None next to
+    /// the plane, where the branches meet.
+    pub(crate) fn branch_of(&self, second: f64) -> Option<usize> {
+        let (s, c) = second.sin_cos();
+        let height = self.e.sin() * (self.cosine.dot(&self.normal) * c + self.sine.dot(&self.normal) * s);
+        (height.abs() > SAME_BRANCH).then(|| usize::from(height * self.branch_sign < 0.0))
+    }
+
+    /// Limits of both branches where the tool axis leaves a pole in a direction (a unit vector across `a1`): in
+    /// [`Self::solve`] the part in the plane vanishes with the square of f, the height with f itself.
+    pub(crate) fn leave(&self, pole: &Vector, direction: &Vector) -> [[f64; 2]; 2] {
+        let second = pole.dot(&self.sine).atan2(pole.dot(&self.cosine));
+        let (in_plane, across) = (direction.dot(&self.plane), direction.dot(&self.normal));
+        [self.branch_sign, -self.branch_sign].map(|side| {
+            let first = (-in_plane * side).atan2(across * side);
+            [principal(first), principal(second)]
+        })
     }
 
     /// All pairs of angles for the unit vector `u`. Outside the reach the nearest direction is solved and `error` tells

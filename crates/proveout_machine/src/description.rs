@@ -119,13 +119,14 @@ pub(crate) struct JointFile {
     pub(crate) rapid_velocity_deg_s: Option<f64>,
     /// Velocity of rapid moves of a rotary joint, in revolutions.
     pub(crate) rapid_velocity_rev_min: Option<f64>,
-    /// Home position of a linear joint.
+    /// Home position of a linear joint, in machine coordinates: where it stands when the program begins, and its first
+    /// reference point (G28; G30 where no tool change position is stated).
     pub(crate) home_mm: Option<f64>,
-    /// Home position of a rotary joint.
+    /// Home position of a rotary joint, likewise.
     pub(crate) home_deg: Option<f64>,
-    /// Position of a linear joint for a tool change.
+    /// Position of a linear joint for a tool change; also its second reference point (G30, G30 P2).
     pub(crate) tool_change_mm: Option<f64>,
-    /// Position of a rotary joint for a tool change.
+    /// Position of a rotary joint for a tool change, likewise.
     pub(crate) tool_change_deg: Option<f64>,
     /// Mass that the drive of a linear joint moves.
     pub(crate) moving_mass_kg: Option<f64>,
@@ -147,7 +148,8 @@ pub(crate) struct JointFile {
 pub(crate) struct SpindleFile {
     /// Joint that carries the spindle, or base.
     pub(crate) on: String,
-    /// Middle of the gauge line in machine coordinates with all joints at zero.
+    /// Middle of the gauge line in machine coordinates with all joints at zero: [0, 0, 0] where the axes read the place of the
+    /// gauge line; where the axes are zero at home, its place at home.
     pub(crate) origin_mm: [f64; 3],
     /// Unit vector from the tool into the spindle.
     pub(crate) direction: [f64; 3],
@@ -191,6 +193,16 @@ pub(crate) enum RapidFile {
     Independent,
 }
 
+/// A kinematics that programs switch on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum KinematicsFile {
+    /// Tool center point control: TRAORI, G43.4, G43.5, G234, M128, FUNCTION TCPM.
+    Tcp,
+    /// Tilted working planes: G68.2, G254, CYCLE800, PLANE, cycle 19.
+    TiltedPlane,
+}
+
 /// What the control does and takes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -203,10 +215,17 @@ pub(crate) struct ControlFile {
     pub(crate) tool_change_time_s: f64,
     /// straight or independent.
     pub(crate) rapid_mode: RapidFile,
+    /// Kinematics that programs may switch on; an empty list for a control that only moves its axes. A program that switches on
+    /// another one is refused. Where the key is missing, it is not known, and every one is taken.
+    pub(crate) kinematics: Option<Vec<KinematicsFile>>,
     /// Path tolerance where the program states none.
     pub(crate) default_tolerance_mm: f64,
-    /// Tolerance of the tool orientation where the program states none.
+    /// Tolerance of the tool orientation where the program states none; when left out, that of the tip over the way from the tip
+    /// to the end of the cutting edges, at most 0.05 degrees.
     pub(crate) default_orientation_tolerance_deg: Option<f64>,
+    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
+    /// is led through it. 0.001 when left out.
+    pub(crate) pole_cone_deg: Option<f64>,
     /// Where numbers of this table come from.
     #[serde(default)]
     pub(crate) source: Notes,

@@ -91,6 +91,7 @@ impl Machine {
         let mut all = self.missing_limit_remarks();
         self.plausibility_remarks(&mut all);
         self.structure_remarks(&mut all);
+        self.control_remarks(&mut all);
         self.source_remarks(&mut all);
         all
     }
@@ -189,6 +190,27 @@ impl Machine {
         }
         for (p, platform) in self.platforms.iter().enumerate() {
             self.platform_remarks(all, p, platform);
+        }
+    }
+
+    /// What programs cannot do for lack of data, or do without a check.
+    fn control_remarks(&self, all: &mut Vec<Diagnosis>) {
+        if self.control.kinematics.is_none() {
+            let message = "the kinematics that programs may switch on are not stated: every one is taken";
+            let remedy = "list them, for example kinematics = [\"tcp\", \"tilted-plane\"], or [] for none";
+            all.push(self.remark(
+                Severity::Note,
+                "machine-kinematics-not-stated",
+                "control.kinematics",
+                message,
+                remedy,
+            ));
+        }
+        for joint in self.joints.iter().filter(|j| !j.held && j.second_reference().is_none()) {
+            let key = if joint.is_rotary() { "home_deg" } else { "home_mm" };
+            let message = format!("joint {} states no reference point: G28 and G30 of it are refused", joint.name);
+            let path = format!("joint.{}.{key}", joint.name);
+            all.push(self.remark(Severity::Note, "machine-no-reference-point", path, message, format!("add {key}")));
         }
     }
 

@@ -276,7 +276,7 @@ impl Machine {
 }
 
 /// The turn of `angle` nearest to `previous` within travel; nearest at all when no turn is within.
-fn unwrapped(joint: &Joint, angle: f64, previous: f64) -> f64 {
+pub(crate) fn unwrapped(joint: &Joint, angle: f64, previous: f64) -> f64 {
     let turns = ((previous - angle) / TAU).round();
     let Some([low, high]) = joint.travel else { return angle + TAU * turns };
     let least = ((low - TRAVEL_TOLERANCE - angle) / TAU).ceil();

@@ -105,6 +105,32 @@ pub enum JointKind {
     Rotary,
 }
 
+impl JointKind {
+    /// Unit of positions in files, tables and texts: `mm` or `deg`.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Linear => "mm",
+            Self::Rotary => "deg",
+        }
+    }
+
+    /// From mm or radian to [`Self::unit`].
+    pub fn unit_factor(self) -> f64 {
+        match self {
+            Self::Linear => 1.0,
+            Self::Rotary => 1_f64.to_degrees(),
+        }
+    }
+
+    /// A position in [`Self::unit`]; right angles are exact.
+    pub fn in_unit(self, position: f64) -> f64 {
+        match self {
+            Self::Linear => position,
+            Self::Rotary => proveout_geom::deg(position),
+        }
+    }
+}
+
 /// What hangs on a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Carries {
@@ -148,8 +174,10 @@ pub struct Joint {
     pub max_jerk: Option<f64>,
     /// Velocity of rapid moves, mm/s or rad/s.
     pub rapid_velocity: Option<f64>,
-    /// Position after switching on, and of a held joint.
+    /// Position after switching on, and of a held joint: the stated one, else zero.
     pub home: f64,
+    /// Somebody has stated the home position, so that it is a reference point (G28) too.
+    pub home_stated: bool,
     /// Position in which tools are changed, if the joint has one.
     pub tool_change: Option<f64>,
     /// Mass (kg) or moment of inertia about the axis (kg mm²) that the drive moves, where known.
@@ -174,6 +202,16 @@ impl Joint {
             None => turn,
             Some(shift) => Pose { translation: turn.translation + shift.at(value), ..turn },
         }
+    }
+
+    /// First reference point, that of G28: the home position, where it is stated.
+    pub fn first_reference(&self) -> Option<f64> {
+        self.home_stated.then_some(self.home)
+    }
+
+    /// Second reference point, that of G30: the tool change position, else the first one.
+    pub fn second_reference(&self) -> Option<f64> {
+        self.tool_change.or_else(|| self.first_reference())
     }
 
     /// The limit that a position passes, if it does. Positions within 1e-9 (mm or radian) of a limit keep it.

@@ -58,7 +58,8 @@ pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, al
         return Err(source.error("machine-endless", &at("endless"), message, remedy));
     }
     let home_key = if rotary { "home_deg" } else { "home_mm" };
-    let home = (if rotary { angle(file.home_deg) } else { file.home_mm }).unwrap_or(0.0);
+    let stated_home = if rotary { angle(file.home_deg) } else { file.home_mm };
+    let home = stated_home.unwrap_or(0.0);
     let tool_change_key = if rotary { "tool_change_deg" } else { "tool_change_mm" };
     let tool_change = if rotary { angle(file.tool_change_deg) } else { file.tool_change_mm };
     let joint = Joint {
@@ -105,6 +106,7 @@ pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, al
             ],
         )?,
         home,
+        home_stated: stated_home.is_some(),
         tool_change,
         moving_inertia: if rotary {
             positive(source, &at("moving_inertia_kg_m2"), file.moving_inertia_kg_m2)?.map(|j| j * 1e6)

@@ -16,7 +16,8 @@
 //! * [`Platform`] – a heave and a tilt joint on three legs (3-RPS), with leg lengths and rates.
 //! * [`GeometricErrors`] – what the actual machine does differently: [`Machine::actual_forward`],
 //!   [`Machine::actual_inverse_nearest`].
-//! * [`plan_branches`] – branches and turns for a whole path, with singular cones, jumps and over-travel named.
+//! * [`Machine::poles`], [`Machine::branch_of`], [`Machine::on_branch`], [`Machine::leaving_pole`] – what it takes to follow a
+//!   tool axis through and past singular poses.
 //! * [`Machine::limit_violations`] – travel and rate limits of a state of motion, legs included, as data;
 //!   [`Machine::amplification_violation`].
 //! * [`Machine::diagnose`] – what is missing or looks wrong in a description, with line and remedy.
@@ -28,7 +29,7 @@
 //! Inverse: the tool axis gives the rotary joints as the intersection of two cones (Paden 1986), the tip then gives the
 //! linear joints, in which it is linear wherever they stand in the chain. Closed form for any two rotary joints, platforms
 //! included; the derivations stand at the top of `axis_pair.rs` and `platform.rs`. With more rotary joints a damped
-//! Newton way takes the smallest motion. Branches of a path: dynamic programming, `plan.rs`.
+//! Newton way takes the smallest motion.
 //!
 //! **Limits.** Eight joints. Platforms have heave and one tilt. Error tables hold error against the position of one joint;
 //! errors that depend on two joints, on load or on temperature are not described. The rounding of angles near a singular
@@ -36,7 +37,6 @@
 //! singular axis).
 
 mod actual;
-mod arc;
 mod assemble;
 mod axis_pair;
 mod bodies;
@@ -57,10 +57,10 @@ mod machine;
 mod mass;
 mod model;
 mod places;
-mod plan;
-mod plan_events;
 mod platform;
 mod platform_reader;
+mod poles;
+mod program_zero;
 mod solver;
 mod structure;
 mod table;
@@ -76,9 +76,9 @@ pub use inverse::{AXIS_TOLERANCE, Branch, Branches, KinematicsError, Solution, T
 pub use jacobian::Jacobian;
 pub use joint::{Carries, Joint, JointKind, JointValues, MAX_JOINTS};
 pub use limits::{LimitKind, LimitViolation, Limited, MotionState};
-pub use machine::{Attachment, Control, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust};
+pub use machine::{
+    Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
+};
 pub use mass::BodyMass;
-pub use plan::{BranchPlan, PlanError, PlanOptions, plan_branches};
-pub use plan_events::PlanEvent;
 pub use platform::{Leg, Platform, PlatformError, TurnShift};
 pub use table::{Direction, TableError, kinematics_csv};

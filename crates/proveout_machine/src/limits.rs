@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{JointValues, Machine};
+use crate::{JointKind, JointValues, Machine};
 
 /// Joint positions and their first three derivatives by time: mm or radian, per s, s² and s³. What is not known is
 /// [`JointValues::ZERO`], which keeps every limit.
@@ -82,9 +82,9 @@ impl fmt::Display for LimitViolation {
             }
         };
         let word = format!("{:?}", self.kind).to_lowercase();
-        let shown = |v: f64| if self.rotary { v.to_degrees() } else { v };
-        let unit = if self.rotary { "deg" } else { "mm" };
-        let (value, limit) = (shown(self.value), shown(self.limit));
+        let kind = if self.rotary { JointKind::Rotary } else { JointKind::Linear };
+        let (unit, factor) = (kind.unit(), kind.unit_factor());
+        let (value, limit) = (factor * self.value, factor * self.limit);
         write!(f, "{word} of {}: {value:.6} {unit}{power}, limit {limit:.6} {unit}{power}", self.name)
     }
 }

@@ -43,6 +43,15 @@ pub enum RapidMode {
     IndependentJoints,
 }
 
+/// Kinematics that the control lets programs switch on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct ControlKinematics {
+    /// Tool center point control.
+    pub tcp: bool,
+    /// Tilted working planes.
+    pub tilted_plane: bool,
+}
+
 /// What the machine's control does and takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
@@ -56,10 +65,15 @@ pub struct Control {
     pub spindle_start_time: f64,
     /// Way of moving in rapid blocks.
     pub rapid_mode: RapidMode,
+    /// Kinematics that programs may switch on; none where nobody has stated it.
+    pub kinematics: Option<ControlKinematics>,
     /// Path tolerance where the program states none, mm.
     pub default_tolerance: f64,
     /// Tolerance of the tool orientation where the program states none, radian.
     pub default_orientation_tolerance: Option<f64>,
+    /// Cone about a pole of the rotary axes, radian: a great circle of the tool axis that passes the pole nearer than this is led
+    /// through it, and left by no more than this.
+    pub pole_cone: f64,
     /// Position of each joint for a tool change; `None` where the joint stays.
     pub tool_change_position: [Option<f64>; MAX_JOINTS],
 }

@@ -37,7 +37,7 @@
 use proveout_geom::Vector;
 use thiserror::Error;
 
-use crate::{JointValues, Machine};
+use crate::JointValues;
 
 /// Legs 2 and 3 count as equal within this, mm: a difference of 1e-6 tilts a plate of 100 mm by 1e-8 rad.
 const EQUAL_LEGS_MM: f64 = 1e-6;
@@ -263,12 +263,5 @@ impl TurnShift {
     /// Its derivative by the joint value, mm/rad.
     pub fn rate(&self, value: f64) -> Vector {
         self.0 * -value.sin()
-    }
-}
-
-impl Machine {
-    /// The platform that a joint belongs to, as its heave or its tilt.
-    pub fn platform_of(&self, joint: usize) -> Option<&Platform> {
-        self.platforms.iter().find(|p| p.heave == joint || p.tilt == joint)
     }
 }

@@ -5,7 +5,6 @@ use proveout_geom::{Point, Vector};
 
 use crate::{
     Joint, JointValues, MAX_JOINTS,
-    arc::Arc,
     axis_pair::{AxisAngles, AxisPair, solve_single},
     chain::{Chain, Link},
 };
@@ -269,14 +268,29 @@ impl Solver {
         Some(AxisPair::new(first, second, tool)?.cone_angle(&wanted))
     }
 
-    /// As [`AxisPair::cone_on_arc`], for an arc in K.
-    pub(crate) fn cone_on_arc(&self, chain: &Chain, way: &Arc) -> Option<(f64, f64)> {
+    /// The pair of rotary axes with held joints where `held` has them, if there are exactly two.
+    pub(crate) fn pair(&self, chain: &Chain, held: &JointValues) -> Option<AxisPair> {
         if self.rotary.len() != 2 {
             return None;
         }
-        let (first, second, tool, from) = self.frame(chain, &self.home, &way.at(0.0));
-        let (_, _, _, to) = self.frame(chain, &self.home, &way.at(1.0));
-        Some(AxisPair::new(first, second, tool)?.cone_on_arc(&Arc::new(&from, &to)))
+        if self.pair.is_some() {
+            return self.pair;
+        }
+        let (first, second, tool, _) = self.frame(chain, held, &Vector::z());
+        AxisPair::new(first, second, tool)
+    }
+
+    /// A direction of K as the pair sees it: turned back by the held rotary joints on the table's side.
+    pub(crate) fn seen_by_pair(&self, chain: &Chain, held: &JointValues, u: &Vector) -> Vector {
+        self.frame(chain, held, u).3
+    }
+
+    /// The way back of [`Self::seen_by_pair`].
+    pub(crate) fn from_pair(&self, chain: &Chain, held: &JointValues, v: &Vector) -> Vector {
+        let first = self.rotary.first().copied();
+        let before = chain.links.iter().take_while(|l| Some(l.joint) != first).filter(|l| l.rotary);
+        let before: Vec<&Link> = before.collect();
+        before.iter().rev().fold(*v, |v, link| link.pose(held[link.joint]).vector(&v))
     }
 
     /// Sets the linear joints of `q` so that the tip comes to `tip`; returns the distance that is left, mm.

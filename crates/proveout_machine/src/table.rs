@@ -1,7 +1,7 @@
 use std::io::{Read, Write};
 
 use csv::StringRecord;
-use proveout_geom::{Point, ToolPose, Vector, deg, rad};
+use proveout_geom::{Point, ToolPose, Vector, rad};
 use thiserror::Error;
 
 use crate::{Joint, JointValues, KinematicsError, Limited, Machine, MotionState};
@@ -57,7 +57,7 @@ const AXIS_LENGTH_TOLERANCE: f64 = 1e-5;
 
 /// Name of the column of a joint, `X_mm` or `A_deg`.
 fn column_name(joint: &Joint) -> String {
-    format!("{}_{}", joint.name, if joint.is_rotary() { "deg" } else { "mm" })
+    format!("{}_{}", joint.name, joint.kind.unit())
 }
 
 /// Converts a table of joint values to tool poses, or of tool poses to joint values.
@@ -203,7 +203,7 @@ fn write_solution(
     let residual = (machine.forward(q, tool_length).tip - pose.tip).norm();
     let mut fields: Vec<String> = record.iter().map(str::to_owned).collect();
     for (j, joint) in machine.joints.iter().enumerate() {
-        fields.push(number(if joint.is_rotary() { deg(q[j]) } else { q[j] }));
+        fields.push(number(joint.kind.in_unit(q[j])));
     }
     let mut note = note.to_owned();
     let state = MotionState { q: *q, ..MotionState::default() };

@@ -1,5 +1,7 @@
 use std::sync::Arc;
 
+use crate::Overcut;
+
 /// The axis letters that a program can address, in the order of [`AxisValues`].
 pub const AXIS_LETTERS: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
 
@@ -77,6 +79,10 @@ impl Location {
     }
 }
 
+/// What a [`Op::Note`] begins with that tells more than a word without effect: the reader takes something for granted that
+/// depends on the control or on its set-up. A judgement on the program leaves it open.
+pub const ASSUMED: &str = "assumed: ";
+
 /// One canonical command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Command {
@@ -131,6 +137,8 @@ pub enum Op {
     Message(String),
     /// A word that the dialect reads and that has no effect on motion, removal or time of the twin: named, not lost.
     Note(String),
+    /// A place where the compensated path of the tool center enters its own contour and the control sees no fault.
+    Overcut(Overcut),
     /// Program stop (M0) or optional stop (M1).
     Stop {
         /// True for M1.
@@ -156,8 +164,9 @@ pub struct Motion {
     pub tool_axis_base: Option<[f64; 3]>,
     /// Bit i is set when axis i of [`AXIS_LETTERS`] stands in this block.
     pub programmed: u16,
-    /// True for SUPA, G53, M91: `end_base` is in machine coordinates of the axes, the active tool length still counts, and
-    /// no five-axis transformation is active for the block.
+    /// True for SUPA, G53, M91: `end_base` is in machine coordinates of the axes, and no five-axis transformation is active for the
+    /// block. The active tool length still counts but for M91 and M92; where G53, G28 or G30 leave it out, it is switched off
+    /// for the block.
     pub machine_coordinates: bool,
     /// Exact stop at the end of this block only (G9).
     pub exact_stop: bool,

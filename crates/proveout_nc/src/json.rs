@@ -129,7 +129,7 @@ fn name(op: &Op) -> &'static str {
         Op::PathMode(_) => "path_mode",
         Op::Coolant(_) => "coolant",
         Op::Message(_) => "message",
-        Op::Note(_) => "note",
+        Op::Note(_) | Op::Overcut(_) => "note",
         Op::Stop { .. } => "stop",
         Op::End => "end",
     }
@@ -308,6 +308,16 @@ fn fill(object: &mut Map<String, Value>, op: &Op) {
             put("mist", json!(coolant.mist));
         }
         Op::Message(text) | Op::Note(text) => put("text", json!(text)),
+        Op::Overcut(overcut) => {
+            put("text", json!(overcut.to_string()));
+            put("severity", json!(overcut.kind.weight().name()));
+            put("overcut", json!(overcut.kind.name()));
+            put("depth_mm", json!(rounded(overcut.depth)));
+            put("radius_mm", json!(rounded(overcut.radius)));
+            put("contour_file", json!(&*overcut.contour_file));
+            put("contour_line", json!(overcut.contour_line));
+            put("blocks", json!(overcut.blocks));
+        }
         Op::Stop { optional } => put("optional", json!(optional)),
         Op::End => {}
     }

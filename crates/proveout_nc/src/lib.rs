@@ -3,8 +3,9 @@
 //! **Data in and out.** In: program text and [`Settings`] (work offsets, values of variables, limits). Out: [`Command`]s with
 //! their place in the text. Lengths are mm, angles radian, times seconds, whatever the unit of the program. Every motion
 //! carries its end twice: `end` in the active work frame, as programmed, and `end_base` after all offsets, frames, mirrors
-//! and scales, tool length not applied. With tool center point control on (TRAORI), base coordinates are those of the table;
-//! with it off, those of the machine's linear axes at the tool tip. A coordinate that the program has not set has no value.
+//! and scales, tool length not applied. With tool center point control on (TRAORI), base coordinates are fixed to the table;
+//! with it off, they are those of the machine's linear axes at the tool tip; with all rotary axes at zero both are the same. A
+//! coordinate that the program has not set has no value.
 //!
 //! **Main types.**
 //! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs no memory.
@@ -19,8 +20,7 @@
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!
 //! **Limits.** The README says word by word what each dialect supports. Rounding of corners is handed on as a tolerance. What
-//! a machine builder puts behind an M word is named in a note and not executed. Cutter radius compensation checks only blocks
-//! that follow each other.
+//! a machine builder puts behind an M word is named in a note and not executed.
 
 /// The example of the README.
 #[cfg(doctest)]
@@ -35,6 +35,8 @@ mod diagnostic;
 mod dialect;
 mod frame;
 mod json;
+mod machine_data;
+mod overcut;
 pub mod post;
 
 mod program;
@@ -48,5 +50,7 @@ pub use command::*;
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
+pub use machine_data::{Kinematics, ReferencePoints};
+pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};

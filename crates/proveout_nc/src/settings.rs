@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::{OrientationInterpolation, ToolName};
+use crate::{Kinematics, OrientationInterpolation, ReferencePoints, ToolName};
 
 /// Language of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -139,6 +139,11 @@ pub struct Settings {
     pub orientation_interpolation: OrientationInterpolation,
     /// Cutter radius compensation.
     pub compensation: Compensation,
+    /// Reference points of the machine that runs the program. None where only the text is looked at: G28 and G30 then end at
+    /// machine zero, with a note. With them an axis whose point nobody states is refused.
+    pub reference_points: Option<ReferencePoints>,
+    /// Kinematics that the machine's control has. None where that is not known: every one is taken.
+    pub kinematics: Option<Kinematics>,
     /// Limits of loops, calls and memory.
     pub limits: Limits,
 }
@@ -156,6 +161,8 @@ impl Default for Settings {
             least_increments: false,
             orientation_interpolation: OrientationInterpolation::GreatCircle,
             compensation: Compensation::Programmed,
+            reference_points: None,
+            kinematics: None,
             limits: Limits::default(),
         }
     }

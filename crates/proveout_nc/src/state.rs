@@ -3,6 +3,9 @@
 use crate::AxisValues;
 use crate::frame::Frame;
 
+/// Bits of X, Y and Z.
+const LINEAR: u16 = 0b111;
+
 /// Programmed position under an active frame.
 ///
 /// An axis has no value where the program has not set it: at the start, behind motions in machine coordinates, and where
@@ -139,12 +142,20 @@ impl Position {
 
     /// The tool has moved in machine coordinates: these linear axes have no programmed position any more, these rotary axes
     /// stand where they were sent.
-    pub(crate) fn moved_in_machine(&mut self, end: &AxisValues, programmed: u16) {
-        for axis in 0..9 {
+    ///
+    /// `in_table`: base coordinates are those of the table (tool center point control, tilted plane). There each of the three
+    /// depends on all axes of the machine, so that a motion of one of them leaves none known: with B at 90 degrees a retraction
+    /// in Z moves the tip along X of the table, and the X that the program has set last is no longer where the tip is.
+    pub(crate) fn moved_in_machine(&mut self, end: &AxisValues, programmed: u16, in_table: bool) {
+        let lost = if in_table { programmed | LINEAR } else { programmed };
+        for axis in (0..3).filter(|axis| lost >> axis & 1 == 1) {
+            self.base.clear(axis);
+        }
+        for axis in 3..9 {
             if programmed >> axis & 1 == 1 {
                 match end.get(axis) {
-                    Some(value) if axis >= 3 => self.base.put(axis, value),
-                    _ => self.base.clear(axis),
+                    Some(value) => self.base.put(axis, value),
+                    None => self.base.clear(axis),
                 }
                 if axis >= 6 {
                     self.work.put(axis, end.get(axis).unwrap_or(0.0));
@@ -187,6 +198,23 @@ mod tests {
         assert_eq!(base, values(&[(2, -31.0)]));
         assert!(position.set_frame(Frame::rotation(1, 30.0)));
         assert_eq!(position.base_of(&values(&[(0, 31.0)]), 0b001), Err(MissingAxes("Z".to_owned())));
+    }
+
+    #[test]
+    fn a_machine_motion_of_one_axis_leaves_no_table_coordinate_known() {
+        let mut position = Position::new();
+        let work = values(&[(0, 1.0), (1, 2.0), (2, 3.0), (4, 0.5)]);
+        position.move_to(work, work);
+        let mut tilted = position.clone();
+        position.moved_in_machine(&values(&[(2, 650.0)]), 0b100, false);
+        assert_eq!((position.base.get(0), position.base.get(2)), (Some(1.0), None));
+        tilted.moved_in_machine(&values(&[(2, 650.0)]), 0b100, true);
+        assert_eq!(tilted.base, values(&[(4, 0.5)]));
+        assert_eq!(tilted.work, tilted.base);
+        // A rotary axis alone turns the table under the tool.
+        tilted.move_to(work, work);
+        tilted.moved_in_machine(&values(&[(4, 0.0)]), 0b10000, true);
+        assert_eq!(tilted.base, values(&[(4, 0.0)]));
     }
 
     #[test]

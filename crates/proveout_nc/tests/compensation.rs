@@ -442,7 +442,8 @@ proptest! {
                 let is_seam = i < 2 || i + 2 >= path.len();
                 prop_assert!(nearest >= tool - 1e-9 || is_seam || overlaps(programmed, p, tool), "{nearest} {tool} {text}");
                 // The tool touches the contour everywhere but on the way to the intersection of an outside corner.
-                prop_assert!(nearest <= tool + 1e-9 || intersection, "{nearest} {tool} {text}");
+                // A corner of a few milliradian takes no circle of its own; there it swerves by 1e-5 at most.
+                prop_assert!(nearest <= tool + 1e-5 || intersection, "{nearest} {tool} {text}");
                 // The tool runs on its side of the contour: the winding number of the contour about its center.
                 prop_assert!(winding(programmed, p) != outside || is_seam, "{text}");
             }

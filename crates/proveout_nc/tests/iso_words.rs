@@ -357,10 +357,10 @@ fn plate() -> Option<PathBuf> {
         checkout.ancestors().skip(1).take(2).map(|dir| dir.join("shared/cases/nist-plate/NIST_MTC_CRADA_PLATE-5.NC"));
     let found = found.into_iter().find(|path| path.is_file());
     if found.is_none() {
-        let mut err = std::io::stderr();
+        // Past the capture of the test harness: `cargo xtask ci` has these lines in its summary.
         let _ = std::io::Write::write_all(
-            &mut err,
-            b"shared/cases is not beside the checkout: the NIST plate is NOT read\n",
+            &mut std::io::stdout(),
+            b"\nLEFT OUT: reading of the NIST plate: shared/cases/nist-plate is not beside the checkout\n",
         );
     }
     found

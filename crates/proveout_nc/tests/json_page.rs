@@ -62,6 +62,15 @@ fn every_op() -> Vec<Op> {
         Op::Coolant(Coolant { flood: true, mist: false }),
         Op::Message("A".to_owned()),
         Op::Note("A".to_owned()),
+        Op::Overcut(Overcut {
+            kind: OvercutKind::Narrow,
+            depth: 1.0,
+            radius: 1.0,
+            contour_file: "f".into(),
+            contour_line: 1,
+            point: AxisValues::NONE,
+            blocks: 1,
+        }),
         Op::Stop { optional: true },
         Op::End,
     ]);
@@ -72,7 +81,7 @@ fn every_op() -> Vec<Op> {
             }
             Op::Feed(_) | Op::Spindle(_) | Op::Tool(_) | Op::Plane(_) | Op::Offset(_) | Op::Frame(_) | Op::Tcp(_) => {}
             Op::PathMode(_) | Op::CutterComp(_) | Op::Override(_) | Op::Coolant(_) | Op::Message(_) | Op::Note(_) => {}
-            Op::Stop { .. } | Op::Retract(_) | Op::End => {}
+            Op::Stop { .. } | Op::Retract(_) | Op::Overcut(_) | Op::End => {}
         }
     }
     ops

@@ -9,21 +9,17 @@ use proveout_nc::{Command, Motion, Op, Program, Settings, ToolAction, ToolName, 
 /// A folder of real inputs: beside the checkout, or one level higher where the checkout is one of several.
 fn cases() -> Option<PathBuf> {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?.parent()?;
-    let found = checkout.ancestors().skip(1).take(2).map(|dir| dir.join("shared/cases")).find(|dir| dir.is_dir());
-    if found.is_none() {
-        // Written through the test harness: shown with --nocapture.
-        let mut err = std::io::stderr();
-        let _ = std::io::Write::write_all(
-            &mut err,
-            b"shared/cases is not beside the checkout: real programs are NOT read\n",
-        );
-    }
-    found
+    checkout.ancestors().skip(1).take(2).map(|dir| dir.join("shared/cases")).find(|dir| dir.is_dir())
 }
 
 fn program(name: &str) -> Option<PathBuf> {
-    let path = cases()?.join("spinner-u5-840d/NC_code").join(name);
-    path.is_file().then_some(path)
+    let path = cases().map(|cases| cases.join("spinner-u5-840d/NC_code").join(name)).filter(|path| path.is_file());
+    if path.is_none() {
+        // Past the capture of the test harness: `cargo xtask ci` has these lines in its summary.
+        let line = b"\nLEFT OUT: reading of production programs: the data set doi:10.1038/s41597-025-05294-0 is not beside the checkout\n";
+        let _ = std::io::Write::write_all(&mut std::io::stdout(), line);
+    }
+    path
 }
 
 const CROSS: &str = "Coordinate_system_representation_Achskreuz/Coordinate_system_representation_Achskreuz.mpf";

@@ -11,6 +11,7 @@
 //! | observer | file | content, frame, units |
 //! |---|---|---|
 //! | [`JsonObserver`] | `verdict.json` | the verdict as it is |
+//! | [`ProgramObserver`] | `NAME.mpf` | the text that runs, where a re-scheduled program was made |
 //! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
 //! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
 //! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch |
@@ -41,16 +42,19 @@
 //! [`Batch`]: proveout_sim::observer::Batch
 //! [`Outcome`]: proveout_sim::observer::Outcome
 
+mod classes;
 mod color;
 pub mod compare;
 mod encode;
 mod envelope;
 mod error;
+mod gather;
 mod glb;
 mod json;
 mod mode;
 mod part;
 mod picture;
+mod program;
 #[cfg(feature = "rerun")]
 mod recording;
 mod report;
@@ -66,6 +70,7 @@ pub use error::RecordError;
 pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
 pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
+pub use program::ProgramObserver;
 #[cfg(feature = "rerun")]
 pub use recording::RerunObserver;
 pub use report::ReportObserver;

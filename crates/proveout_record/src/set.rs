@@ -2,7 +2,9 @@
 
 use proveout_sim::Observer;
 
-use crate::{GltfObserver, JsonObserver, RecordError, ReportObserver, RerunMode, StockObserver, TableObserver};
+use crate::{
+    GltfObserver, JsonObserver, ProgramObserver, RecordError, ReportObserver, RerunMode, StockObserver, TableObserver,
+};
 
 /// The observers that write a whole run folder (but `run.json`, which is known only after them).
 ///
@@ -11,9 +13,10 @@ use crate::{GltfObserver, JsonObserver, RecordError, ReportObserver, RerunMode, 
 pub fn observers(rerun: &RerunMode) -> Result<Vec<Box<dyn Observer>>, RecordError> {
     let mut all: Vec<Box<dyn Observer>> = vec![
         Box::new(JsonObserver),
+        Box::new(ProgramObserver),
         Box::<TableObserver>::default(),
         Box::new(StockObserver),
-        Box::new(GltfObserver),
+        Box::<GltfObserver>::default(),
         Box::<ReportObserver>::default(),
     ];
     if *rerun != RerunMode::Off {

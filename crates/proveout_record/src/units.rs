@@ -17,7 +17,7 @@ pub(crate) struct JointUnit {
 
 impl JointUnit {
     fn of(joint: &Joint) -> Self {
-        let (unit, factor) = if joint.is_rotary() { ("deg", 1_f64.to_degrees()) } else { ("mm", 1.0) };
+        let (unit, factor) = (joint.kind.unit(), joint.kind.unit_factor());
         let (force_unit, force_factor) = if joint.is_rotary() { ("Nm", 1e-3) } else { ("N", 1.0) };
         Self { name: joint.name.clone(), unit, factor, force_unit, force_factor }
     }

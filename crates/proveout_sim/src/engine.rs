@@ -3,9 +3,9 @@
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
-use proveout_geom::{Pose, deg};
+use proveout_geom::Pose;
 use proveout_machine::{JointKind, JointValues};
-use proveout_nc::SpindleDirection;
+use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
 use proveout_tool::{Profile, Role, Tool};
 
@@ -17,6 +17,7 @@ use crate::{
     legs,
     log::FindingLog,
     loose::LooseParts,
+    memory::{ALLOWANCE, HISTORY_MEMORY},
     observer::{BlockRow, SampleSignals},
     plunge::{self, Judgement, PlungeWatch},
     prepare::Prepared,
@@ -24,9 +25,6 @@ use crate::{
     run::Stages,
     verdict::{Clearance, ToolUse},
 };
-
-/// Memory that the history of the stock may take, bytes.
-const HISTORY_MEMORY: u64 = 2 << 30;
 
 /// What a stretch gave beside its motion.
 #[derive(Debug, Default)]
@@ -233,6 +231,31 @@ impl<'a> Engine<'a> {
             changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
             time: self.time,
         }
+    }
+
+    /// Refuses to go on when the stock takes more than was announced.
+    pub(crate) fn check_memory(&self) -> Result<(), SimError> {
+        let stocks = || std::iter::once(&self.stock).chain(self.patches.iter().map(Patch::stock));
+        let used: u64 = stocks().map(|s| s.memory_bytes() - s.history_bytes()).sum();
+        let announced = self.prepared.memory.of_stocks();
+        if used <= announced.saturating_add(ALLOWANCE) {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let rays: f64 = stocks().map(|s| s.rays() as f64).sum();
+        let intervals = stocks().map(|s| s.intervals_per_ray() * s.rays() as f64).sum::<f64>() / rays.max(1.0);
+        // It may go on as it did over the lines that are left, and never by less than half.
+        let line = self.places.iter().rev().flatten().next().map_or(1, |p| p.1);
+        let done = f64::from(line) / f64::from(self.prepared.program_lines.max(1));
+        let at_end = 1.0 + (intervals - 1.0).max(0.0) / done.clamp(0.02, 1.0);
+        let enough = (1.5 * intervals).max(1.1 * at_end);
+        Err(SimError::Memory {
+            used_mib: mib(used),
+            announced_mib: mib(announced),
+            intervals,
+            time_s: self.time,
+            remedy: format!("write `intervals_per_ray = {enough:.1}` under [stock], or take coarser cells"),
+        })
     }
 
     /// Closes the run.
@@ -483,8 +506,8 @@ impl<'a> Engine<'a> {
             let found = match event {
                 Event::Limit { joint, value, limit, kind: LimitKind::Travel, .. } => {
                     let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
                     let name = joint.map_or("a joint", |j| j.name.as_str());
                     let (value, limit) = (value * scale, limit * scale);
                     let message = format!(
@@ -519,8 +542,8 @@ impl<'a> Engine<'a> {
                     ..
                 } => {
                     let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (unit, scale) = if linear { ("mm", 1.0) } else { ("deg", 180.0 / std::f64::consts::PI) };
+                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
                     let (word, per) = match kind {
                         LimitKind::Velocity => ("velocity", "s"),
                         LimitKind::Acceleration => ("acceleration", "s²"),
@@ -547,11 +570,28 @@ impl<'a> Engine<'a> {
                     &finding::UNREACHABLE,
                     format!("the programmed tool pose cannot be reached: {reason}"),
                 ),
+                Event::LeavesCircle { angle, at_flank, in_cone, reason, .. } => {
+                    let code = if *in_cone { &finding::POLE_CROSSED } else { &finding::OFF_CIRCLE };
+                    let angle = angle.to_degrees();
+                    let message = format!(
+                        "{reason}: the tool axis leaves the programmed great circle by {angle:.6} degrees, {at_flank:.6} mm at the flank"
+                    );
+                    let mut f = FindingLog::of(code, message);
+                    (f.value, f.unit) = (Some(angle), Some("deg".into()));
+                    f
+                }
                 Event::Probe { .. } => FindingLog::of(
                     &finding::PROBED,
                     "the probing motion runs to its end: what the probe finds is not known".into(),
                 ),
-                Event::Note { text, .. } => FindingLog::of(&finding::NOTE, text.clone()),
+                Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
+                    Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
+                    None => FindingLog::of(&finding::NOTE, text.clone()),
+                },
+                Event::Overcut { time, location, overcut, .. } => {
+                    self.log.push(overcut_finding(*time, location, overcut));
+                    continue;
+                }
                 _ => continue,
             };
             let mut f = found;
@@ -566,7 +606,7 @@ impl<'a> Engine<'a> {
     /// Joint positions by name, mm or degrees.
     fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
         let joints = self.prepared.machine.joints.iter().enumerate();
-        joints.map(|(i, j)| (j.name.clone(), if j.kind == JointKind::Rotary { deg(q[i]) } else { q[i] })).collect()
+        joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
     }
 
     /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.
@@ -630,6 +670,21 @@ impl<'a> Engine<'a> {
             engagement: sum.engagement,
         })
     }
+}
+
+/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
+/// reader and not that of the block under way.
+fn overcut_finding(time: f64, location: &Location, overcut: &Overcut) -> Finding {
+    let code = match overcut.kind.weight() {
+        OvercutWeight::Error => &finding::OVERCUT,
+        OvercutWeight::Warning => &finding::CONTOUR_TOUCHED,
+        OvercutWeight::Info => &finding::NOTE,
+    };
+    let mut f = FindingLog::of(code, overcut.to_string());
+    (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
+    f.time_s = Some(time);
+    f.penetration_mm = Some(overcut.depth);
+    f
 }
 
 /// What is known of a way down that is not allowed: its angle or its stub, each with its limit.

@@ -70,6 +70,15 @@ pub struct Finding {
     pub limit: Option<f64>,
     /// Unit of value and limit.
     pub unit: Option<String>,
+    /// Gouge and excess: area of the design's surface that is concerned, mm².
+    #[serde(default)]
+    pub area_mm2: Option<f64>,
+    /// Gouge and excess: volume that is missing or left, mm³.
+    #[serde(default)]
+    pub volume_mm3: Option<f64>,
+    /// Gouge and excess: connected areas that this finding stands for; more than one where the smaller ones are told together.
+    #[serde(default)]
+    pub areas: Option<u64>,
     /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).
     pub repeats: u32,
     /// For people: what, where, by how much.
@@ -101,8 +110,11 @@ macro_rules! codes {
 codes! {
     STOPPED = "program-stopped", Program, Error, "The program could not be executed to its end.";
     NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
+    ASSUMED = "program-assumed", Program, Warning, "What a word does depends on the control or its set-up: one reading is taken.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
+    OFF_CIRCLE = "limits-off-circle", Limits, Error, "The tool axis leaves the programmed great circle.";
+    POLE_CROSSED = "limits-pole-crossed", Limits, Warning, "The tool axis is led through a pole that its great circle passes nearby.";
     SPINDLE_SPEED = "limits-spindle-speed", Limits, Error, "The programmed spindle speed is above the limit of spindle or tool.";
     DRIVE_SATURATED = "limits-drive-saturated", Limits, Error, "A drive lacks the force that the motion needs.";
     PLANNED_MOTION = "limits-planned-motion", Limits, Error, "The planned motion passes a limit of a joint.";
@@ -118,6 +130,8 @@ codes! {
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
+    OVERCUT = "geometry-overcut", Geometry, Error, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";
+    CONTOUR_TOUCHED = "geometry-contour-touched", Geometry, Warning, "The compensated tool cuts its contour on its way on or off, at an open end, or above it.";
     GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
     EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
     INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";

@@ -3,33 +3,38 @@
 use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
-use proveout_machine::JointKind;
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
-    design::{self, Measured},
+    damage::judge_areas,
     engine::Facts,
+    error::SimError,
     finding::{self, Severity},
     gates::{self, Coverage},
     inspect, legs,
     log::FindingLog,
     prepare::Prepared,
-    surface_map::SurfaceMap,
-    verdict::{Axis, Deviation, Gate, Inspected, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict},
+    surface_map::SurfaceShape,
+    survey::{Measured, ShowPoints, Surveyed, survey},
+    verdict::{
+        Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
+    },
 };
 
-/// Measures the part and judges the run.
+/// Measures the part and judges the run; the points of its surface are shown on the way.
 pub(crate) fn judge(
     prepared: &Prepared,
     stock: &TriDexel,
     patches: &[Patch],
     facts: &Facts,
     summary: &Summary,
-) -> (Verdict, SurfaceMap) {
+    show: &mut ShowPoints<'_>,
+) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
-    let (map, measured) = design::measure(prepared, stock, patches);
+    let mut surveyed = survey(prepared, stock, patches, show)?;
+    let measured = surveyed.measured.take();
     if let Some(m) = &measured {
-        judge_deviation(prepared, facts, m, &mut log);
+        judge_areas(prepared, facts, m, &mut log);
     }
     let inspection = inspect::inspect(&prepared.scene.file.inspect, stock, patches);
     for finding in inspect::judge(&inspection) {
@@ -40,6 +45,10 @@ pub(crate) fn judge(
         schema_version: SCHEMA_VERSION,
         scene: prepared.scene.file.name.clone(),
         program: prepared.program_name.clone(),
+        machine: MachineUsed {
+            name: prepared.machine.name.clone(),
+            digest: prepared.digests.get("machine").cloned().unwrap_or_default(),
+        },
         digests: prepared.digests.clone(),
         verdict: gates::overall(&gates),
         gates,
@@ -51,6 +60,7 @@ pub(crate) fn judge(
             dwell_s: summary.dwell_s,
             tool_change_s: summary.tool_change_s,
             lower_bound_s: summary.lower_bound_s,
+            path_bound_s: summary.path_bound_s,
         },
         axes: axes(prepared, summary),
         path: Path {
@@ -58,6 +68,7 @@ pub(crate) fn judge(
             length_mm: summary.length_mm,
             max_chord_error_mm: Some(summary.max_chord_error_mm),
             max_contour_error_mm: Some(summary.max_contour_error_mm),
+            max_axis_error_deg: Some(summary.max_axis_error.to_degrees()),
             min_feed_ratio: summary.min_feed_ratio,
         },
         removal: Removal {
@@ -69,7 +80,7 @@ pub(crate) fn judge(
             cells_mm: stock.cells_mm(),
             regrid_bound_mm: stock.regrid_bound().map(|r| r.surface_mm),
             regrid_edge_bound_mm: stock.regrid_bound().map(|r| r.edge_mm),
-            patches: patches_used(prepared, patches, &map),
+            patches: patches_used(prepared, patches, &surveyed.shape),
         },
         deviation: measured.map_or_else(Deviation::default, |m| m.deviation),
         surface: Surface::default(),
@@ -77,14 +88,14 @@ pub(crate) fn judge(
         tools: facts.tools.clone(),
         inspection,
     };
-    (verdict, map)
+    Ok((verdict, surveyed))
 }
 
-fn patches_used(prepared: &Prepared, patches: &[Patch], map: &SurfaceMap) -> Vec<PatchUsed> {
+fn patches_used(prepared: &Prepared, patches: &[Patch], shape: &SurfaceShape) -> Vec<PatchUsed> {
     let asked = prepared.scene.file.stock.get_ref().patch.iter().map(|p| p.get_ref());
     asked
         .zip(patches)
-        .zip(&map.patches)
+        .zip(&shape.patches)
         .map(|((asked, patch), shown)| PatchUsed {
             name: asked.name.clone(),
             min_mm: asked.min_mm,
@@ -93,7 +104,7 @@ fn patches_used(prepared: &Prepared, patches: &[Patch], map: &SurfaceMap) -> Vec
             sweep_bound_mm: patch.stock().sweep_bound_mm(),
             regrid_bound_mm: patch.stock().regrid_bound().map(|r| r.surface_mm),
             regrid_edge_bound_mm: patch.stock().regrid_bound().map(|r| r.edge_mm),
-            points: shown.points.len() as u64,
+            points: shown.points,
         })
         .collect()
 }
@@ -102,13 +113,12 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
     let joints = prepared.machine.joints.iter().zip(&summary.joints);
     joints
         .map(|(joint, s)| {
-            let rotary = joint.kind == JointKind::Rotary;
-            let scale = |v: f64| if rotary { v.to_degrees() } else { v };
-            let position = |v: f64| if rotary { proveout_geom::deg(v) } else { v };
+            let rotary = joint.is_rotary();
+            let scale = |v: f64| v * joint.kind.unit_factor();
             let axis = Axis {
-                unit: if rotary { "deg" } else { "mm" }.into(),
-                min: position(s.min),
-                max: position(s.max),
+                unit: joint.kind.unit().into(),
+                min: joint.kind.in_unit(s.min),
+                max: joint.kind.in_unit(s.max),
                 max_velocity: scale(s.max_velocity),
                 max_acceleration: scale(s.max_acceleration),
                 max_jerk: scale(s.max_jerk),
@@ -126,36 +136,6 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
             (joint.name.clone(), axis)
         })
         .collect()
-}
-
-/// Findings for the deepest gouge and the largest excess; the place in the program is the block that made the point.
-fn judge_deviation(prepared: &Prepared, facts: &Facts, measured: &Measured, log: &mut FindingLog) {
-    let tolerances = &prepared.scene.file.tolerances;
-    let floor = measured.deviation.tolerance_floor_mm.unwrap_or(0.0);
-    let worst = [
-        (&finding::GOUGE, "gouge", measured.deepest, tolerances.gouge_mm),
-        (&finding::EXCESS, "excess", measured.highest, tolerances.excess_mm),
-    ];
-    for (code, word, point, limit) in worst {
-        let Some(point) = point else { continue };
-        let value = point.deviation.unwrap_or(0.0).abs();
-        if value <= limit + floor {
-            continue;
-        }
-        let [x, y, z] = point.position;
-        let message = format!(
-            "{word} of {value:.4} mm at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece; allowed are {limit:.4} mm plus \
-             {floor:.4} mm that the measurement cannot tell apart"
-        );
-        let mut f = FindingLog::of(code, message);
-        (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some("mm".into()));
-        f.point_mm = Some(point.position);
-        f.block = point.made_by.and_then(|p| facts.block_of_piece.get(p as usize)).copied();
-        if let Some((file, line)) = f.block.and_then(|b| facts.places.get(b as usize)).and_then(Option::as_ref) {
-            (f.file, f.line) = (Some(file.to_string()), Some(*line));
-        }
-        log.push(f);
-    }
 }
 
 /// Bodies that came within reach of the stock's box, to be left out; nothing is checked against the stock but the tool.
@@ -281,6 +261,7 @@ fn judge_gates(
                     m.extent
                 ));
                 left_out.extend(m.left_out.clone());
+                left_out.extend(m.unseen.clone().filter(|_| word == "gouge"));
             }
             None => left_out.push("the scene has no design part".to_owned()),
         }
@@ -294,7 +275,16 @@ fn judge_gates(
     };
     let program = Coverage {
         checked: Some(format!("executed to its end, {} blocks", summary.blocks)),
-        left_out: if facts.ended { vec![] } else { vec!["the text ends without M30 or M2: it may be cut off".into()] },
+        left_out: {
+            let cut_off = (!facts.ended).then(|| "the text ends without M30 or M2: it may be cut off".to_owned());
+            let mut assumed: Vec<&str> = Vec::new();
+            for finding in log.all().iter().filter(|f| f.code == finding::ASSUMED.code) {
+                if !assumed.contains(&finding.message.as_str()) {
+                    assumed.push(&finding.message);
+                }
+            }
+            cut_off.into_iter().chain(assumed.into_iter().map(|what| format!("taken for granted: {what}"))).collect()
+        },
     };
     let mut coverage = [
         program,

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use crate::finding::{Code, Finding, NOTE};
+use crate::finding::{ASSUMED, Code, Finding, NOTE};
 
 /// A fault that goes on within this time (s) or in the next block is one finding with a count.
 const JOIN_S: f64 = 1.0;
@@ -34,6 +34,9 @@ impl FindingLog {
             value: None,
             limit: None,
             unit: None,
+            area_mm2: None,
+            volume_mm3: None,
+            areas: None,
             repeats: 0,
             message,
         }
@@ -43,7 +46,7 @@ impl FindingLog {
     /// keeps the worst depth, clearance and value of the two. Gives its place in [`Self::all`].
     pub fn push(&mut self, finding: Finding) -> usize {
         // A note is the same note wherever the program repeats its word.
-        let note = finding.code == NOTE.code;
+        let note = finding.code == NOTE.code || finding.code == ASSUMED.code;
         let bodies = if note { vec![finding.message.clone()] } else { finding.bodies.clone() };
         let key = (finding.code.clone(), bodies);
         if let (Some(block), Some(time)) = (finding.block, finding.time_s) {

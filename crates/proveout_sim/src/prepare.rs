@@ -10,28 +10,29 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
-use proveout_stock::{Patch, TriDexel};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
     config::ConfigError,
     digest,
     error::SimError,
+    machine_data::with_machine,
+    memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
     programs,
-    raw_stock::{self, StockMemory},
+    raw_stock::{self, RawStock},
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
     },
-    scene_limits::limit_joints,
+    scene_limits::{ChangedLimit, limit_joints},
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
 /// is never smaller than it is.
 const FIXTURE_SECTORS: usize = 96;
-/// Memory that a stock may take unless the call says otherwise, bytes.
-pub(crate) const STOCK_MEMORY: u64 = 4 << 30;
+/// Memory that a run may take, bytes.
+pub(crate) const MEMORY: u64 = 4 << 30;
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]
@@ -46,11 +47,15 @@ pub struct Choice {
     pub dynamics: Option<DynamicsFile>,
     /// Plant instead of that of the scene.
     pub plant: Option<PlantFile>,
+    /// What the observers of the run will hold, for the announcement of its memory.
+    pub recorded: Recorded,
 }
 
 /// A program that was made from another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MadeProgram {
+    /// Name of its text, in findings and in the run folder.
+    pub file: String,
     /// Its text, for an 840D.
     pub text: String,
     /// What was re-scheduled.
@@ -72,16 +77,20 @@ pub struct Prepared {
     pub made: Option<MadeProgram>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
-    /// The machine.
+    /// The machine, with the limits that the scene sets.
     pub machine: Machine,
+    /// Those limits beside the machine's own.
+    pub changed_limits: Vec<ChangedLimit>,
+    /// The machine as its file describes it, where the scene sets limits.
+    pub own_machine: Option<Machine>,
     /// The tools.
     pub tools: ToolLibrary,
     /// For each tool the parts of its holder, widened by the clearance that the scene wants.
     pub holder_zones: Vec<Vec<Profile>>,
-    /// Stock before the first cut, workpiece frame.
-    pub stock: TriDexel,
-    /// Its patches with finer cells, in the order of the scene.
-    pub patches: Vec<Patch>,
+    /// Stock before the first cut with its patches, workpiece frame.
+    pub stock: RawStock,
+    /// Memory that the run was announced with.
+    pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
     /// Fixtures: name and closed mesh in the table frame.
@@ -107,14 +116,14 @@ impl Prepared {
         Self::read_announced(scene_path, choice, &mut |_| ())
     }
 
-    /// The same, telling what memory stock and patches will take before it is taken.
+    /// The same, telling what memory the run will take before the stock is made.
     ///
     /// # Errors
     /// As [`Self::read`].
     pub fn read_announced(
         scene_path: &Path,
         choice: &Choice,
-        announce: &mut dyn FnMut(&StockMemory),
+        announce: &mut dyn FnMut(&Memory),
     ) -> Result<Self, SimError> {
         let start = Instant::now();
         let scene = Scene::read(scene_path)?;
@@ -123,31 +132,32 @@ impl Prepared {
         let machine_path = scene.resolve(entry.and_then(|e| e.machine.as_ref()).unwrap_or(&scene.file.machine));
         let tools_path = scene.resolve(&scene.file.tools);
         let mut machine = Machine::read(&machine_path)?;
-        limit_joints(&scene, &mut machine)?;
+        let described = machine.clone();
+        let changed_limits = limit_joints(&scene, &mut machine)?;
         let tools = ToolLibrary::read(&tools_path)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
         let mut inputs = vec![
             ("scene".to_owned(), scene.path.clone()),
-            ("machine".to_owned(), machine_file),
+            ("machine".to_owned(), machine_file.clone()),
             ("tools".to_owned(), tools_path),
             ("program".to_owned(), program_path.clone()),
         ];
+        inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
 
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
-        let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs, announce)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
+        let demand =
+            Demand { lines: lines_of(&program_path).unwrap_or(0) as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
+        let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let nc_settings = NcSettings {
-            compensation: Compensation::ToolCenter(tool_radii(&tools)),
-            ..Self::reader_settings(&scene, entry)?
-        };
+        let nc_settings = Self::running_settings(&scene, entry, &tools, &machine)?;
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
@@ -156,7 +166,7 @@ impl Prepared {
                 let made = programs::rescheduled(reschedule, &program_path, &nc_settings, &machine, &tools, &part)?;
                 let text = programs::text(&made.commands, Dialect::Siemens840d, &nc_settings)?;
                 digests.insert("made_program".to_owned(), digest::of_bytes(text.as_bytes()));
-                Some(MadeProgram { text, runs: made.runs })
+                Some(MadeProgram { file: made_file(&program_name), text, runs: made.runs })
             }
         };
         let nc_settings = match made {
@@ -175,10 +185,12 @@ impl Prepared {
             made,
             nc_settings,
             machine,
+            own_machine: (!changed_limits.is_empty()).then_some(described),
+            changed_limits,
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,
             stock,
-            patches,
+            memory,
             part_mesh,
             fixtures,
             table_from_work,
@@ -197,7 +209,29 @@ impl Prepared {
         })
     }
 
-    /// Settings of a reader for a scene's offsets, without a dialect.
+    /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
+    ///
+    /// # Errors
+    /// A dialect that is not known.
+    pub(crate) fn running_settings(
+        scene: &Scene,
+        entry: Option<&ProgramFile>,
+        tools: &ToolLibrary,
+        machine: &Machine,
+    ) -> Result<NcSettings, ConfigError> {
+        let compensation = Compensation::ToolCenter(tool_radii(tools));
+        Ok(NcSettings { compensation, ..with_machine(Self::reader_settings(scene, entry)?, machine) })
+    }
+
+    /// The text that runs, as findings name it.
+    pub fn running_file(&self) -> PathBuf {
+        self.made.as_ref().map_or_else(|| self.program_path.clone(), |made| PathBuf::from(&made.file))
+    }
+
+    /// Settings of a reader for a scene's offsets.
+    ///
+    /// # Errors
+    /// A dialect that is not known.
     pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, ConfigError> {
         let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
         Ok(NcSettings {
@@ -224,9 +258,7 @@ impl Prepared {
     /// What is wrong with the text as a whole.
     pub fn program(&self) -> Result<Program, SimError> {
         Ok(match &self.made {
-            Some(made) => {
-                Program::from_text(&format!("{}.mpf", self.program_name), made.text.as_str(), &self.nc_settings)?
-            }
+            Some(made) => Program::from_text(&made.file, made.text.as_str(), &self.nc_settings)?,
             None => Program::open(&self.program_path, &self.nc_settings)?,
         })
     }
@@ -238,7 +270,9 @@ impl Prepared {
             dynamics: self.dynamics,
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
+            pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
             length_active_after_change: length_active_after_change(dialect),
+            length_in_machine_coordinates: length_in_machine_coordinates(dialect),
             ..defaults
         }
     }
@@ -262,6 +296,25 @@ fn length_active_after_change(dialect: Dialect) -> bool {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
         Dialect::Auto | Dialect::Siemens840d | Dialect::Heidenhain | Dialect::HeidenhainIso | Dialect::Apt => true,
     }
+}
+
+/// Name of the text of a made program: that of the program, as a plain file name.
+fn made_file(program: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+') { c } else { '_' };
+    let name: String = program.chars().take(64).map(plain).collect();
+    format!("{}.mpf", name.trim_start_matches('.'))
+}
+
+/// The file with the shapes of a machine, where its `machine.toml` names one.
+fn model_of(machine_file: &Path) -> Option<PathBuf> {
+    let table: toml::Table = toml::from_str(&std::fs::read_to_string(machine_file).ok()?).ok()?;
+    Some(machine_file.with_file_name(table.get("model")?.as_str()?))
+}
+
+/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
+/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
+fn length_in_machine_coordinates(dialect: Dialect) -> bool {
+    !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }
 
 fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
@@ -332,8 +385,10 @@ fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> 
     }
 }
 
+/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from.
 fn dialect(scene: &Scene, entry: Option<&ProgramFile>) -> Result<Dialect, ConfigError> {
-    match entry.and_then(|e| e.dialect.as_deref()) {
+    let source = entry.and_then(|e| e.reschedule.as_ref()).and_then(|r| scene.program(Some(&r.from)));
+    match [entry, source].into_iter().flatten().find_map(|e| e.dialect.as_deref()) {
         None => Ok(Dialect::Auto),
         Some(name) => Dialect::from_name(name).ok_or_else(|| {
             let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();

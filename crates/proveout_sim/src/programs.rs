@@ -15,8 +15,11 @@ use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 use crate::{
     config::ConfigError,
     error::SimError,
+    machine_data::with_machine,
     part_on_table::PartOnTable,
-    scene::{HelixFile, RescheduleFile, Scene},
+    prepare::Prepared,
+    scene::{HelixFile, MethodFile, ProgramFile, RescheduleFile, Scene},
+    scene_limits::limit_joints,
 };
 
 /// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away.
@@ -104,7 +107,8 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
             format!("[plan.helix] wants the work offset {:?}, which the scene does not give", plan.work_offset);
         return Err(file(message, &format!("add [work_offsets.{}], or name one of {known:?}", plan.work_offset)).into());
     };
-    let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, offset };
+    let zero = machine.program_zero().map_or_else(Vector::zeros, |zero| zero.coords);
+    let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, zero, offset };
     let start = machine.inverse_nearest(&first.pose.transformed(&table_from_work), tool.gauge_length, &machine.home());
     let start =
         start.map_err(|e| file(format!("the machine cannot reach the start of the pass: {e}"), "move the mount"))?;
@@ -134,6 +138,8 @@ struct Writer {
     commands: Vec<Command>,
     line: u32,
     table_from_work: Pose,
+    /// Base coordinates with tool center point control count from here in K.
+    zero: Vector,
     /// The work offset that the program calls.
     offset: WorkOffset,
 }
@@ -209,7 +215,7 @@ impl Writer {
         let turned = self.table_from_work.rotation * pose.tip.coords;
         let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
         for k in 0..3 {
-            let place = self.table_from_work.translation[k];
+            let place = self.table_from_work.translation[k] - self.zero[k];
             // Where the offset is the place of the mount, the programmed point is that of the workpiece, to the last bit.
             end.put(k, turned[k] + (place - self.offset.translation[k]));
             base.put(k, turned[k] + place);
@@ -239,7 +245,8 @@ pub fn rescheduled(
     tools: &ToolLibrary,
     part: &PartOnTable,
 ) -> Result<Reprogrammed, SimError> {
-    let commands = Program::open(program, settings)?.collect::<Result<Vec<Command>, _>>()?;
+    let settings = with_machine(settings.clone(), machine);
+    let commands = Program::open(program, &settings)?.collect::<Result<Vec<Command>, _>>()?;
     let tool = |name: &ToolName| -> Option<&Tool> {
         let id = match name {
             ToolName::Empty => return None,
@@ -255,6 +262,78 @@ pub fn rescheduled(
     let work =
         Reprogramming { machine, method: method.as_ref(), cutter: &cutter, surface: part.surface(), region: &region };
     work.apply(commands).map_err(SimError::Control)
+}
+
+/// How a program of a scene is re-scheduled: by an entry of the scene that makes it so, or with the options of a method as they
+/// are published.
+#[derive(Clone, Debug)]
+pub struct Rescheduling<'a> {
+    /// Program with the text.
+    pub source: &'a ProgramFile,
+    /// Entry whose options, machine, mounting and offsets are taken; that of the text where the scene does not re-schedule it
+    /// by this method.
+    pub entry: &'a ProgramFile,
+    /// Method and options.
+    pub file: RescheduleFile,
+}
+
+impl<'a> Rescheduling<'a> {
+    /// What a scene says of re-scheduling a program by a method. `name` is that of a program with a text, or of a program that the
+    /// scene makes by this method.
+    ///
+    /// # Errors
+    /// What is wrong with value and remedy: no such program, another method, or several programs of the scene that make it
+    /// with other options.
+    pub fn of_scene(scene: &'a Scene, name: &str, method: MethodFile) -> Result<Self, ConfigError> {
+        let wrong = |message: String, help: String| ConfigError::file(&scene.path, message, help);
+        let all = &scene.file.program;
+        let names = |of: &mut dyn Iterator<Item = &ProgramFile>| of.map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        let Some(named) = scene.program(Some(name)) else {
+            let help = format!("programs of the scene: {}", names(&mut all.iter()));
+            return Err(wrong(format!("there is no program {name:?}"), help));
+        };
+        let makes = |p: &&ProgramFile| p.reschedule.as_ref().is_some_and(|r| r.method == method && r.from == named.name);
+        let (entry, source) = match &named.reschedule {
+            Some(own) if own.method == method => (named, scene.program(Some(&own.from)).unwrap_or(named)),
+            Some(_) => {
+                let message = format!("the scene makes program {name:?} by another method");
+                return Err(wrong(message, "name the program with the text, or that method".into()));
+            }
+            None => {
+                let mut makers = all.iter().filter(makes);
+                let first = makers.next();
+                let options = |p: &ProgramFile| p.reschedule.clone();
+                if let Some(first) = first
+                    && makers.any(|other| options(other) != options(first))
+                {
+                    let message = format!("several programs of the scene are made from {name:?} by this method");
+                    return Err(wrong(message, format!("name one of them: {}", names(&mut all.iter().filter(makes)))));
+                }
+                (first.unwrap_or(named), named)
+            }
+        };
+        if source.file.is_none() {
+            let help = "name a program with a file".into();
+            return Err(wrong(format!("program {:?} has no text of its own", source.name), help));
+        }
+        let plain = || RescheduleFile::plain(method, &source.name);
+        Ok(Self { source, entry, file: entry.reschedule.clone().unwrap_or_else(plain) })
+    }
+
+    /// The text of the new program in a language: in that of the 840D it is the one that a run of the entry makes and keeps.
+    ///
+    /// # Errors
+    /// As [`rescheduled`], or what keeps machine, tools and part from being read.
+    pub fn text(&self, scene: &Scene, dialect: Dialect) -> Result<String, SimError> {
+        let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
+        let mut machine = Machine::read(&scene.resolve(self.entry.machine.as_ref().unwrap_or(&scene.file.machine)))?;
+        limit_joints(scene, &mut machine)?;
+        let settings = Prepared::running_settings(scene, Some(self.entry), &tools, &machine)?;
+        let part = Prepared::part_on_table(scene, Some(self.entry))?;
+        let Some(program) = &self.source.file else { return Ok(String::new()) };
+        let made = rescheduled(&self.file, &scene.resolve(program), &settings, &machine, &tools, &part)?;
+        text(&made.commands, dialect, &settings)
+    }
 }
 
 /// Largest distance of ball centers before and after, mm: what a re-scheduled program may not change.

@@ -113,6 +113,10 @@ pub struct StockFile {
     /// bytes for each interval that a motion removes from a ray; given up, with a note, above 2 GiB.
     #[serde(default)]
     pub history: bool,
+    /// Intervals of material that a ray will hold, as a mean over all rays, for the memory that is announced. Counted on the raw
+    /// stock and the design when left out; parts with many fins or ribs cut from the full may need more.
+    #[schemars(with = "Option<f64>")]
+    pub intervals_per_ray: Option<Spanned<f64>>,
     /// Mends a `mesh` that is inside out or whose shells cross: faces are turned, and the union of the shells counts. Without it
     /// such a mesh is refused. A mesh with holes is refused in any case.
     #[serde(default)]
@@ -288,6 +292,9 @@ pub struct ControlFile {
     pub plant: PlantFile,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
+    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
+    /// is led through it, which a finding tells; otherwise as the machine says.
+    pub pole_cone_deg: Option<f64>,
     /// Limits of joints below those of the machine, by joint; in force for all programs.
     #[serde(default)]
     pub joint_limits: BTreeMap<String, JointLimitFile>,
@@ -458,6 +465,10 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };
         return fault(file.stock.span().start, key.into(), "leave it out, or give the stock in that form");
     }
+    if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {
+        let message = format!("intervals_per_ray = {} is no number of intervals", told.get_ref());
+        return fault(told.span().start, message, "write a number from 1 to 1000, or leave it out");
+    }
     if let Some(b) = stock.block
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
     {
@@ -529,6 +540,14 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
             let message = format!("program {:?} has a text and is re-scheduled", program.name);
             return fault(at, message, "give either `file` or `reschedule`");
+        }
+        if let Some(reschedule) = &program.reschedule
+            && let Some(key) = reschedule.unread()
+        {
+            let at = text.rfind(&format!("{:?}", program.name)).unwrap_or(0);
+            let read = RescheduleFile::options_of(reschedule.method).join(", ");
+            let message = format!("program {:?} gives `{key}`, which its method does not read", program.name);
+            return fault(at, message, &format!("leave it out; options of the method: {read}"));
         }
         if let Some(reschedule) = &program.reschedule
             && !file.program.iter().any(|p| p.name == reschedule.from && p.file.is_some())

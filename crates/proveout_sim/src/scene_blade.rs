@@ -143,14 +143,14 @@ pub struct PlanFile {
 }
 
 /// A program that is made from another one.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RescheduleFile {
     /// The method.
     pub method: MethodFile,
     /// Name of the program that it starts from.
     pub from: String,
-    /// `s-theta`: clearance from both limits, degrees.
+    /// `s-theta`: clearance from both limits, degrees. `quaternion`: of the channel that is shown; it changes no axis.
     pub clearance_deg: Option<f64>,
     /// `s-theta`: distance of key points from the limits, degrees.
     pub inset_deg: Option<f64>,
@@ -189,7 +189,80 @@ pub enum ThetaUnitFile {
     UnitFree,
 }
 
+impl ThetaUnitFile {
+    /// Every unit with its name.
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("degree", Self::Degree),
+        ("radian", Self::Radian),
+        ("normalized", Self::Normalized),
+        ("unit-free", Self::UnitFree),
+    ];
+}
+
 impl RescheduleFile {
+    /// Keys of options, in the order of the scene file.
+    pub const OPTIONS: [&'static str; 4] = ["clearance_deg", "inset_deg", "theta_unit", "keys"];
+
+    /// Options that a method reads.
+    pub fn options_of(method: MethodFile) -> &'static [&'static str] {
+        match method {
+            MethodFile::STheta => &["clearance_deg", "inset_deg", "theta_unit"],
+            MethodFile::Quaternion => &["clearance_deg", "keys"],
+        }
+    }
+
+    /// Options that are given, as `KEY=VALUE`.
+    pub fn given(&self) -> Vec<(&'static str, String)> {
+        let degrees = |v: f64| v.to_string();
+        let unit = |u: ThetaUnitFile| ThetaUnitFile::NAMES.iter().find(|(_, k)| *k == u).map_or("", |(n, _)| n).to_owned();
+        let values = [
+            self.clearance_deg.map(degrees),
+            self.inset_deg.map(degrees),
+            self.theta_unit.map(unit),
+            self.keys.map(|k| k.to_string()),
+        ];
+        Self::OPTIONS.into_iter().zip(values).filter_map(|(key, value)| Some((key, value?))).collect()
+    }
+
+    /// An option that is given and that the method does not read.
+    pub fn unread(&self) -> Option<&'static str> {
+        let read = Self::options_of(self.method);
+        self.given().into_iter().map(|(key, _)| key).find(|key| !read.contains(key))
+    }
+
+    /// Sets an option from its text.
+    ///
+    /// # Errors
+    /// What is wrong, and what to write: an option that the method does not read, or a value that is none.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), (String, String)> {
+        let read = Self::options_of(self.method);
+        if !read.contains(&key) {
+            let method = MethodFile::NAMES.iter().find(|(_, m)| *m == self.method).map_or("", |(n, _)| n);
+            return Err((format!("{method} has no option {key:?}"), format!("options of {method}: {}", read.join(", "))));
+        }
+        let number = || {
+            let number = value.parse::<f64>().ok().filter(|v| v.is_finite());
+            number.ok_or_else(|| (format!("{key}={value} is no number"), "write degrees with a point".to_owned()))
+        };
+        match key {
+            "clearance_deg" => self.clearance_deg = Some(number()?),
+            "inset_deg" => self.inset_deg = Some(number()?),
+            "theta_unit" => {
+                let Some((_, unit)) = ThetaUnitFile::NAMES.iter().find(|(name, _)| *name == value) else {
+                    let names: Vec<&str> = ThetaUnitFile::NAMES.iter().map(|(name, _)| *name).collect();
+                    return Err((format!("{key}={value} is no unit"), format!("write one of {}", names.join(", "))));
+                };
+                self.theta_unit = Some(*unit);
+            }
+            _ => {
+                let count = value.parse::<usize>();
+                let count = count.map_err(|_| (format!("{key}={value} is no count"), "write a whole number".to_owned()));
+                self.keys = Some(count?);
+            }
+        }
+        Ok(())
+    }
+
     /// A method with its published or default parameters.
     pub fn plain(method: MethodFile, from: &str) -> Self {
         Self { method, from: from.to_owned(), clearance_deg: None, inset_deg: None, theta_unit: None, keys: None }

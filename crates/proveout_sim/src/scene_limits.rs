@@ -2,7 +2,7 @@
 
 use proveout_machine::{Joint, Machine};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{config::ConfigError, scene::Scene};
 
@@ -26,12 +26,32 @@ pub struct JointLimitFile {
     pub source: String,
 }
 
-/// Lowers the limits of a machine to those of the scene.
+/// A limit of a joint that a scene sets; mm or degrees, seconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangedLimit {
+    /// Name of the machine.
+    pub machine: String,
+    /// Name of the joint.
+    pub joint: String,
+    /// `velocity`, `acceleration` or `jerk`.
+    pub quantity: String,
+    /// Unit of both numbers.
+    pub unit: String,
+    /// Limit of the machine; null where nobody has stated one.
+    pub of_machine: Option<f64>,
+    /// Limit of the scene, in force for all programs.
+    pub of_scene: f64,
+    /// Where the scene's number comes from.
+    pub source: String,
+}
+
+/// Lowers the limits of a machine to those of the scene, and tells what was changed.
 ///
 /// # Errors
 /// A joint that the machine does not have, a number in the unit of the other kind of joint, not above zero, or above the
 /// limit of the machine.
-pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<(), ConfigError> {
+pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<ChangedLimit>, ConfigError> {
+    let mut changed = Vec::new();
     for (name, limits) in &scene.file.control.joint_limits {
         let fault = |message: String, help: String| {
             ConfigError::file(&scene.path, format!("[control.joint_limits.{name}]: {message}"), help)
@@ -43,9 +63,42 @@ pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<(), C
                 format!("its joints are {}", names.join(", ")),
             ));
         };
+        let before = machine.joints[joint].clone();
         limit(&mut machine.joints[joint], limits).map_err(|(message, help)| fault(message, help))?;
+        changed.extend(changes(&before, &machine.joints[joint], limits, &machine.name));
     }
-    Ok(())
+    Ok(changed)
+}
+
+/// The limits that a scene gives a joint, beside those before.
+fn changes(before: &Joint, after: &Joint, limits: &JointLimitFile, machine: &str) -> Vec<ChangedLimit> {
+    let of = |j: &Joint| [j.max_velocity, j.max_acceleration, j.max_jerk];
+    let given = if after.is_rotary() {
+        [limits.max_velocity_deg_s, limits.max_acceleration_deg_s2, limits.max_jerk_deg_s3]
+    } else {
+        [limits.max_velocity_mm_min, limits.max_acceleration_mm_s2, limits.max_jerk_mm_s3]
+    };
+    let factor = after.kind.unit_factor();
+    let rows = [("velocity", "s"), ("acceleration", "s²"), ("jerk", "s³")].into_iter().zip(given).zip(of(before));
+    rows.zip(of(after))
+        .filter_map(|((((quantity, per), given), own), now)| {
+            given?;
+            Some(ChangedLimit {
+                machine: machine.to_owned(),
+                joint: after.name.clone(),
+                quantity: quantity.to_owned(),
+                unit: format!("{}/{per}", after.kind.unit()),
+                of_machine: own.map(|v| rounded(v * factor)),
+                of_scene: rounded(now? * factor),
+                source: limits.source.clone(),
+            })
+        })
+        .collect()
+}
+
+/// Without the noise of the way into radian and back: twelve digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
 }
 
 fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, String)> {
@@ -111,6 +164,24 @@ mod tests {
         let mut x = machine.joints[machine.joint("X").expect("X")].clone();
         limit(&mut x, &limits("max_velocity_mm_min = 600")).expect("lower");
         assert_eq!(x.max_velocity, Some(10.0));
+    }
+
+    #[test]
+    fn what_a_scene_changes_stands_beside_the_limit_of_the_machine() {
+        let machine = machine();
+        let before = &machine.joints[machine.joint("A").expect("A")];
+        let mut after = before.clone();
+        let file = limits("max_velocity_deg_s = 62.4\nmax_jerk_deg_s3 = 28_400");
+        limit(&mut after, &file).expect("lower");
+        let changed = changes(before, &after, &file, "M");
+        let rows: Vec<_> = changed.iter().map(|c| (c.quantity.as_str(), c.unit.as_str(), c.of_machine, c.of_scene)).collect();
+        assert_eq!(rows, [("velocity", "deg/s", Some(360.0), 62.4), ("jerk", "deg/s³", Some(90_000.0), 28_400.0)]);
+        let x = &machine.joints[machine.joint("X").expect("X")];
+        let (mut free, file) = (Joint { max_velocity: None, ..x.clone() }, limits("max_velocity_mm_min = 600"));
+        let own = free.clone();
+        limit(&mut free, &file).expect("lower");
+        let changed = changes(&own, &free, &file, "M");
+        assert_eq!((changed[0].unit.as_str(), changed[0].of_machine, changed[0].of_scene), ("mm/s", None, 10.0));
     }
 
     #[test]

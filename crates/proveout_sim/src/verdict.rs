@@ -44,6 +44,9 @@ pub struct Verdict {
     pub scene: String,
     /// Name of the program within the scene, or the file name.
     pub program: String,
+    /// The machine that ran it.
+    #[serde(default)]
+    pub machine: MachineUsed,
     /// SHA-256 of every input file, by role (`scene`, `machine`, `tools`, `program`, `stock`, `part`, ...).
     pub digests: BTreeMap<String, String>,
     /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass.
@@ -72,6 +75,15 @@ pub struct Verdict {
     pub inspection: Vec<Inspected>,
 }
 
+/// The machine of a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct MachineUsed {
+    /// Name in its `machine.toml`.
+    pub name: String,
+    /// SHA-256 of its `machine.toml`, as under `machine` in `digests`; the limits that the scene lowers are not in it.
+    pub digest: String,
+}
+
 /// Cycle time in seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Time {
@@ -85,8 +97,13 @@ pub struct Time {
     pub dwell_s: f64,
     /// Tool changes.
     pub tool_change_s: f64,
-    /// No controller with the same limits can be faster on the same path.
+    /// No controller can be below: a bound for every motion within the tolerances of the programmed path, whatever path it takes there,
+    /// under the same feeds, velocities and accelerations of the joints, that stands where the program stands.
     pub lower_bound_s: Option<f64>,
+    /// The same for the path that is run alone, with these roundings of its corners: no controller can run it in less. Another rounding
+    /// within the tolerance may be faster.
+    #[serde(default)]
+    pub path_bound_s: Option<f64>,
 }
 
 /// Extremes of one joint; mm or degrees, seconds.
@@ -136,13 +153,19 @@ pub struct Axis {
 pub struct Path {
     /// Executed blocks with motion.
     pub blocks: u64,
-    /// Length of the tip's path in the workpiece, mm.
+    /// Length of the tip's path that is run, with its corners rounded, mm.
     pub length_mm: f64,
     /// Largest distance of the straight pieces from the path they stand for, mm.
     pub max_chord_error_mm: Option<f64>,
-    /// Largest distance of the tip from the programmed path (corner rounding, following error), mm.
+    /// Largest distance of the tip from the programmed path (corner rounding, following error), mm: measured against the words
+    /// of the program, not against what the control made of them.
     pub max_contour_error_mm: Option<f64>,
-    /// Smallest ratio of reached to programmed feed over the blocks cut in feed.
+    /// Largest angle between the tool axis and the programmed one at the same share of the block's way, degrees; likewise.
+    #[serde(default)]
+    pub max_axis_error_deg: Option<f64>,
+    /// Smallest ratio of reached to programmed feed along the path that is run: where the feed falls between the ramps from and to
+    /// standstills and rapid motions, at the control samples; where a motion between them does not reach it, the most that it reaches;
+    /// and what the velocities of the joints allow in a block.
     pub min_feed_ratio: Option<f64>,
 }
 
@@ -201,7 +224,8 @@ pub struct PatchUsed {
 pub struct Deviation {
     /// Deviations below this may come from the design mesh's own chord error or the sweep bound, mm.
     pub tolerance_floor_mm: Option<f64>,
-    /// Deepest gouge, mm, as a positive number.
+    /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is missing on a ray where that
+    /// is more (a wall that is gone counts with its thickness).
     pub gouge_max_mm: Option<f64>,
     /// Largest excess, mm.
     pub excess_max_mm: Option<f64>,
@@ -215,6 +239,18 @@ pub struct Deviation {
     pub samples: Option<u64>,
     /// Point of the largest absolute deviation in the workpiece frame, mm.
     pub worst_point: Option<[f64; 3]>,
+    /// Connected areas that are gouged deeper than allowed.
+    #[serde(default)]
+    pub gouges: Option<u64>,
+    /// Their volume, mm³.
+    #[serde(default)]
+    pub gouge_volume_mm3: Option<f64>,
+    /// Connected areas on which more material is left than allowed.
+    #[serde(default)]
+    pub excesses: Option<u64>,
+    /// Its volume, mm³.
+    #[serde(default)]
+    pub excess_volume_mm3: Option<f64>,
 }
 
 /// Smallest, mean and largest of a roughness parameter, micrometer.

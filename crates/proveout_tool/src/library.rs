@@ -63,12 +63,6 @@ impl ToolLibrary {
         Self::parse(name, text).map_err(ToolError::Defect)
     }
 
-    /// Library made in code.
-    pub fn from_tools(tools: Vec<Tool>) -> Self {
-        let notes = vec![ToolNotes::default(); tools.len()];
-        Self { tools, notes, description: String::new(), file: PathBuf::new() }
-    }
-
     /// The tool that a program names.
     pub fn find(&self, id: &ToolId) -> Option<&Tool> {
         self.position(id).map(|i| &self.tools[i])

@@ -9,14 +9,18 @@ use crate::{Failure, files};
 const HEAD: &str = "\
 # Published experiments, repeated
 
-Original against re-scheduled program on the same twin. This page is written by `cargo xtask experiments` from the
+Original against re-scheduled program on the same twin. This page is written by `cargo xtask figures` from the
 `compare.json` of `proveout compare`; no number in it is typed. Each section names its scene; the scene's README tells what was
 published, what was chosen, and what must happen.
 
 ";
 
-/// Writes the page from folders of comparisons.
-pub(crate) fn run(root: &Path, folders: &[&str]) -> Result<(), Failure> {
+/// Writes the page from folders of comparisons; with `--check` first, only compares.
+pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), Failure> {
+    let (check, folders) = match words {
+        ["--check", folders @ ..] => (true, folders),
+        folders => (false, folders),
+    };
     let mut page = HEAD.to_owned();
     for folder in folders {
         let path = PathBuf::from(folder).join("compare.json");
@@ -27,7 +31,7 @@ pub(crate) fn run(root: &Path, folders: &[&str]) -> Result<(), Failure> {
         page.push('\n');
     }
     let path = root.join("docs/experiments.md");
-    files::put(&path, &(page.trim_end().to_owned() + "\n"), false, "cargo xtask experiments DIR")?;
+    files::put(&path, &(page.trim_end().to_owned() + "\n"), check, "cargo xtask figures")?;
     println!("{}", path.display());
     Ok(())
 }

@@ -9,6 +9,7 @@ mod ci;
 mod cone_frustum;
 #[cfg(feature = "schemas")]
 mod experiments;
+mod figures;
 mod files;
 mod machine_models;
 #[cfg(feature = "schemas")]
@@ -41,6 +42,8 @@ cargo xtask COMMAND
   machine-models   write the glTF models of machines/ and the body tables of their machine.toml
   schemas          write docs/schemas
   experiments DIR  write docs/experiments.md from the compare.json of these folders, made by `proveout compare`
+  figures          make the runs of docs/figures.toml and fill the figures of the pages; --run NAME: that run (also a long one),
+                   --kept: results in target/figures as they are
 
   --check          with a command that writes files: compare only, fail on a difference
 ";
@@ -71,7 +74,11 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             checks::layers::check(&workspace).map(|_| ())
         }
         ["schemas", options @ ..] => schemas(&root, options),
-        ["experiments", folders @ ..] if !folders.is_empty() => experiments(&root, folders),
+        ["experiments", words @ ..] if words.iter().any(|w| *w != "--check") => experiments(&root, words),
+        ["figures", options @ ..] => {
+            println!("{}", figures::run(&root, &figures::Wanted::read(options)?)?);
+            Ok(())
+        }
         ["machine-models"] => machine_models::run(&root, false),
         ["machine-models", "--check"] => machine_models::run(&root, true),
         ["cone-frustum"] => cone_frustum::run(&root, false),

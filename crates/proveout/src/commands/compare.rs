@@ -13,7 +13,7 @@ use proveout_record::{
 use proveout_sim::{
     Observer, RunFolder, SimError,
     compare::{CompareChoice, Compared, Comparing},
-    run::run as prove,
+    run::run_with_surface as prove,
     verdict::State,
 };
 
@@ -56,17 +56,17 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
         let Some(prepared) = comparing.take(&name) else { continue };
         let place = folder.path().join(comparing.folder(&name));
         fs::create_dir_all(&place).map_err(|e| failure(SimError::Folder(e)))?;
-        let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.program_path))];
+        let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
         watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
         if let Some(windows) = comparing.windows(&name) {
             let (observer, trace) = TraceObserver::new(windows);
             watchers.push(Box::new(observer));
             traces.push((name.clone(), trace));
         }
-        let result = pool.install(|| prove(prepared, &mut watchers, &place)).map_err(failure)?;
-        drop(watchers);
-        write_run_json(&place, &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
-        pool.install(|| comparing.add(&name, result));
+        let (result, surface) = pool.install(|| prove(prepared, watchers, &place)).map_err(failure)?;
+        write_run_json(&place, &run_info(&result, threads, false))
+            .map_err(|e| Failure::new(format!("run.json: {e}")))?;
+        pool.install(|| comparing.add(&name, result, &surface));
     }
     let Some(compared) = pool.install(|| comparing.finish()) else {
         return Err(Failure::new("a program of the comparison was not run"));
@@ -93,6 +93,9 @@ fn motion_bar() -> ProgressBar {
 fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
     let c = &compared.comparison;
     say!("\n{}: {}  (baseline {})\n", word(c.verdict).to_uppercase(), c.scene, c.baseline);
+    if let Some(limits) = c.limits_in_words() {
+        say!("  limits that the scene sets: {limits}\n");
+    }
     say!("  {:<16} {:<10} {:>10} {:>10} {:>10}", "program", "verdict", "total, s", "feed, s", "stretch, s");
     let number = |v: Option<f64>, digits: usize| {
         // What rounds to zero has no sign.
@@ -115,6 +118,9 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
             c.variations.iter().filter(|v| v.unchecked.is_none()).count(),
             if t.sign_holds { "holds" } else { "changes" }
         );
+        if let Some(percent) = c.at_own_limits(name) {
+            say!("  {:<16} {:>8} with the limits of the machine itself", "", number(Some(percent), 2));
+        }
     }
     if !c.published.is_empty() {
         say!("\n  published values");

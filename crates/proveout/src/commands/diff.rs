@@ -1,6 +1,9 @@
 use std::{fs, path::Path};
 
-use proveout_sim::{finding::Finding, verdict::Verdict};
+use proveout_sim::{
+    finding::Finding,
+    verdict::{MachineUsed, Verdict},
+};
 
 use crate::failure::Failure;
 
@@ -23,6 +26,10 @@ fn same(a: &Finding, b: &Finding) -> bool {
 pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     let (a, b) = (read(run_a)?, read(run_b)?);
     say!("verdict   {:?} -> {:?}", a.verdict, b.verdict);
+    if a.machine != b.machine {
+        let shown = |m: &MachineUsed| format!("{} ({})", m.name, m.digest.get(..12).unwrap_or("no digest"));
+        say!("machine   {} -> {}", shown(&a.machine), shown(&b.machine));
+    }
     for gate in &b.gates {
         let before = a.gates.iter().find(|g| g.name == gate.name).map(|g| g.state);
         if before != Some(gate.state) {
@@ -58,6 +65,7 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     number("time.rapid_s", Some(a.time.rapid_s), Some(b.time.rapid_s));
     number("path.length_mm", Some(a.path.length_mm), Some(b.path.length_mm));
     number("path.max_contour_error_mm", a.path.max_contour_error_mm, b.path.max_contour_error_mm);
+    number("path.max_axis_error_deg", a.path.max_axis_error_deg, b.path.max_axis_error_deg);
     number("removal.volume_mm3", Some(a.removal.volume_mm3), Some(b.removal.volume_mm3));
     number("removal.stock_left_mm3", Some(a.removal.stock_left_mm3), Some(b.removal.stock_left_mm3));
     number("deviation.gouge_max_mm", a.deviation.gouge_max_mm, b.deviation.gouge_max_mm);

@@ -1,15 +1,40 @@
-use std::io;
+use std::{
+    fs::File,
+    io::{self, BufReader, BufWriter, Read},
+};
 
 use proveout_machine::{Direction, Machine, kinematics_csv};
 
-use crate::{args::KinematicsArgs, failure::Failure};
+use crate::{args::KinematicsArgs, commands::plan::write, failure::Failure};
 
-/// Converts joint positions and tool poses, CSV from standard input to standard output.
+/// Converts joint positions and tool poses, CSV to CSV.
 pub(crate) fn kinematics(args: &KinematicsArgs) -> Result<(), Failure> {
+    let length = args.tool_length_mm;
+    if !(length >= 0.0 && length.is_finite()) {
+        return Err(Failure::new(format!("--tool-length-mm {length} is no length"))
+            .with_help("write the distance from the tip to the gauge line in mm, from 0"));
+    }
     let machine = Machine::read(&args.machine).map_err(|e| Failure::from(&proveout_sim::SimError::from(e)))?;
     let direction = if args.forward { Direction::Forward } else { Direction::Inverse { nearest: args.nearest } };
-    let (input, output) = (io::stdin().lock(), io::stdout().lock());
-    kinematics_csv(&machine, input, io::BufWriter::new(output), direction, args.tool_length_mm)
-        .map_err(|e| Failure::new(e).with_help("the columns are described by `proveout kinematics --help`"))?;
-    Ok(())
+    let input: Box<dyn Read> = match &args.input {
+        None => Box::new(io::stdin().lock()),
+        Some(file) => {
+            let open = File::open(file).map_err(|e| {
+                Failure::new(format!("{} cannot be read: {e}", file.display())).with_help("check the path")
+            })?;
+            Box::new(BufReader::new(open))
+        }
+    };
+    let from = args.input.as_ref().map_or_else(|| "standard input".to_owned(), |f| f.display().to_string());
+    let wrong = |e| {
+        Failure::new(format!("{from}: {e}")).with_help("the columns are described by `proveout kinematics --help`")
+    };
+    let Some(file) = &args.output else {
+        let output = BufWriter::new(io::stdout().lock());
+        return kinematics_csv(&machine, input, output, direction, length).map(|_| ()).map_err(wrong);
+    };
+    // A file is written when the whole table is good.
+    let mut table = Vec::new();
+    kinematics_csv(&machine, input, &mut table, direction, length).map_err(wrong)?;
+    write(file, &table)
 }

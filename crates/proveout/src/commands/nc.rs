@@ -1,8 +1,11 @@
 use std::io::{self, BufWriter, Write};
 
+use proveout_machine::Machine;
 use proveout_nc::post::{Post, PostError, PostSettings, post_for};
-use proveout_nc::{Command, Compensation, Dialect, JsonWriter, Op, Program, Settings, ToolAction, ToolName};
-use proveout_sim::{SimError, tool_radii};
+use proveout_nc::{
+    Command, Compensation, Dialect, JsonWriter, Op, Program, ReferencePoints, Settings, ToolAction, ToolName,
+};
+use proveout_sim::{SimError, tool_radii, with_machine};
 use proveout_tool::{ToolId, ToolLibrary};
 
 use crate::{args::NcArgs, failure::Failure};
@@ -89,6 +92,15 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     let target = args.post.as_deref().map(dialect_of).transpose()?;
     let compensation = tools.as_ref().map_or(Compensation::Programmed, |t| Compensation::ToolCenter(tool_radii(t)));
     let settings = Settings { dialect, compensation, ..Settings::default() };
+    let settings = match &args.machine {
+        Some(folder) => {
+            let machine = Machine::read(folder).map_err(|e| Failure::from(&SimError::from(e)))?;
+            with_machine(settings, &machine)
+        }
+        // A written program moves to the coordinates that stand in it: a reference point that nobody knows is refused.
+        None if target.is_some() => Settings { reference_points: Some(ReferencePoints::default()), ..settings },
+        None => settings,
+    };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
     let mut out = BufWriter::new(io::stdout().lock());
     let mut sink = match target {

@@ -1,10 +1,11 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
 use proveout_sim::{
-    Prepared, SimError, programs,
-    scene::{MethodFile, RescheduleFile, Scene},
+    Prepared, SimError,
+    programs::{self, Rescheduling},
+    scene::{MethodFile, Scene},
 };
 use proveout_tool::ToolLibrary;
 
@@ -38,27 +39,30 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         return Err(Failure::new(format!("method {:?} is not known", args.method))
             .with_help(format!("methods: {}", names.join(", "))));
     };
-    let scene = Scene::read(&args.scene).map_err(|e| Failure::from(&SimError::from(e)))?;
-    let Some(entry) = scene.program(Some(&args.program)) else {
-        let names: Vec<&str> = scene.file.program.iter().map(|p| p.name.as_str()).collect();
-        return Err(Failure::new(format!("there is no program {:?}", args.program))
-            .with_help(format!("programs of the scene: {}", names.join(", "))));
-    };
-    let Some(file) = &entry.file else {
-        return Err(Failure::new(format!("program {:?} has no text of its own", args.program))
-            .with_help("name a program with a file"));
-    };
-    let work = || -> Result<String, SimError> {
-        let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
-        let machine = Machine::read(&scene.resolve(entry.machine.as_ref().unwrap_or(&scene.file.machine)))?;
-        let settings = Prepared::reader_settings(&scene, Some(entry))?;
-        let reschedule = RescheduleFile::plain(method, &args.program);
-        let part = Prepared::part_on_table(&scene, Some(entry))?;
-        let made = programs::rescheduled(&reschedule, &scene.resolve(file), &settings, &machine, &tools, &part)?;
-        programs::text(&made.commands, language(&args.output), &settings)
-    };
-    let text = work().map_err(|e| Failure::from(&e))?;
-    write(&args.output, &text)
+    let failure = |e: SimError| Failure::from(&e);
+    let scene = Scene::read(&args.scene).map_err(|e| failure(e.into()))?;
+    let mut work = Rescheduling::of_scene(&scene, &args.program, method).map_err(|e| failure(e.into()))?;
+    for option in &args.set {
+        let wrong = |(message, help): (String, String)| Failure::new(format!("--set {message}")).with_help(help);
+        let Some((key, value)) = option.split_once('=') else {
+            return Err(wrong((format!("{option} is not KEY=VALUE"), "write for example --set keys=15".into())));
+        };
+        work.file.set(key.trim(), value.trim()).map_err(wrong)?;
+    }
+    let text = work.text(&scene, language(&args.output)).map_err(failure)?;
+    write(&args.output, &text)?;
+    tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source.name, options(&work));
+    Ok(())
+}
+
+/// The options that were taken, and where they come from.
+fn options(work: &Rescheduling<'_>) -> String {
+    let given: Vec<String> = work.file.given().into_iter().map(|(key, value)| format!("{key}={value}")).collect();
+    let given = if given.is_empty() { "published and default options".to_owned() } else { given.join(", ") };
+    match &work.entry.reschedule {
+        Some(_) => format!("{given} (program {} of the scene)", work.entry.name),
+        None => given,
+    }
 }
 
 /// The language of an output file; an 840D text where the ending does not tell.
@@ -71,11 +75,14 @@ fn language(path: &Path) -> Dialect {
     }
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
+/// Writes a file beside its place and moves it there.
+pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
     let fail = |e: std::io::Error| {
         Failure::new(format!("{} cannot be written: {e}", path.display())).with_help("name another file")
     };
-    let beside = path.with_extension("part");
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
     std::fs::write(&beside, text).map_err(fail)?;
     std::fs::rename(&beside, path).map_err(fail)
 }

@@ -41,6 +41,8 @@ where
         self.out.stand(&scope, &self.state.position.q, index, duration);
         self.record(index, &location.file, location.line, kind, start);
         self.out.meter.bound_s += duration;
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.stand(&frame, duration);
         self.ready = true;
         index
     }
@@ -74,6 +76,7 @@ where
     /// What the base coordinates X, Y, Z mean has changed: what the program said about them is void.
     pub(super) fn forget_linear(&mut self) {
         self.state.position.base[..3].fill(None);
+        self.state.position.told = None;
     }
 
     pub(super) fn set_edge(&mut self, on: bool) {
@@ -155,6 +158,8 @@ where
     /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
     /// the others together.
     pub(super) fn visit_change_position(&mut self, location: &Location) {
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.stand(&frame, 0.0);
         let machine = self.device.machine;
         let position = machine.control.tool_change_position;
         let spindle = machine.spindle.gauge_pose.vector(&proveout_geom::Vector::z());
@@ -178,23 +183,28 @@ where
                 mapping: self.mapping,
                 active_length: 0.0,
                 orientation: OrientationInterpolation::Axes,
+                pole_cone: 0.0,
                 location,
             };
             let path = context.between(from, to);
+            let Some(part) = path.parts.into_iter().next() else { continue };
             let index = self.next_block;
             self.next_block += 1;
             self.state.position.q = to;
             let block = PathBlock {
                 index,
-                shape: path.shape,
+                shape: part.shape,
                 chord: None,
-                length: path.length,
+                length: part.length,
                 s0: 0.0,
                 kind: MoveKind::Handling,
                 feed: f64::INFINITY,
                 feed_programmed: 0.0,
                 corner: None,
+                loose: None,
+                stands: true,
                 tip_moves: path.tip_moves,
+                told: path.programmed.map(|way| (std::sync::Arc::from(way), part.t)),
                 file: location.file.clone(),
                 line: location.line,
             };
@@ -205,7 +215,7 @@ where
 
     /// The sample after the end: the machine stands.
     pub(super) fn last_sample(&mut self) {
-        let time = (self.out.clock / self.out.cycle).ceil() * self.out.cycle;
+        let time = crate::stretch::grid_number(self.out.clock, self.out.cycle) * self.out.cycle;
         let scope = scope(&self.device, &self.settings, self.mapping);
         let block = self.next_block.saturating_sub(1);
         self.out.still_sample(&scope, &self.state.position.q, block, time);

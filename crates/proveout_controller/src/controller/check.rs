@@ -8,6 +8,7 @@ pub(super) fn check_settings(settings: &Settings) -> Result<(), Box<ControlError
     let named = [
         ("default_tolerance", settings.default_tolerance.unwrap_or(1.0), true),
         ("default_orientation_tolerance", settings.default_orientation_tolerance.unwrap_or(1.0), true),
+        ("pole_cone", settings.pole_cone.unwrap_or(0.0), true),
         ("piece_tolerance", settings.piece_tolerance, false),
         ("piece_length", settings.piece_length, false),
         ("piece_angle", settings.piece_angle, false),
@@ -22,6 +23,14 @@ pub(super) fn check_settings(settings: &Settings) -> Result<(), Box<ControlError
                 help: Some("give a number above zero".to_owned()),
             }));
         }
+    }
+    if let Some(cone) = settings.pole_cone.filter(|c| *c > Machine::WIDEST_POLE_CONE) {
+        return Err(Box::new(ControlError {
+            code: "control-settings",
+            message: format!("the setting pole_cone is {} degrees", cone.to_degrees()),
+            location: None,
+            help: Some(format!("give at most {} degrees", Machine::WIDEST_POLE_CONE.to_degrees())),
+        }));
     }
     Ok(())
 }

@@ -110,15 +110,16 @@ where
             return Err(fail(message));
         }
         let frame = self.device.frame(mapping);
-        for part in [0.0, 0.5, 1.0] {
-            let slope = frame.kinematics.joints(&path.shape.jet(part * path.length)).first();
+        let places = path.parts.iter().filter(|p| !p.turn).flat_map(|p| [0.0, 0.5, 1.0].map(|share| (p, share)));
+        for (part, share) in places {
+            let slope = frame.kinematics.joints(&part.shape.jet(share * part.length)).first();
             for i in 0..self.device.limits.count {
                 let (need, most) = (slope[i].abs() * feed, self.device.limits.velocity[i]);
                 if need > most * (1.0 + 1e-9) {
                     let joint = &self.device.machine.joints[i];
-                    let (scale, unit) = if joint.is_rotary() { (1_f64.to_degrees(), "deg/s") } else { (1.0, "mm/s") };
+                    let (unit, scale) = (joint.kind.unit(), joint.kind.unit_factor());
                     return Err(fail(format!(
-                        "the thread needs {:.3} {unit} of joint {}, whose limit is {:.3} {unit}: it cannot follow the spindle",
+                        "the thread needs {:.3} {unit}/s of joint {}, whose limit is {:.3} {unit}/s: it cannot follow the spindle",
                         need * scale,
                         joint.name,
                         most * scale
@@ -159,6 +160,10 @@ where
             return;
         }
         let both = before != SpindleDirection::Off && direction != SpindleDirection::Off;
+        if direction == SpindleDirection::Off {
+            // A tool that stands must have cut up to the programmed point: boring cycles move it aside from there.
+            self.stop_run();
+        }
         let duration = self.device.machine.control.spindle_start_time * if both { 2.0 } else { 1.0 };
         if self.settings.spindle_waits && duration > 0.0 {
             // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed waits.

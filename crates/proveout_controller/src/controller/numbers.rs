@@ -91,6 +91,7 @@ pub(super) fn check_numbers(command: &Command) -> Result<(), Box<ControlError>> 
         | Op::Coolant(_)
         | Op::Message(_)
         | Op::Note(_)
+        | Op::Overcut(_)
         | Op::Stop { .. }
         | Op::End => {}
     }

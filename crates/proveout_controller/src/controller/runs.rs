@@ -28,6 +28,8 @@ where
             self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
             return;
         }
+        let frame = self.device.frame(self.mapping);
+        self.out.meter.tube.block(&frame, &block);
         let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
             && block.kind != MoveKind::Feed
             && self.mapping.tcp_length.is_none();
@@ -61,7 +63,7 @@ where
             }
         }
         let number = self.path.first_block + self.path.blocks.len() as u64;
-        self.out.length_before += self.path.end();
+        self.out.meter.rest();
         self.path = Path::starting_with(number);
         self.begin = Begin::default();
         self.window = self.settings.look_ahead_blocks;
@@ -135,7 +137,12 @@ where
             }
         }
         let length = block.length;
-        block.shape = Shape::Timed(Box::new(Timed { from, joints }));
+        // The program says where the joints end, not how they come there.
+        block.told = None;
+        let counts = |i: &usize| self.device.machine.joints[*i].is_rotary() != block.tip_moves;
+        let per = if block.tip_moves { 1.0 } else { 1.0_f64.to_degrees() };
+        let counted = (0..l.count).filter(counts).map(|i| (i, per)).collect();
+        block.shape = Shape::Timed(Box::new(Timed { from, joints, counted }));
         block.length = duration;
         let number = self.path.first_block;
         self.path = Path::single(number, block);
@@ -146,9 +153,9 @@ where
         let scope = scope(&self.device, &self.settings, self.mapping);
         self.out.stretch(&scope, &self.path, &s, [false, false]);
         if let Some(record) = self.out.chunk.blocks.last_mut() {
-            record.length = length;
+            record.programmed_length = length;
         }
-        self.out.length_before += length;
+        self.out.meter.rest();
         self.path = Path::starting_with(number + 1);
         self.ready = true;
     }
@@ -162,6 +169,7 @@ where
             start_time,
             end_time: self.out.clock,
             length: 0.0,
+            programmed_length: 0.0,
             feed: 0.0,
             kind,
         });

@@ -1,6 +1,6 @@
 //! Retraction along the tool axis.
 
-use super::{BlockPath, Context, Position};
+use super::{BlockPath, Context, Position, Programmed};
 use crate::error::ControlError;
 
 /// Ways of the tip below this (mm) are none.
@@ -52,6 +52,9 @@ impl Context<'_> {
         };
         let to = lifted(way);
         let end = self.joints(rig, &to, length);
-        Ok(if self.mapping.tcp_length.is_some() { self.line(from, to, end) } else { self.line(position.q, end, end) })
+        let tcp = self.mapping.tcp_length.is_some();
+        let mut path = if tcp { self.line(from, to, end) } else { self.line(position.q, end, end) };
+        path.programmed = Some(Box::new(Programmed::joints(position.q, end, None)));
+        Ok(path)
     }
 }

@@ -2,12 +2,11 @@
 
 use proveout_geom::Vector;
 use proveout_machine::JointValues;
-use proveout_nc::{OrientationInterpolation, SplineMotion};
+use proveout_nc::SplineMotion;
 
-use super::{BlockPath, Context, Position};
+use super::{BlockPath, Context, Position, Programmed, TipWay, linear_part};
 use crate::{
     error::ControlError,
-    jet::JointJet,
     shape::{Bezier, Shape},
 };
 
@@ -25,7 +24,7 @@ impl Context<'_> {
             Some((length, rig)) => {
                 let (from, to, unreachable) = self.end_with_tcp(motion, position, rig, length)?;
                 let end = self.joints(rig, &to, length);
-                (from, to, rig.slots, Vector::zeros(), end, unreachable)
+                (from, to, rig.slots, rig.zero, end, unreachable)
             }
             None => {
                 let (end, unreachable) = self.end_in_joints(motion, position)?;
@@ -36,9 +35,7 @@ impl Context<'_> {
         let control = [at(&from), inner[0] + shift, inner[1] + shift, at(&to)];
         let polygon: f64 = control.windows(2).map(|p| (p[1] - p[0]).norm()).sum();
         if polygon <= super::NO_TIP_MM {
-            let mut path = self.line(from, to, end);
-            path.unreachable = unreachable;
-            return Ok(path);
+            return self.straight(motion, position);
         }
         let curve = Bezier::new(slots, control, from, to).map_err(|t| {
             let place = control_point(&control, t);
@@ -50,24 +47,18 @@ impl Context<'_> {
             self.fail("control-spline", message, help)
         })?;
         let length = curve.length();
-        let path = BlockPath { shape: Shape::Bezier(Box::new(curve)), length, tip_moves: true, end, unreachable };
-        if let (OrientationInterpolation::GreatCircle, Some((tool, rig)), None) =
-            (self.orientation, tcp, &path.unreachable)
-        {
-            let tip = |t: f64| {
-                let jet = path.shape.jet(t * length);
-                JointJet(std::array::from_fn(|k| {
-                    let mut out = JointValues::ZERO;
-                    for slot in rig.slots {
-                        out[slot] = jet.0[k][slot] * length.powi(k as i32);
-                    }
-                    out
-                }))
-            };
-            if let Some(curved) = self.great_circle_along(rig, tool, &from, &to, &tip, length) {
-                return Ok(curved);
-            }
-        }
+        let shape = Shape::Bezier(Box::new(curve));
+        let start = position.told.filter(|_| tcp.is_some()).map_or(control[0], |pose| pose.tip.coords);
+        let way = TipWay::bezier([start, control[1], control[2], control[3]]);
+        let mut path = BlockPath::whole(shape.clone(), length, true, end);
+        path.unreachable = unreachable;
+        let Some((tool, rig)) = tcp else {
+            path.programmed = Some(Box::new(Programmed::joints(from, to, Some((slots, way)))));
+            return Ok(path);
+        };
+        let tip = |t: f64| linear_part(rig, &shape.jet(t * length), length);
+        path = self.oriented(path, motion, rig, (tool, [&from, &to]), &tip, Some(length));
+        path.programmed = self.told(motion, position, tool, &to, way);
         Ok(path)
     }
 }

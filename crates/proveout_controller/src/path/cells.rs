@@ -2,10 +2,10 @@
 
 use proveout_machine::{JointKind, JointValues, MAX_JOINTS};
 
-use super::{Frame, PathBlock};
+use super::{Frame, PathBlock, Way};
 use crate::{
     jet::JointJet,
-    limits::{CellLimits, cell_limits},
+    limits::{CellLimits, Stride, cell_limits},
     shape::{DerivativeBounds, Quintic, Shape},
 };
 
@@ -29,7 +29,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
         rotary.fold(0.0_f64, |m, (i, _)| m.max(slope[i].abs())) * (u1 - u0)
     };
     let limits = |a: f64, b: f64, bounds: &DerivativeBounds| {
-        (block.s0 + b, cell_limits(frame.limits, rapid, block.feed, b - a, bounds))
+        (block.s0 + b, cell_limits(frame.limits, &Stride::exact(rapid, block.feed, b - a), bounds))
     };
     let cut = |n: usize| {
         (0..n).map(move |i| {
@@ -126,12 +126,20 @@ fn point_bounds(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, a: f64, b: f6
 /// Cells of a blend or fitted stretch that begins at s0: end and limits of each.
 pub(super) fn blend_cells(
     frame: &Frame<'_>,
-    rapid: bool,
-    feed: f64,
+    (rapid, feed, way): (bool, f64, Way),
     s0: f64,
     quintic: &Quintic,
 ) -> Vec<(f64, CellLimits)> {
     let s1 = quintic.u1;
+    let machine = frame.kinematics.machine;
+    let stride = |part: &Quintic| Stride {
+        rapid,
+        feed,
+        length: part.u1 - part.u0,
+        way,
+        rate: way.range(machine, part),
+        whole: if feed.is_finite() { way.length(machine, part, [part.u0, part.u1]) } else { 0.0 },
+    };
     if frame.kinematics.is_tcp() {
         let joints = frame.kinematics.machine.joints.iter().enumerate();
         let fastest = quintic.bounds().first;
@@ -141,10 +149,11 @@ pub(super) fn blend_cells(
         let cell = |k: usize| {
             let (a, b) = (at(k), at(k + 1));
             let bounds = point_bounds(frame, |s| quintic.jet(s), a, b, POINTS);
-            (b, cell_limits(frame.limits, rapid, feed, b - a, &bounds))
+            let part = if n == 1 { quintic.clone() } else { quintic.between(a, b) };
+            (b, cell_limits(frame.limits, &Stride { length: b - a, ..stride(&part) }, &bounds))
         };
         return (0..n).map(cell).collect();
     }
     let halves = quintic.halves();
-    halves.iter().map(|h| (h.u1, cell_limits(frame.limits, rapid, feed, h.u1 - h.u0, &h.bounds()))).collect()
+    halves.iter().map(|h| (h.u1, cell_limits(frame.limits, &stride(h), &h.bounds()))).collect()
 }

@@ -2,7 +2,7 @@
 
 use proveout_machine::{JointKind, JointValues, Machine};
 
-use super::{Frame, PathBlock, SHORT, Tolerance, fit::Kink};
+use super::{Frame, PathBlock, SHORT, Tolerance, Way, fit::Kink, reversal::reverses};
 use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 
 /// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend would be
@@ -10,10 +10,14 @@ use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 const NARROWEST: f64 = 1e-6;
 /// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
 const BLEND_SHARE: f64 = 0.5;
+/// Largest kink (radian) between chords of a curve: more is a corner, also between short blocks.
+const GENTLE: f64 = 0.5;
+/// Lowest way by the parameter in the middle of a corner that its width is made for: that of 170 degrees, where it becomes a stop.
+const SLOWEST_MIDDLE: f64 = 0.087;
 /// Half width over length of short blocks. The transform of the parabola, `3 (sin x - x cos x)/x^3` with `x = 2 pi d/L`, has its second
 /// zero here: the second derivative of equal chords has no wave of the blocks' frequency, and 2.5 percent of itself at twice that.
-/// A fitted arc of curvature k lies `k d^2/10` inside of its points, about as far as the middles of its chords: 0.15 `k L^2` and
-/// 0.125 `k L^2`; wider would cost accuracy.
+/// An averaged arc of curvature k lies `k d^2/10` inside of its chords, in their middle 0.15 `k L^2` where those are 0.125 `k L^2` off: by so
+/// much its points are moved outward first (`points.rs`).
 const OVER_SHORT: f64 = 1.23;
 /// Half width over feed of short blocks, s: waves of many tiny blocks are to die out as well.
 const SMOOTHED: f64 = 0.005;
@@ -36,6 +40,9 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     // What a chord has taken of its block's tolerance is missing at both of its ends.
     let tolerance = b.corner.filter(|_| b.chord.is_some()).map_or(tolerance, |other| tolerance.min(other));
     let (end, start) = (a.course().jet(a.length), b.course().jet(0.0));
+    if reverses(frame, [a.tip_moves, b.tip_moves], &end, &start) {
+        return Corner::Stop;
+    }
     let slope = start.first() - end.first();
     let bend = start.second() - end.second();
     let lines = a.course().is_line() && b.course().is_line();
@@ -45,9 +52,12 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
         return Corner::Stop;
     }
     let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
+    let longest = a.length.max(b.length);
+    let short = longest <= SHORT * a.feed.min(b.feed);
     if !kinked && lines && feeds {
         let none = Tolerance { tip: 0.0, angle: 0.0 };
-        let kink = Kink::new((number, b.s0), [end.first(), JointValues::ZERO], none, f64::INFINITY, tolerance);
+        let slopes = [end.first(), JointValues::ZERO];
+        let kink = Kink::new((number, b.s0), slopes, none, f64::INFINITY, (tolerance, short));
         return Corner::Kink(Box::new(kink));
     }
     if !kinked && (lines || bend.max_abs() < 1e-9 * end.second().max_abs().max(start.second().max_abs())) {
@@ -56,7 +66,8 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     let machine = frame.kinematics.machine;
     let room = 0.5 * a.length.min(b.length);
     let feed = a.feed.min(b.feed);
-    let need = needed_half_width(frame, &end, &start, feed, a.is_rapid() && b.is_rapid());
+    let way = Way::of([a.tip_moves, b.tip_moves]);
+    let need = needed_half_width(frame, (way, &end, &start), feed, a.is_rapid() && b.is_rapid());
     let mut d = room.min(need);
     if kinked {
         let (tip, angle) = size(machine, &(slope * (3.0 / 16.0)));
@@ -68,9 +79,9 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
         }
         if feeds {
             let (tip, angle) = size(machine, &slope);
-            let longest = a.length.max(b.length);
-            let wanted =
-                if longest <= SHORT * feed { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
+            let wanted = if short { need.max(OVER_SHORT * longest).max(SMOOTHED * feed) } else { need };
+            let turn = if a.tip_moves { tip } else { angle / scale };
+            let gentle = short && turn <= GENTLE;
             let tighter = b.corner.map_or(tolerance, |other| tolerance.min(other));
             let size = Tolerance { tip, angle };
             return Corner::Kink(Box::new(Kink::new(
@@ -78,7 +89,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
                 [end.first(), slope],
                 size,
                 wanted.min(f64::MAX),
-                tighter,
+                (tighter, gentle),
             )));
         }
         let quintic = Box::new(blend(a, b, d));
@@ -133,7 +144,12 @@ pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
 
 /// Half width at which the joints can take the corner at the feed, or at the highest speed of both blocks if that is
 /// lower: with the largest second and third derivative of the blend from the table above.
-fn needed_half_width(frame: &Frame<'_>, end: &JointJet, start: &JointJet, feed: f64, rapid: bool) -> f64 {
+///
+/// In the middle of the blend between slopes u and w the way by the parameter is |u + w|/2 = cos(half of the angle), so that at the feed the
+/// parameter runs faster by one over that, and the joints accelerate by its square. The jerk is highest between middle and ends, about
+/// by its cube: at 90 degrees 2.4 times as much as at the ends of the blend where the parameter runs at the feed, cube 2.8; at
+/// 120 degrees 11 times, cube 8, within what the share of the limits leaves.
+fn needed_half_width(frame: &Frame<'_>, (way, end, start): (Way, &JointJet, &JointJet), feed: f64, rapid: bool) -> f64 {
     let (qa, qb) = (frame.kinematics.joints(end), frame.kinematics.joints(start));
     let l = frame.limits;
     let velocity = if rapid { &l.rapid } else { &l.velocity };
@@ -147,12 +163,16 @@ fn needed_half_width(frame: &Frame<'_>, end: &JointJet, start: &JointJet, feed: 
     if !speed.is_finite() {
         return f64::INFINITY;
     }
+    let ends = [end, start].map(|jet| way.rate(frame.kinematics.machine, jet)[0]);
+    let mean = JointJet([JointValues::ZERO, (end.first() + start.first()) * 0.5, JointValues::ZERO, JointValues::ZERO]);
+    let middle = way.rate(frame.kinematics.machine, &mean)[0] / ends[0].max(ends[1]).max(f64::MIN_POSITIVE);
+    let faster = if rapid { 1.0 } else { 1.0 / middle.clamp(SLOWEST_MIDDLE, 1.0) };
     let mut d = 0.0_f64;
     for i in 0..l.count {
         let kink = (qb.first()[i] - qa.first()[i]).abs();
         let bend = (qb.second()[i] - qa.second()[i]).abs();
         let (a, j) = (BLEND_SHARE * l.acceleration[i], BLEND_SHARE * l.jerk[i]);
-        d = d.max(0.75 * kink * speed * speed / a).max((1.5 * kink * speed.powi(3) / j).sqrt());
+        d = d.max(0.75 * kink * (faster * speed).powi(2) / a).max((1.5 * kink * (faster * speed).powi(3) / j).sqrt());
         // A step of curvature is spread over 2 d: third derivative about 1.5 bend / (2 d).
         d = d.max(0.75 * bend * speed.powi(3) / j);
     }

@@ -17,12 +17,12 @@
 //! *Distance to the exact path*: at the borders of blocks and in their middle, with h^2/8 times the highest second derivative for what
 //! lies between (h: distance of the points). *Slope*: y' is a mean of the slopes of the blocks that act; the control points of the span's
 //! derivative must lie between their least and highest too, so that no joint reverses that the program does not reverse, and no
-//! longer than one for the tip.
+//! longer than the longest of them for the tip.
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use super::{
-    Frame, Path, PathCell, Span, SpanShape, Tolerance,
+    Frame, Path, PathCell, Span, SpanShape, Tolerance, Way,
     cells::blend_cells,
     corner::size,
     fit::{EventKind, Fit, Kink, lift_jet},
@@ -59,11 +59,19 @@ impl Curve {
     }
 }
 
+/// Sizes of differences of task coordinates.
+fn sizes(frame: &Frame<'_>) -> impl Fn(&JointValues) -> Tolerance {
+    |difference| {
+        let (tip, angle) = size(frame.kinematics.machine, difference);
+        Tolerance { tip, angle }
+    }
+}
+
 impl Path {
     /// Takes a kink into the fit, and finishes what it decides.
     pub(super) fn round(&mut self, frame: &Frame<'_>, kink: Kink) {
         self.curve.fit.push(kink);
-        self.curve.fit.settle(None);
+        self.curve.fit.settle(None, &sizes(frame));
         if let Some(limit) = self.curve.fit.known_to() {
             self.spans_to(frame, limit);
         }
@@ -71,7 +79,7 @@ impl Path {
 
     /// Finishes the run of lines up to s, where no support reaches.
     pub(super) fn end_lines(&mut self, frame: &Frame<'_>, s: f64) {
-        self.curve.fit.settle(Some(s));
+        self.curve.fit.settle(Some(s), &sizes(frame));
         self.spans_to(frame, f64::INFINITY);
         self.exact_to(frame, s);
     }
@@ -113,7 +121,7 @@ impl Path {
         if self.curve.active == 0 && limit.is_finite() {
             self.exact_to(frame, limit);
         }
-        let rounding = self.curve.fit.rounding(self.s_done);
+        let rounding = self.curve.fit.rounding(self.s_done, &sizes(frame));
         if rounding > 0.0 {
             self.max_rounding = self.max_rounding.max(rounding + self.off_chord);
         }
@@ -165,10 +173,12 @@ impl Path {
         let first = self.blocks.partition_point(|b| b.end() <= s0).min(self.blocks.len() - 1);
         let number = self.first_block + first as u64;
         let feed = self.blocks[first..].iter().take_while(|b| b.s0 < s1).fold(f64::INFINITY, |m, b| m.min(b.feed));
-        for (end, limits) in blend_cells(frame, false, feed, s0, &quintic) {
+        let tip_moves = self.blocks[first].tip_moves;
+        let way = Way::of([tip_moves, tip_moves]);
+        for (end, limits) in blend_cells(frame, (false, feed, way), s0, &quintic) {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: overlaps });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)) });
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)), way });
         self.s_done = s1;
     }
 
@@ -182,10 +192,17 @@ impl Path {
         let i = self.blocks.partition_point(|b| b.end() < s).min(self.blocks.len() - 1);
         let (block, number) = (&self.blocks[i], self.first_block + i as u64);
         let mut jet = block.course().jet(s - block.s0);
+        // The line between the moved ends of the block.
+        let moved = |number: Option<u64>| self.curve.fit.numbered(number).map_or(JointValues::ZERO, |k| k.point.shift);
+        let [begin, end] = [number.checked_sub(1), Some(number)].map(moved);
+        let lean = (end - begin) * (1.0 / block.length);
+        jet.0[0] = jet.0[0] + begin + lean * (s - block.s0);
+        jet.0[1] = jet.0[1] + lean;
         for kink in self.acting(s).filter(|k| !k.is_flat()) {
             let lift = lift_jet(s - kink.s, kink.half_width(), number > kink.number);
+            let slope = kink.kink();
             for (sum, part) in jet.0.iter_mut().zip(lift) {
-                *sum = *sum + kink.slope * part;
+                *sum = *sum + slope * part;
             }
         }
         jet
@@ -197,7 +214,7 @@ impl Path {
         let any = [f64::INFINITY; MAX_JOINTS];
         let (mut low, mut high, mut longest) = (JointValues(any), JointValues(any.map(|x| -x)), 0.0_f64);
         for kink in self.acting(span.u1) {
-            for slope in [kink.before, kink.before + kink.slope] {
+            for slope in kink.slopes() {
                 low = low.zip_map(slope, f64::min);
                 high = high.zip_map(slope, f64::max);
                 longest = longest.max(size(machine, &slope).0);

@@ -21,10 +21,13 @@
 //! 1. `T_i`: the widest common half width with `S(s_i)` within the tolerance. d e(x/d) grows with d, so that narrower ones keep it too.
 //! 2. `d_j <= max(T_i, |s_i - s_j|)` for all i: every kink that acts on `s_i` is no wider than `T_i`, hence `S(s_i)` holds.
 //! 3. `d_j <= d_i + |s_i - s_j|`: supports begin and end in the order of the kinks. Then y' is a mean of the slopes of the blocks
-//!    with weights that are not negative, and the tip is nowhere faster than the feed.
+//!    with weights that are not negative.
 //!
 //! Each rule only lowers, so none breaks another. A kink sees no more than [`NEIGHBORS`] others on either side: what is decided
-//! depends on three times as many blocks ahead, never on where a window of the look-ahead ends.
+//! depends on six times as many blocks ahead (`points.rs` goes on from here), never on where a window of the look-ahead ends.
+//!
+//! *Points.* An average lies inside of a curve; `points.rs` moves the borders of short blocks outward before they are averaged, so that y
+//! passes through the programmed points of a curve.
 //!
 //! *Limits.* S adds up sizes: kinks to and fro, which cancel in y, count fully, so that noisy points are smoothed over less length
 //! than the tolerance would allow. Blocks that are no lines keep the blends of `corner.rs`.
@@ -33,7 +36,7 @@ use std::collections::VecDeque;
 
 use proveout_machine::JointValues;
 
-use super::Tolerance;
+use super::{Tolerance, points::Point};
 
 /// Kinks to either side that act on one.
 pub(super) const NEIGHBORS: usize = 16;
@@ -53,10 +56,14 @@ pub(super) struct Kink {
     pub(super) wanted: f64,
     /// The tighter one of the blocks on both sides.
     pub(super) tolerance: Tolerance,
+    /// Both blocks are short and the kink is small: chords of a curve.
+    pub(super) short: bool,
     /// `T_i`, then what rules 1 and 2 leave, then what rule 3 leaves.
     common: f64,
     free: f64,
-    half_width: f64,
+    pub(super) half_width: f64,
+    /// What is done with its point.
+    pub(super) point: Point,
 }
 
 impl Kink {
@@ -65,9 +72,22 @@ impl Kink {
         [before, slope]: [JointValues; 2],
         size: Tolerance,
         wanted: f64,
-        tolerance: Tolerance,
+        (tolerance, short): (Tolerance, bool),
     ) -> Self {
-        Self { number, s, before, slope, size, wanted, tolerance, common: 0.0, free: 0.0, half_width: 0.0 }
+        Self {
+            number,
+            s,
+            before,
+            slope,
+            size,
+            wanted,
+            tolerance,
+            short,
+            common: 0.0,
+            free: 0.0,
+            half_width: 0.0,
+            point: Point::default(),
+        }
     }
 
     pub(super) fn begin(&self) -> f64 {
@@ -82,14 +102,25 @@ impl Kink {
         self.half_width
     }
 
-    /// The slope does not jump.
+    /// The slope does not jump, and the point is not moved against its neighbors.
     pub(super) fn is_flat(&self) -> bool {
-        self.wanted == f64::INFINITY
+        self.wanted == f64::INFINITY && self.point.bend == JointValues::ZERO
+    }
+
+    /// Slopes of the blocks on both sides with their points moved.
+    pub(super) fn slopes(&self) -> [JointValues; 2] {
+        let before = self.before + self.point.lean;
+        [before, before + self.kink()]
+    }
+
+    /// The jump between them.
+    pub(super) fn kink(&self) -> JointValues {
+        self.slope + self.point.bend
     }
 }
 
 /// d e(x/d).
-fn lift(x: f64, d: f64) -> f64 {
+pub(super) fn lift(x: f64, d: f64) -> f64 {
     let t = (x / d).abs();
     if t < 1.0 { d * (3.0 - t * (8.0 - t * (6.0 - t * t))) / 16.0 } else { 0.0 }
 }
@@ -107,18 +138,22 @@ pub(super) fn lift_jet(x: f64, d: f64, behind: bool) -> [f64; 3] {
 /// Kinks of the run of lines under way, in the order of the path.
 #[derive(Debug, Default)]
 pub(super) struct Fit {
-    kinks: VecDeque<Kink>,
+    pub(super) kinks: VecDeque<Kink>,
     /// Where the first support may begin.
-    low: f64,
+    pub(super) low: f64,
     /// Number of kinks, from the front, for which each of the three steps is done.
     common: usize,
     free: usize,
-    settled: usize,
+    pub(super) settled: usize,
+    /// The same for the steps of `points.rs`.
+    pub(super) points: [usize; 5],
     /// Number of kinks whose begin, middle, end and deviation have been seen.
     begun: usize,
     passed: usize,
     ended: usize,
     measured: usize,
+    /// Bounds of the deviation at the last one that was measured: by sizes, and as it is.
+    last_bounds: Option<[f64; 2]>,
 }
 
 /// A place of the path that means something to a kink.
@@ -155,8 +190,8 @@ impl Fit {
         &self.kinks
     }
 
-    /// Decides half widths as far as the known kinks allow; all of them where the end of the run is given.
-    pub(super) fn settle(&mut self, high: Option<f64>) {
+    /// Decides half widths and points as far as the known kinks allow; all of them where the end of the run is given.
+    pub(super) fn settle(&mut self, high: Option<f64>, size: &dyn Fn(&JointValues) -> Tolerance) {
         let n = self.kinks.len();
         let ready = |known: usize| if high.is_some() { known } else { known.saturating_sub(NEIGHBORS) };
         while self.common < ready(n) {
@@ -182,9 +217,21 @@ impl Fit {
                 self.near(j).map(|i| self.kinks[i].free + (self.kinks[i].s - s).abs()).fold(f64::INFINITY, f64::min);
             self.settled += 1;
         }
+        self.place_points(high.is_some(), size);
     }
 
-    fn near(&self, i: usize) -> std::ops::Range<usize> {
+    /// Kinks whose half widths and points are decided.
+    fn decided(&self) -> usize {
+        self.points[self.points.len() - 1]
+    }
+
+    /// The kink of this number, if it is one of the run.
+    pub(super) fn numbered(&self, number: Option<u64>) -> Option<&Kink> {
+        let first = self.kinks.front()?.number;
+        self.kinks.get(number?.checked_sub(first)? as usize)
+    }
+
+    pub(super) fn near(&self, i: usize) -> std::ops::Range<usize> {
         i.saturating_sub(NEIGHBORS)..(i + NEIGHBORS + 1).min(self.kinks.len())
     }
 
@@ -224,15 +271,15 @@ impl Fit {
         (tip / here.tolerance.tip).max(angle / here.tolerance.angle)
     }
 
-    /// Where the supports of all kinks that come or are not settled yet begin at the earliest.
+    /// Where the supports of all kinks that come or are not decided yet begin at the earliest.
     pub(super) fn known_to(&self) -> Option<f64> {
-        self.settled.checked_sub(1).map(|last| self.kinks[last].begin())
+        self.decided().checked_sub(1).map(|last| self.kinks[last].begin())
     }
 
-    /// The next place of a settled kink.
+    /// The next place of a decided kink.
     pub(super) fn next_event(&self) -> Option<Event> {
         let at = |i: usize, kind: EventKind| {
-            let k = (i < self.settled).then(|| &self.kinks[i])?;
+            let k = (i < self.decided()).then(|| &self.kinks[i])?;
             let s = match kind {
                 EventKind::Begin => k.begin(),
                 EventKind::Border => k.s,
@@ -257,17 +304,23 @@ impl Fit {
         }
     }
 
-    /// Largest S of kinks before s that have not been asked for, mm.
-    pub(super) fn rounding(&mut self, s: f64) -> f64 {
+    /// Largest deviation of y from x up to kinks before s that have not been asked for, mm.
+    pub(super) fn rounding(&mut self, s: f64, size: &dyn Fn(&JointValues) -> Tolerance) -> f64 {
         let mut worst = 0.0_f64;
-        while self.measured < self.settled && self.kinks[self.measured].s <= s {
+        while self.measured < self.decided() && self.kinks[self.measured].s <= s {
             let i = self.measured;
-            let here = self.kinks[i].s;
-            let tip = self.near(i).map(|k| {
-                let k = &self.kinks[k];
-                if k.half_width > 0.0 { k.size.tip * lift(here - k.s, k.half_width) } else { 0.0 }
-            });
-            worst = worst.max(tip.sum());
+            let bounds = self.bounds_at(i, size);
+            let block = match self.last_bounds {
+                Some(before) => {
+                    let between = self.between(i, size);
+                    bounds[0].max(before[0]).min(bounds[1].max(before[1]) + between)
+                }
+                None => bounds[0],
+            };
+            // Behind the last one of a run the deviation only falls.
+            let ends = i + 1 == self.kinks.len();
+            worst = worst.max(block).max(if ends { bounds[0] } else { 0.0 });
+            self.last_bounds = Some(bounds);
             self.measured += 1;
         }
         worst
@@ -275,8 +328,9 @@ impl Fit {
 
     /// Forgets kinks that act on nothing behind s nor on other kinks.
     pub(super) fn forget_before(&mut self, s: f64) {
-        while self.measured > NEIGHBORS
-            && self.settled > NEIGHBORS
+        let needed = NEIGHBORS + 2;
+        while self.measured > needed
+            && self.decided() > needed
             && self.ended > 0
             && self.kinks.front().is_some_and(|k| k.end() <= s)
         {
@@ -284,6 +338,7 @@ impl Fit {
             self.common -= 1;
             self.free -= 1;
             self.settled -= 1;
+            self.points.iter_mut().for_each(|count| *count -= 1);
             self.begun -= 1;
             self.passed -= 1;
             self.ended -= 1;
@@ -331,6 +386,7 @@ mod tests {
         for case in 0..60 {
             let mut seed = 77 + case;
             let tolerance = Tolerance { tip: 0.01, angle: 0.001 };
+            let none = |_: &JointValues| Tolerance { tip: 0.0, angle: 0.0 };
             let (mut at_once, mut stream) = (Fit::from(0.0), Fit::from(0.0));
             let mut s = 0.0;
             let mut widths: Vec<(f64, f64, f64)> = Vec::new();
@@ -340,17 +396,18 @@ mod tests {
                 let tip = 10_f64.powf(3.0 * random(&mut seed) - 3.0);
                 let angle = 0.1 * tip * random(&mut seed);
                 let wanted = 10_f64.powf(2.0 * random(&mut seed) - 1.0);
-                let kink = Kink::new((number, s), [JointValues::ZERO; 2], Tolerance { tip, angle }, wanted, tolerance);
+                let slopes = [JointValues::ZERO; 2];
+                let kink = Kink::new((number, s), slopes, Tolerance { tip, angle }, wanted, (tolerance, false));
                 at_once.push(kink.clone());
                 stream.push(kink);
-                stream.settle(None);
+                stream.settle(None, &none);
                 while streamed.len() < stream.settled {
                     streamed.push(stream.kinks[streamed.len()].half_width);
                 }
             }
             let end = s + 0.3;
-            at_once.settle(Some(end));
-            stream.settle(Some(end));
+            at_once.settle(Some(end), &none);
+            stream.settle(Some(end), &none);
             for (a, b) in at_once.kinks.iter().zip(&stream.kinks) {
                 assert_eq!(a.half_width.to_bits(), b.half_width.to_bits());
                 assert!(a.half_width > 0.0 && a.begin() >= 0.0 && a.end() <= end);

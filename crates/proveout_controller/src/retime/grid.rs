@@ -2,7 +2,10 @@
 
 use proveout_machine::MAX_JOINTS;
 
-use super::problem::{JointRow, MARGIN, Node, Problem};
+use super::{
+    cap::{Cap, Caps, inner_points},
+    problem::{JointRow, MARGIN, Node, Problem},
+};
 use crate::{
     jet::JointJet,
     path::{Frame, Path, PathCell},
@@ -177,7 +180,7 @@ fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot
             let phase_end = if phase + 1 == law.phases.len() { law.planned } else { p.time + p.duration };
             let to = phase_end.min(end);
             let cruise = p.start.a == 0.0 && p.start.j == 0.0;
-            let held = cruise && p.start.v >= AT_SPEED * c.limits.steady && tight(spots, from, to) == 1.0;
+            let held = cruise && p.start.v >= AT_SPEED * c.limits.highest && tight(spots, from, to) == 1.0;
             if to > from {
                 let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
                 out.push(Piece { from, to, cell, held, pace: v[0].min(v[1]) / jerk });
@@ -200,7 +203,7 @@ pub(super) struct Probe<'a> {
     law: &'a Law,
     cursor: Cursor,
     span: usize,
-    last: Option<(usize, f64, JointJet)>,
+    last: Option<(usize, f64, JointJet, [f64; 2])>,
 }
 
 impl<'a> Probe<'a> {
@@ -214,33 +217,34 @@ impl<'a> Probe<'a> {
         used.iter().map(|i| rows[*i]).collect()
     }
 
-    /// Derivatives by the law's own time, over the limits, and one over the highest square of the tempo.
-    fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], f64) {
+    /// Derivatives by the law's own time, over the limits, and what the squares of feed and joint velocities are of their limits.
+    fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], Caps) {
         let mut rows = [[0.0; 5]; MAX_JOINTS];
+        let mut caps = [Cap::default(); MAX_JOINTS + 1];
         let x = self.law.planned_at(p, &mut self.cursor);
-        let jet = match self.last {
+        let c = &self.path.cells[cell];
+        let (jet, [rate, bend]) = match self.last {
             // The same place, seen from the other side of a border that the path does not know.
-            Some((c, s, jet)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => jet,
+            Some((c, s, jet, rate)) if c == cell && (x.s - s).abs() <= 1e-5 * x.v * INTERVAL[0] => (jet, rate),
             _ => {
                 let task = self.path.rounded(x.s, &mut self.span);
-                self.frame.kinematics.joints(&task)
+                (self.frame.kinematics.joints(&task), c.limits.way.rate(self.frame.kinematics.machine, &task))
             }
         };
-        self.last = Some((cell, x.s, jet));
+        self.last = Some((cell, x.s, jet, [rate, bend]));
         let (q1, q2, q3) = (jet.first(), jet.second(), jet.third());
-        let c = &self.path.cells[cell];
         let l = self.frame.limits;
         let velocity = if c.limits.rapid { &l.rapid } else { &l.velocity };
-        let mut speed = (x.v / c.limits.feed).powi(2);
+        caps[MAX_JOINTS] = Cap::of([rate * x.v, rate * x.a + bend * x.v * x.v], c.limits.feed);
         for i in 0..l.count {
             let d1 = q1[i] * x.v;
             let d2 = q1[i] * x.a + q2[i] * x.v * x.v;
             let d3 = q1[i] * x.j + 3.0 * q2[i] * x.v * x.a + q3[i] * x.v * x.v * x.v;
-            speed = speed.max((d1 / velocity[i]).powi(2));
+            caps[i] = Cap::of([d1, d2], velocity[i]);
             let (a, j) = ((1.0 + MARGIN) / l.acceleration[i], (1.0 + MARGIN) / l.jerk[i]);
             rows[i] = [0.5 * d1 * a, d2 * a, 0.5 * d1 * j, 1.5 * d2 * j, d3 * j];
         }
-        (rows, speed)
+        (rows, caps)
     }
 }
 
@@ -250,7 +254,7 @@ pub(super) fn problem(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], 
     let knots = knots(region, step);
     let lengths: Vec<f64> = knots.windows(2).map(|w| w[1] - w[0]).collect();
     let problem = Problem { fixed, lengths, begins: knots.clone(), scale: step, ..Problem::default() };
-    let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, problem, rows: Vec::new() };
+    let mut grid = Grid { tight: 1.0, smooth: 0, cell: 0, problem, rows: Vec::new(), caps: Vec::new() };
     let mut k = 0;
     let last = knots.len() - 2;
     for piece in &region.pieces {
@@ -298,31 +302,33 @@ struct Grid {
     smooth: u32,
     problem: Problem,
     rows: Vec<[JointRow; MAX_JOINTS]>,
+    /// Of each node.
+    caps: Vec<Caps>,
 }
 
 impl Grid {
-    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, speed): ([JointRow; MAX_JOINTS], f64)) {
+    fn add(&mut self, k: usize, tau: f64, weight: f64, (mut rows, caps): ([JointRow; MAX_JOINTS], Caps)) {
         let p = &mut self.problem;
         if self.tight > 1.0 {
             rows.iter_mut().flatten().for_each(|r| *r *= self.tight);
         }
         let (cell, smooth, basis) = (self.cell, self.smooth, p.basis(k, tau));
-        p.nodes.push(Node { k, tau, cell, smooth, basis, weight, speed, lead: 0.0 });
+        p.nodes.push(Node { k, tau, cell, smooth, basis, weight, speed: 0.0, lead: 0.0 });
         self.rows.push(rows);
+        self.caps.push(caps.map(|cap| cap.tightened(self.tight)));
     }
 
-    /// Gives the highest speed row of every interval to its two inner control points.
+    /// Limits the two inner control points of every interval, so that b passes no speed.
     fn cap(&mut self) {
         let p = &mut self.problem;
         let mut first = 0;
         while first < p.nodes.len() {
             let k = p.nodes[first].k;
             let end = first + p.nodes[first..].partition_point(|n| n.k == k);
-            let highest = p.nodes[first..end].iter().fold(0.0_f64, |m, n| m.max(n.speed));
-            p.nodes[first..end].iter_mut().for_each(|n| n.speed = 0.0);
+            let [begin, behind] = inner_points(&p.nodes[first..end], &self.caps[first..end], p.lengths[k]);
             let third = p.lengths[k] / 3.0;
-            (p.nodes[first].speed, p.nodes[first].lead) = (highest, third);
-            (p.nodes[end - 1].speed, p.nodes[end - 1].lead) = (highest, -third);
+            (p.nodes[first].speed, p.nodes[first].lead) = (begin, third);
+            (p.nodes[end - 1].speed, p.nodes[end - 1].lead) = (behind, -third);
             first = end;
         }
     }

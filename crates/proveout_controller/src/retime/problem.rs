@@ -11,8 +11,8 @@
 //!   u c <= 1          |a1 b' + a0 b| <= 1          |j2 b'' + j1 b' + j0 b| <= 1/sqrt(b)
 //! ```
 //!
-//! where c are the two inner control points of b in Bezier form: b lies in their hull, so that no speed is passed between the
-//! points.
+//! where c are the two inner control points of b in Bezier form: b lies in the hull of its control points, so that no speed is
+//! passed between the points (`cap.rs`).
 //!
 //! *Rows that never bind.* Rows of acceleration (of jerk) of a joint that stay far below their limit in all of the intervals under
 //! way are left out (`Rows`); the caller looks at all rows of the result and takes them in where they are needed.

@@ -249,11 +249,6 @@ impl DriveModel {
         self.inertia
     }
 
-    /// Inner step, s.
-    pub fn inner_step(&self) -> f64 {
-        self.step
-    }
-
     /// Inner steps of a control cycle.
     pub fn inner_steps(&self) -> usize {
         self.steps

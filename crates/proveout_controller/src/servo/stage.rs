@@ -176,6 +176,7 @@ impl<'m> ServoStage<'m> {
         summary.max_chord_error_mm = self.chord;
         summary.max_servo_contour_error_mm = Some(self.contour.worst);
         summary.max_contour_error_mm += self.contour.worst;
+        summary.max_axis_error += self.contour.worst_axis;
         let name = |j: usize| self.machine.joints.get(j).map_or_else(String::new, |joint| joint.name.clone());
         let report = self.bank.tree.report();
         let unlimited = self.bank.models.iter().enumerate().filter(|(_, m)| m.max_force().is_none());
@@ -232,9 +233,9 @@ impl<'m> ServoStage<'m> {
         }
         sample.actual = self.actual[0];
         // Both with the machine's geometric errors: what is measured here is what the drives add.
-        let planned_tip = self.machine.actual_forward(&sample.commanded, self.sample_length).tip;
+        let planned = self.machine.actual_forward(&sample.commanded, self.sample_length);
         sample.pose = self.pose;
-        self.contour.push(planned_tip, &sample.pose.tip);
+        self.contour.push(planned, &sample.pose, self.sample_length);
         sample.drive = Some(self.drives(sample));
         self.last = Some(*sample);
         Ok(())

@@ -35,8 +35,11 @@ fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
             feed: 150.0,
             feed_programmed: 150.0,
             chord: None,
+            loose: Some(Tolerance { tip: 0.05, angle: 0.01 }),
+            stands: false,
             corner: Some(Tolerance { tip: 0.05, angle: 0.01 }),
             tip_moves: true,
+            told: None,
             file: std::sync::Arc::from("test"),
             line: k,
         };

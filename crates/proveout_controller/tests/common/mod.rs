@@ -135,6 +135,10 @@ impl Program {
         }))
     }
 
+    pub(crate) fn g1_at_feed(self, values: &[(char, f64)], mm_s: f64) -> Self {
+        self.feed(mm_s).g1(values)
+    }
+
     pub(crate) fn feed(self, mm_s: f64) -> Self {
         self.op(Op::Feed(Feed::PerTime(mm_s)))
     }

@@ -1,5 +1,5 @@
 //! Forward and inverse kinematics: laws on random machines, branch choice and singular poses on known ones, platforms,
-//! actual machines, plans over whole paths.
+//! actual machines, tool axes past and through poles.
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 mod actual;
@@ -8,5 +8,5 @@ mod common;
 mod hybrid;
 mod laws;
 mod limits;
-mod plan;
+mod poles;
 mod redundant;

@@ -3,6 +3,7 @@
 use super::contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
 use super::corner::Entry;
 use super::plane::Plane;
+use super::stretch::{Role, WINDOW, Wall, Way};
 use super::{Compensated, Fault, Pending, State, emit, motion_mut, motion_of};
 use crate::codes;
 use crate::frame;
@@ -20,6 +21,7 @@ impl Compensated {
         let Some(plane) = self.plane.filter(|_| self.is_active() || self.residual != [0.0; 2]) else {
             return self.pass(command);
         };
+        self.heights = plane.height(&start).zip(plane.height(&end_base)).map(|(a, b)| [a.min(b), a.max(b)]);
         if machine {
             if self.is_active() {
                 return Err(self.unfit(&location, "a motion in machine coordinates while cutter compensation is on"));
@@ -40,6 +42,10 @@ impl Compensated {
                     }
                 }
                 self.residual = [0.0; 2];
+                if matches!(command.op, Op::Linear(_)) {
+                    self.exit_move(&end_base, &plane, location);
+                }
+                self.leaving = None;
             } else {
                 return Err(self.unfit(&location, "the first motion behind G40 is not straight"));
             }
@@ -84,6 +90,19 @@ impl Compensated {
         self.follow(command, Element { start: from, end, shape })
     }
 
+    /// The straight block in feed that leads off the contour.
+    fn exit_move(&mut self, end_base: &AxisValues, plane: &Plane, location: Location) {
+        let Some((stretch, from)) = &self.leaving else { return };
+        let (Ok(end), Some(wall)) = (plane.project(end_base), stretch.walls.len().checked_sub(1)) else {
+            let text = "the exit from cutter compensation is not held against the contour: its end is not known";
+            self.out.push_back(Ok(Command { location, op: Op::Note(text.to_owned()) }));
+            return;
+        };
+        let element = Element { start: *from, end, shape: Shape::Line };
+        let way = Way { element, role: Role::Exit, wall, radius: self.offset.abs(), heights: self.heights, location };
+        self.check_exit(&way);
+    }
+
     pub(super) fn shape(&self, op: &Op, plane: &Plane, location: &Location) -> Result<Shape, Fault> {
         let Op::Arc(arc) = op else { return Ok(Shape::Line) };
         let sense = frame::dot(arc.normal_base, plane.normal);
@@ -124,6 +143,10 @@ impl Compensated {
         }
         let style = self.reader.comp_style().unwrap_or(self.default_style);
         let from = from.map(|p| [p[0] + self.residual[0], p[1] + self.residual[1]]);
+        if from.is_none() {
+            let text = "the entry to cutter compensation is not held against the contour: its start is not known";
+            self.out.push_back(Ok(Command { location: location.clone(), op: Op::Note(text.to_owned()) }));
+        }
         let from = match (style.entry, from) {
             (Entry::Perpendicular, from) => from.unwrap_or(end),
             (Entry::Parallel, Some(from)) if norm(sub(end, from)) > self.offset.abs() => from,
@@ -142,23 +165,57 @@ impl Compensated {
         };
         let element = Element { start: from, end, shape: Shape::Line };
         self.state = State::On;
-        let rest = element.extent();
-        self.pending =
-            Some(Pending { command, element, offset: self.offset, rest, entry: true, feed: self.feed, style });
+        self.pending = Some(Pending {
+            command,
+            element,
+            offset: self.offset,
+            least_offset: self.offset,
+            from,
+            rest: element.extent(),
+            entry: true,
+            feed: self.feed,
+            style,
+            heights: self.heights,
+        });
         Ok(())
     }
 
     /// A block of the contour: the end of the one before is known now.
     pub(super) fn follow(&mut self, command: Command, element: Element) -> Result<(), Fault> {
         let start = self.settle(Some((&element, &command)))?;
-        let offset_at_start = start.map_or(self.offset, |(_, offset)| offset);
-        let rest = match start {
-            Some((point, _)) => element.extent() - element.on_from_start(point, offset_at_start),
-            None => element.extent(),
-        };
+        let (from, offset, used) =
+            start.map_or((element.offset_start(self.offset), self.offset, 0.0), |b| (b.point, b.offset, b.used));
         let style = self.reader.comp_style().unwrap_or(self.default_style);
-        self.pending =
-            Some(Pending { command, element, offset: self.offset, rest, entry: false, feed: self.feed, style });
+        let least_offset = if offset.abs() < self.offset.abs() { offset } else { self.offset };
+        if self.stretch.is_full() {
+            self.check()?;
+            self.stretch.forget();
+            let text = format!(
+                "a contour of more than {} blocks: the path of the tool center is held against {WINDOW} blocks before and behind it",
+                2 * WINDOW
+            );
+            self.out.push_back(Ok(Command { location: command.location.clone(), op: Op::Note(text) }));
+        }
+        self.stretch.walls.push(Wall {
+            element,
+            offset: least_offset,
+            location: command.location.clone(),
+            in_feed: !matches!(command.op, Op::Rapid(_)),
+            heights: self.heights,
+            look_ahead: style.look_ahead,
+        });
+        self.pending = Some(Pending {
+            command,
+            element,
+            offset: self.offset,
+            least_offset,
+            from,
+            rest: element.extent() - used,
+            entry: false,
+            feed: self.feed,
+            style,
+            heights: self.heights,
+        });
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 /// Two points of the plane nearer than this are one, mm: below the resolution of every program.
 pub(crate) const SAME_POINT_MM: f64 = 1e-6;
 /// Rounding of lengths and of arc lengths in intersections, mm: coordinates up to 10 m carry 2e-12 mm.
-const ROUNDING_MM: f64 = 1e-9;
+pub(crate) const ROUNDING_MM: f64 = 1e-9;
 
 pub(crate) type Point = [f64; 2];
 
@@ -34,7 +34,7 @@ pub(crate) fn left(direction: Point) -> Point {
     [-direction[1], direction[0]]
 }
 
-fn unit(a: Point) -> Point {
+pub(crate) fn unit(a: Point) -> Point {
     let length = norm(a);
     if length > 0.0 { [a[0] / length, a[1] / length] } else { [1.0, 0.0] }
 }
@@ -61,7 +61,8 @@ pub(crate) struct Element {
 }
 
 impl Element {
-    fn tangent_at(&self, point: Point) -> Point {
+    /// Unit direction of motion at a point of the element.
+    pub(crate) fn tangent_at(&self, point: Point) -> Point {
         match self.shape {
             Shape::Line => unit(sub(self.end, self.start)),
             Shape::Arc { center, counter_clockwise, .. } => {
@@ -129,11 +130,74 @@ impl Element {
         }
     }
 
+    /// As [`Self::back_from_end`] for points near the end, below zero behind it.
+    pub(crate) fn before_end(&self, point: Point, offset: f64) -> f64 {
+        match self.shape {
+            Shape::Line => self.back_from_end(point, offset),
+            Shape::Arc { center, counter_clockwise, .. } => {
+                turn(sub(point, center), sub(self.end, center), counter_clockwise)
+            }
+        }
+    }
+
+    /// As [`Self::on_from_start`] for points near the start, below zero before it.
+    pub(crate) fn after_start(&self, point: Point, offset: f64) -> f64 {
+        match self.shape {
+            Shape::Line => self.on_from_start(point, offset),
+            Shape::Arc { center, counter_clockwise, .. } => {
+                turn(sub(self.start, center), sub(point, center), counter_clockwise)
+            }
+        }
+    }
+
     /// Point of the element itself beside a point of its equidistant.
     pub(crate) fn foot(&self, point: Point, offset: f64) -> Point {
         match self.shape {
             Shape::Line => along(point, left(self.first_tangent()), -offset),
             Shape::Arc { center, radius, .. } => along(center, unit(sub(point, center)), radius),
+        }
+    }
+
+    /// Curvature, 1/mm, above zero where the path bends to the left.
+    pub(crate) fn curvature(&self) -> f64 {
+        match self.shape {
+            Shape::Line => 0.0,
+            Shape::Arc { radius, counter_clockwise, .. } => {
+                if counter_clockwise {
+                    1.0 / radius
+                } else {
+                    -1.0 / radius
+                }
+            }
+        }
+    }
+
+    /// Length along the element, mm.
+    pub(crate) fn length(&self) -> f64 {
+        match self.shape {
+            Shape::Line => self.extent(),
+            Shape::Arc { radius, sweep, .. } => radius * sweep,
+        }
+    }
+
+    /// Point of the equidistant `by` behind its end: mm on a line, radian on an arc; before it where that is below zero.
+    pub(crate) fn behind_end(&self, by: f64, offset: f64) -> Point {
+        self.moved_along(self.offset_end(offset), self.last_tangent(), by)
+    }
+
+    /// Point of the equidistant `by` behind its start, in the unit of [`Self::behind_end`].
+    pub(crate) fn behind_start(&self, by: f64, offset: f64) -> Point {
+        self.moved_along(self.offset_start(offset), self.first_tangent(), by)
+    }
+
+    fn moved_along(&self, from: Point, tangent: Point, by: f64) -> Point {
+        match self.shape {
+            Shape::Line => along(from, tangent, by),
+            Shape::Arc { center, counter_clockwise, .. } => {
+                let (sine, cosine) = if counter_clockwise { by } else { -by }.sin_cos();
+                let [x, y] = sub(from, center);
+                [center[0] + cosine * x - sine * y, center[1] + sine * x + cosine * y]
+            }
         }
     }
 
@@ -146,10 +210,15 @@ impl Element {
     }
 }
 
+/// Angle from one radius to another in the direction of motion, from minus pi to pi.
+fn turn(from: Point, to: Point, counter_clockwise: bool) -> f64 {
+    let angle = cross(from, to).atan2(dot(from, to));
+    if counter_clockwise { angle } else { -angle }
+}
+
 /// Angle from one radius to another in the direction of motion, in [0, 2 pi); what is a full turn but for rounding is none.
 fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -> f64 {
-    let angle = cross(from, to).atan2(dot(from, to));
-    let angle = if counter_clockwise { angle } else { -angle };
+    let angle = turn(from, to, counter_clockwise);
     let rounding = ROUNDING_MM / radius.unwrap_or(1.0).abs().max(1e-3);
     if angle >= 0.0 {
         angle
@@ -160,29 +229,40 @@ fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -
     }
 }
 
+/// Where two equidistants meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Meeting {
+    pub(crate) point: Point,
+    /// What lies behind the point on the first, in the unit of [`Element::extent`]; below zero where the first goes on beyond
+    /// its end.
+    pub(crate) taken: f64,
+    /// What lies before it on the second; below zero where the second begins before its start.
+    pub(crate) used: f64,
+}
+
 /// Where the equidistants of two elements that follow each other meet in an inside corner.
 ///
 /// `rest`: what the corner before has left of the first element, in the unit of its extent. Of several intersections that
 /// lie on both equidistants the one that takes the least from the first is meant; none where there is no such point.
-pub(crate) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Point> {
+pub(crate) fn inside_corner(first: &Element, second: &Element, offset: f64, rest: f64) -> Option<Meeting> {
     let rounding = |e: &Element| match e.offset_radius(offset) {
         None => ROUNDING_MM,
         Some(radius) => ROUNDING_MM / radius.abs().max(1e-3),
     };
-    let mut best: Option<(f64, Point)> = None;
+    let mut best: Option<Meeting> = None;
     for point in intersections(first, second, offset).into_iter().flatten() {
         let (taken, used) = (first.back_from_end(point, offset), second.on_from_start(point, offset));
         let on_first = taken >= -rounding(first) && taken <= rest + rounding(first);
         let on_second = used >= -rounding(second) && used <= second.extent() + rounding(second);
-        if on_first && on_second && best.is_none_or(|(least, _)| taken < least) {
-            best = Some((taken, point));
+        if on_first && on_second && best.is_none_or(|best| taken < best.taken) {
+            best = Some(Meeting { point, taken, used });
         }
     }
-    best.map(|(_, point)| point)
+    best
 }
 
 /// Intersections of the equidistants, taken as whole lines and circles.
-fn intersections(first: &Element, second: &Element, offset: f64) -> [Option<Point>; 2] {
+pub(crate) fn intersections(first: &Element, second: &Element, offset: f64) -> [Option<Point>; 2] {
     let (p, q) = (first.offset_end(offset), second.offset_start(offset));
     let (s, t) = (first.last_tangent(), second.first_tangent());
     match (first.shape, second.shape) {
@@ -252,7 +332,7 @@ mod tests {
     #[test]
     fn lines_at_a_right_angle_meet_on_the_bisector() {
         let (a, b) = (line([0.0, 0.0], [10.0, 0.0]), line([10.0, 0.0], [10.0, 10.0]));
-        let point = inside_corner(&a, &b, 2.0, 10.0).unwrap();
+        let point = inside_corner(&a, &b, 2.0, 10.0).unwrap().point;
         assert!(norm(sub(point, [8.0, 2.0])) < 1e-12, "{point:?}");
         assert_eq!(inside_corner(&a, &b, 2.0, 1.5), None);
         assert!((largest_inside(&a, &b, 20.0) - 10.0).abs() < 1e-6);
@@ -267,7 +347,7 @@ mod tests {
             end: [-8.0, 6.0],
             shape: Shape::Arc { center: [0.0, 0.0], radius: 10.0, counter_clockwise: true, sweep: 1.0 },
         };
-        let point = inside_corner(&a, &b, 1.0, 13.0).unwrap();
+        let point = inside_corner(&a, &b, 1.0, 13.0).unwrap().point;
         assert!((norm(point) - 9.0).abs() < 1e-12 && (point[1] - 7.0).abs() < 1e-12, "{point:?}");
         assert!(point[0] > 0.0);
     }
@@ -283,7 +363,7 @@ mod tests {
         // with the tool inside, on the left.
         let a = arc([4.0, 0.0], [0.0, 8.0], [-6.0, 0.0]);
         let b = arc([0.0, 8.0], [-4.0, 0.0], [6.0, 0.0]);
-        let point = inside_corner(&a, &b, 1.0, 2.0).unwrap();
+        let point = inside_corner(&a, &b, 1.0, 2.0).unwrap().point;
         assert!(point[0].abs() < 1e-12 && (point[1] - (81.0f64 - 36.0).sqrt()).abs() < 1e-12, "{point:?}");
     }
 }

@@ -1,16 +1,17 @@
 //! Hands blocks of the contour out as motions of the tool center.
 
-use super::contour::{Element, Point, SAME_POINT_MM, Shape, cross, norm, sub};
-use super::corner::{self, Entry, FeedAt, Join, Piece};
+use super::contour::{Element, Point, ROUNDING_MM, SAME_POINT_MM, Shape, cross, norm, sub};
+use super::corner::{self, Begun, Entry, FeedAt, Join, Piece};
 use super::plane::Plane;
+use super::stretch::{Role, Way};
 use super::{Compensated, Fault, Pending, State, motion_mut, motion_of};
 use crate::codes;
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 
 impl Compensated {
     /// Ends the pending block before the next one, or beside its own end where there is none; hands out what was held behind
-    /// it and the pieces of the corner. The answer is where the next block begins, and with which offset.
-    pub(super) fn settle(&mut self, next: Option<(&Element, &Command)>) -> Result<Option<(Point, f64)>, Fault> {
+    /// it and the pieces of the corner. The answer is where the next block begins.
+    pub(super) fn settle(&mut self, next: Option<(&Element, &Command)>) -> Result<Option<Beginning>, Fault> {
         let Some(pending) = self.pending.take() else {
             // Switched off before a block in the plane came: nothing has moved.
             if next.is_none() && self.state == State::Entering {
@@ -28,10 +29,11 @@ impl Compensated {
                 ));
             }
             None => {
-                let end = pending.element.offset_end(offset);
+                let past = pending.rest < -ROUNDING_MM;
+                let end = if past { pending.from } else { pending.element.offset_end(offset) };
                 let follow = self.reader.comp_style().unwrap_or(self.default_style).follow_contour;
                 self.exit = follow.then(|| (pending.element.end, pending.element.last_tangent(), offset));
-                Join { end, pieces: Vec::new(), start: end }
+                Join { taken: if past { pending.rest } else { 0.0 }, ..Join::end_at(end) }
             }
             Some((element, _)) if pending.entry && pending.style.entry == Entry::Perpendicular => {
                 if pending.style.follow_contour {
@@ -41,17 +43,19 @@ impl Compensated {
                         return Err(self.behind(&pending.command.location, "entry"));
                     }
                 }
-                corner::perpendicular_entry(element, offset)
+                Join::end_at(element.offset_start(offset))
             }
             Some((element, command)) => {
                 let rapid = matches!(command.op, Op::Rapid(_));
                 let corner = self.reader.comp_style().unwrap_or(self.default_style).corner;
-                corner::join(&pending.element, element, offset, pending.rest, corner, rapid)
+                let begun = Begun { element: pending.element, from: pending.from, rest: pending.rest };
+                corner::join(&begun, element, offset, corner, rapid)
                     .ok_or_else(|| self.too_large(&pending, element, &command.location))?
             }
         };
         let corner_point = pending.element.end;
-        self.hand_out(pending, join.end, &plane);
+        self.record_block(&pending, &join);
+        self.hand_out(pending, &join, &plane);
         for mut command in std::mem::take(&mut self.held) {
             if let Some(motion) = motion_mut(&mut command.op) {
                 plane.shift(&mut motion.end_base, sub(join.end, corner_point));
@@ -60,9 +64,23 @@ impl Compensated {
             self.out.push_back(Ok(command));
         }
         self.residual = sub(join.end, corner_point);
-        let Some((_, command)) = next else { return Ok(None) };
+        let Some((_, command)) = next else {
+            self.check()?;
+            let stretch = std::mem::take(&mut self.stretch);
+            self.leaving = (!stretch.is_empty()).then_some((stretch, join.end));
+            return Ok(None);
+        };
         let rapid = matches!(command.op, Op::Rapid(_));
+        let mut at = join.end;
         for piece in &join.pieces {
+            let element = piece.element(at, corner_point, offset);
+            at = element.end;
+            if !rapid {
+                let (wall, location) = (self.stretch.walls.len(), command.location.clone());
+                let way =
+                    Way { element, role: Role::Corner, wall, radius: offset.abs(), heights: self.heights, location };
+                self.stretch.ways.push(way);
+            }
             let op = self.piece(piece, corner_point, offset, &plane, rapid).ok_or_else(|| {
                 let missing: String = crate::AXIS_LETTERS[..3].iter().filter(|l| self.is_missing(**l)).collect();
                 self.unknown(&command.location, &missing)
@@ -72,7 +90,36 @@ impl Compensated {
                 self.out.push_back(Ok(Command { location: command.location.clone(), op }));
             }
         }
-        Ok(Some((join.start, offset)))
+        Ok(Some(Beginning { point: join.start, offset, used: join.used }))
+    }
+
+    /// Notes the path beside a block for the check of the stretch.
+    fn record_block(&mut self, pending: &Pending, join: &Join) {
+        if matches!(pending.command.op, Op::Rapid(_)) {
+            return;
+        }
+        let shape = match pending.element.shape {
+            Shape::Line => Shape::Line,
+            Shape::Arc { center, counter_clockwise, radius, .. } => Shape::Arc {
+                center,
+                counter_clockwise,
+                radius: pending.element.offset_radius(pending.offset).unwrap_or(radius),
+                sweep: (pending.rest - join.taken).max(0.0),
+            },
+        };
+        let role = if pending.entry { Role::Entry } else { Role::Block };
+        let way = Way {
+            element: Element { start: pending.from, end: join.end, shape },
+            role,
+            wall: if pending.entry { 0 } else { self.stretch.walls.len().saturating_sub(1) },
+            radius: pending.least_offset.abs(),
+            heights: pending.heights,
+            location: pending.command.location.clone(),
+        };
+        if pending.entry {
+            self.check_exit(&way);
+        }
+        self.stretch.ways.push(way);
     }
 
     fn too_large(&self, pending: &Pending, element: &Element, location: &Location) -> Fault {
@@ -95,12 +142,13 @@ impl Compensated {
     }
 
     /// The block with its end moved to the tool center.
-    fn hand_out(&mut self, pending: Pending, end: Point, plane: &Plane) {
+    fn hand_out(&mut self, pending: Pending, join: &Join, plane: &Plane) {
         let Pending { mut command, element, offset, rest, feed, style, .. } = pending;
+        let end = join.end;
         let mut scaled = None;
         if let (Op::Arc(arc), Shape::Arc { radius, .. }) = (&mut command.op, element.shape) {
             let own = element.offset_radius(offset).unwrap_or(radius);
-            arc.sweep = rest - element.back_from_end(end, offset);
+            arc.sweep = rest - join.taken;
             arc.radius = own;
             let inside = own < radius;
             let at_contour = style.feed == FeedAt::Contour || style.feed == FeedAt::ContourInside && inside;
@@ -110,9 +158,12 @@ impl Compensated {
             plane.shift(&mut motion.end_base, sub(end, element.end));
         }
         self.last = motion_of(&command.op).cloned();
-        if matches!(&command.op, Op::Arc(arc) if arc.sweep * arc.radius <= SAME_POINT_MM) {
-            // Its corners have taken all of it.
-            return;
+        if let Op::Arc(arc) = &command.op
+            && arc.sweep * arc.radius <= SAME_POINT_MM
+        {
+            // Its corners have taken all of it; axes outside of the plane move all the same.
+            command.op = Op::Linear(arc.motion.clone());
+            scaled = None;
         }
         let location = command.location.clone();
         match (scaled, feed) {
@@ -167,6 +218,15 @@ impl Compensated {
             sweep,
         })))
     }
+}
+
+/// Where a block begins beside the contour.
+pub(super) struct Beginning {
+    pub(super) point: Point,
+    /// Offset to the left there, mm.
+    pub(super) offset: f64,
+    /// What lies before it on the block, in the unit of [`Element::extent`].
+    pub(super) used: f64,
 }
 
 /// True when a point lies on the other side of the contour than the tool, by the tangent at its start or end.

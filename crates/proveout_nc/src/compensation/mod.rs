@@ -27,12 +27,22 @@
 //! * With tangents `s` before and `t` behind a corner, the corner is inside where `o * (s x t) > 0`. There the equidistants,
 //!   lines or circles, are intersected; of the points that lie on both, the one that takes least of the first block is taken.
 //!   If none does, the tool does not fit: `nc-compensation` names block, radius and the radius that fits.
+//! * At a *cusp*, where the path turns back, the bends of both blocks tell inside from outside ([`corner`]).
 //! * At an outside corner the tool goes around as the dialect says: on a circle about `P` (G450 of Siemens, `LinuxCNC`,
 //!   Heidenhain), or over the intersection of the tangents (G451 up to 100 degrees, MD20210, a circle beyond; Fanuc up to 90
 //!   degrees, beyond both tangents go on for one radius and a line joins them). At rapid rate there are no circles: the lines
 //!   of Fanuc are taken, which lie outside of them.
 //! * Every point of these paths is at least `|o|` away from both blocks of the corner: on the circle and at `X` exactly, on
 //!   the tangents and the chamfer at least.
+//! * *Near-tangent* outside corners take no piece of their own: the equidistants run on until they meet. Blocks of micrometers
+//!   into which the tool does not fit are passed ([`crumb`]).
+//!
+//! # Check
+//!
+//! The whole path from G41 to G40 is held against the whole contour ([`stretch`]): a corner looks at its two blocks only, and
+//! anything else may lie in the way. A tool that does not fit between blocks within the look-ahead of the control
+//! ([`CompStyle::look_ahead`]) is refused; what the control would cut without an alarm is told by [`Op::Overcut`]
+//! ([`overcut`]).
 //!
 //! # Entry, exit, and blocks between
 //!
@@ -51,21 +61,26 @@
 //! # Limits
 //!
 //! A block's end is known when the next one with a motion in the plane is; at most [`LOOK_AHEAD`] commands may stand between.
-//! Only blocks that follow each other are checked against each other, as the controls do without bottleneck detection (CDOF);
-//! a narrow place between other blocks is left to the collision check. Refused by name (`nc-compensation`): splines, probing
+//! The check comes behind the stretch: its motions are handed out by then. It knows the plane alone, and heights only where a
+//! path lies above the block that it cuts. Refused by name (`nc-compensation`): splines, probing
 //! and threads in the plane, circles outside of the plane, tool axes not square to it, machine coordinates, a tool change,
 //! another plane, a turned frame or tool center point control in between, inverse time feed, G41 behind G42 without G40.
 //!
-//! Sources: Siemens, *SINUMERIK 840D sl Function Manual Basic Functions* (W1, tool radius compensation 2D) and *Programming
-//! Manual Fundamentals* (G40 to G42, G450, G451); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
-//! 2000, appendix on cutter radius compensation. Fanuc and Heidenhain from general knowledge of their manuals.
+//! Sources: Siemens, *SINUMERIK 840D sl Function Manual Basic Functions* (W1, tool radius compensation 2D; collision detection
+//! and bottleneck detection) and *Programming Manual Fundamentals* (G40 to G42, G450, G451, CDON); Fanuc, *Series 30i User's
+//! Manual* (blocks read in offset mode, parameter 19625); HEIDENHAIN, *TNC 640 User's Manual* (M120); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
+//! 2000, appendix on cutter radius compensation. The rest of Fanuc and Heidenhain from general knowledge of their manuals.
 
 mod blocks;
 pub(crate) mod contour;
 mod corner;
+mod crumb;
+mod distance;
 mod emit;
 mod faults;
+mod overcut;
 mod plane;
+mod stretch;
 #[cfg(test)]
 mod tests;
 
@@ -74,6 +89,7 @@ use std::collections::VecDeque;
 use contour::{Element, Point};
 pub(crate) use faults::line_of;
 use plane::Plane;
+use stretch::Stretch;
 
 pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
 
@@ -96,12 +112,18 @@ struct Pending {
     element: Element,
     /// Offset to the left at its end, mm.
     offset: f64,
+    /// The smaller of those at its start and its end, mm.
+    least_offset: f64,
+    /// Where the tool center begins it.
+    from: Point,
     /// What the corner at its start has left of it, in the unit of [`Element::extent`].
     rest: f64,
     /// It leads onto the contour.
     entry: bool,
     feed: Option<Feed>,
     style: CompStyle,
+    /// Least and greatest height of the tip over the plane, mm, where they are known.
+    heights: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,6 +150,12 @@ pub(crate) struct Compensated {
     /// Tool center minus programmed point, in the plane.
     residual: Point,
     pending: Option<Pending>,
+    /// Contour and path since compensation was switched on.
+    stretch: Stretch,
+    /// Behind G40: the same, for the exit, and where the tool center stands.
+    leaving: Option<(Stretch, Point)>,
+    /// Heights of the tip over the plane in the motion under way, mm.
+    heights: Option<[f64; 2]>,
     /// With KONT, behind G40: end of the contour, tangent and offset there.
     exit: Option<(Point, Point, f64)>,
     /// Commands behind the pending block that do not move in the plane.
@@ -167,6 +195,9 @@ impl Compensated {
             plane: None,
             residual: [0.0; 2],
             pending: None,
+            stretch: Stretch::default(),
+            leaving: None,
+            heights: None,
             exit: None,
             held: Vec::new(),
             frame: Frame::IDENTITY,

@@ -16,6 +16,8 @@ pub(super) struct Plane {
     pub(super) normal: [f64; 3],
     /// The same direction in work coordinates.
     pub(super) work_normal: [f64; 3],
+    /// Away from the work, as the program counts the third axis: `normal`, or against it under a mirror.
+    up: [f64; 3],
     /// Bits of the two axes of the plane in a block.
     pub(super) axes: u16,
     /// mm in base coordinates for each mm of the program.
@@ -40,6 +42,7 @@ impl Plane {
             v,
             normal: frame::cross(u, v).map(|c| c + 0.0),
             work_normal: axis(normal),
+            up: base(normal),
             axes: 1 << ((normal + 1) % 3) | 1 << ((normal + 2) % 3),
             scale,
         })
@@ -64,6 +67,26 @@ impl Plane {
     /// Coordinates in the plane of a point in space.
     pub(super) fn project_point(&self, base: [f64; 3]) -> Point {
         [frame::dot(self.u, base), frame::dot(self.v, base)]
+    }
+
+    /// Base coordinates of a point of the plane at a height over it; those that hang on an unknown height are left out.
+    pub(super) fn point(&self, at: Point, height: Option<f64>) -> AxisValues {
+        let mut values = AxisValues::NONE;
+        for (axis, (u, (v, n))) in self.u.into_iter().zip(self.v.into_iter().zip(self.up)).enumerate() {
+            if let Some(height) = height.or((n == 0.0).then_some(0.0)) {
+                values.put(axis, u * at[0] + v * at[1] + n * height + 0.0);
+            }
+        }
+        values
+    }
+
+    /// Height over the plane through the origin, where it is known.
+    pub(super) fn height(&self, base: &AxisValues) -> Option<f64> {
+        let mut height = 0.0;
+        for (axis, factor) in self.up.into_iter().enumerate().filter(|(_, factor)| *factor != 0.0) {
+            height += factor * base.get(axis)?;
+        }
+        Some(height)
     }
 
     /// Moves a point by a vector of the plane; axes without a value stay without.

@@ -149,6 +149,7 @@ impl<W: Write> AptPost<W> {
             Op::Thread(_) => Err(Unsaid::new("a motion coupled to the spindle", "write CYCLE/TAP by hand")),
             Op::Coolant(coolant) => self.coolant(*coolant),
             Op::Message(text) => self.out.plain(&format!("PPRINT/{}", one_line(text, &[]))),
+            Op::Overcut(overcut) => self.out.plain(&format!("$$ {}", one_line(&overcut.to_string(), &[]))),
             Op::Note(text) => self.out.plain(&format!("$$ {}", one_line(text, &[]))),
             Op::Stop { optional } => self.out.plain(if *optional { "OPSTOP" } else { "STOP" }),
             Op::End => self.out.plain("FINI"),

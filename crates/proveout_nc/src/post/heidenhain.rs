@@ -178,6 +178,7 @@ impl<W: Write> HeidenhainPost<W> {
             Op::Probe(_) => Err(Unsaid::new("a probing motion", "write the measuring cycle by hand")),
             Op::Thread(_) => Err(Unsaid::new("a motion coupled to the spindle", "write the tapping cycle by hand")),
             Op::Coolant(coolant) => self.coolant(*coolant),
+            Op::Overcut(overcut) => self.block(&format!("; {}", one_line(&overcut.to_string(), &[]))),
             Op::Message(text) | Op::Note(text) => self.block(&format!("; {}", one_line(text, &[]))),
             Op::Stop { optional } => self.block(if *optional { "M1" } else { "M0" }),
             Op::End => self.block("M30"),

@@ -156,6 +156,7 @@ impl<W: Write> IsoPost<W> {
             Op::Message(text) if self.dialect == Dialect::LinuxCnc => {
                 self.out.block(&format!("(MSG, {})", one_line(text, &['(', ')'])))
             }
+            Op::Overcut(overcut) => self.comment(&overcut.to_string()),
             Op::Message(text) | Op::Note(text) => self.comment(text),
             Op::Stop { optional } => self.out.block(if *optional { "M1" } else { "M0" }),
             Op::End => self.out.block("M30"),

@@ -184,6 +184,7 @@ impl<W: Write> SiemensPost<W> {
             }
             Op::Coolant(coolant) => self.coolant(*coolant),
             Op::Message(text) => self.line(&format!("MSG(\"{}\")", plain(text))),
+            Op::Overcut(overcut) => self.line(&format!("; {overcut}")),
             Op::Note(text) => self.line(&format!("; {}", text.replace(['\n', '\r'], " "))),
             Op::Stop { optional } => self.line(if *optional { "M1" } else { "M0" }),
             Op::End => self.line("M30"),

@@ -36,6 +36,7 @@ struct Headline {
     class: String,
     stretch: rows::GainWords,
     cycle: rows::GainWords,
+    own_limits: Option<String>,
 }
 
 /// A plot with its heading.
@@ -79,6 +80,8 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "description": c.description.trim().trim_end_matches('.'),
         "machine": c.machine,
         "baseline": c.baseline,
+        "limits_words": c.limits_in_words(),
+        "limits": rows::limits(c),
         "verdict": judged(c.verdict),
         "keys": keys(c),
         "others": c.order.iter().filter(|n| **n != c.baseline).collect::<Vec<_>>(),
@@ -120,6 +123,7 @@ fn headlines(c: &Comparison) -> Vec<Headline> {
         class: Style::Program(i).class(),
         stretch: rows::gain(&g.stretch_time),
         cycle: rows::gain(&g.cycle_time),
+        own_limits: c.at_own_limits(name).map(|v| fixed(v, 2)),
     };
     others.map(headline).collect()
 }

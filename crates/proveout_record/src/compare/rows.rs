@@ -103,6 +103,31 @@ pub(crate) fn program_rows(c: &Comparison) -> Vec<ProgramRow> {
 }
 
 #[derive(Serialize)]
+pub(crate) struct LimitRow {
+    machine: String,
+    joint: String,
+    quantity: String,
+    own: String,
+    set: String,
+    unit: String,
+    source: String,
+}
+
+/// Limits that the scene sets, beside those of the machine.
+pub(crate) fn limits(c: &Comparison) -> Vec<LimitRow> {
+    let row = |l: &proveout_sim::compare::ChangedLimit| LimitRow {
+        machine: l.machine.clone(),
+        joint: l.joint.clone(),
+        quantity: l.quantity.clone(),
+        own: l.of_machine.map_or_else(|| "none".into(), compact),
+        set: compact(l.of_scene),
+        unit: l.unit.clone(),
+        source: l.source.clone(),
+    };
+    c.joint_limits.iter().map(row).collect()
+}
+
+#[derive(Serialize)]
 pub(crate) struct PublishedRow {
     name: String,
     measured: String,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use proveout_geom::{Aabb, Point, box_mesh};
 use proveout_sim::{
     compare::{
-        Compared, Comparison, DemandRow, Difference, Expectation, Gain, JointPicture, Made, PartPicture, Pictures,
+        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, JointPicture, Made, PartPicture, Pictures,
         ProgramFigures, ProgramPicture, Published, Role, Stretch, StretchAxis, Study, StudyCurve, StudyFigure,
         TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
@@ -83,12 +83,22 @@ fn compared(text: &str) -> Compared {
         description: text.into(),
         experiment: text.into(),
         machine: text.into(),
+        joint_limits: vec![ChangedLimit {
+            machine: text.into(),
+            joint: text.into(),
+            quantity: "velocity".into(),
+            unit: "deg/s".into(),
+            of_machine: Some(360.0),
+            of_scene: 62.4,
+            source: text.into(),
+        }],
         baseline: names[0].clone(),
         order: names.to_vec(),
         verdict: State::Fail,
         programs: BTreeMap::from([(names[0].clone(), figures(text, true)), (names[1].clone(), figures(text, false))]),
         gains: BTreeMap::from([(names[1].clone(), gains)]),
         variations: vec![variation(None), variation(Some(text.into()))],
+        own_limits: Some(variation(None)),
         published: vec![Published {
             name: text.into(),
             measured: text.into(),
@@ -202,7 +212,8 @@ fn the_page_stands_alone_and_its_tags_close() {
 fn every_section_has_its_numbers() {
     let text = page("plain");
     for needle in
-        ["19.20 ± 1.40 %", "sign holds", "38.1 %", "41.5 %", "103.9", "15.7 µm", "data-layer=\"2\"", "data-cells=\"2\""]
+        ["19.20 ± 1.40 %", "sign holds", "38.1 %", "41.5 %", "103.9", "15.7 µm", "data-layer=\"2\"", "data-cells=\"2\"",
+        "62.4 deg/s (machine 360)", "limits of the machine itself 18.00 %"]
     {
         assert!(text.contains(needle), "{needle}");
     }

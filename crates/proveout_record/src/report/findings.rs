@@ -74,6 +74,12 @@ fn remedy(code: &str) -> &'static str {
             "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
         }
         "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
+        "limits-off-circle" => {
+            "Name the tool axis instead of the rotary axes, split the block, or turn the part so that its tilts stay in reach."
+        }
+        "limits-pole-crossed" => {
+            "Nothing, where the angle is below what the surface allows; otherwise a smaller cone, or a tilt that keeps away from the pole."
+        }
         "limits-drive-saturated" => {
             "Lower the acceleration or jerk of the joint or the feed of the block, or correct force limit, masses and friction of its drive."
         }
@@ -97,6 +103,10 @@ fn remedy(code: &str) -> &'static str {
         }
         "collision-bodies" => "Change approach or retract, the mounting, or the rotary solution before this block.",
         "collision-near-miss" => "Check the real clamping here before the first part.",
+        "geometry-overcut" => "Use a smaller tool for this part of the contour, or leave the narrow place out.",
+        "geometry-contour-touched" => {
+            "Begin and end beside the contour by the tool radius, or lead in and out on arcs."
+        }
         "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
         "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",
         "geometry-inspection" => "Compare the block that made the feature with the drawing.",

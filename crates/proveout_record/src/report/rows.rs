@@ -88,14 +88,18 @@ pub(crate) fn time(v: &Verdict) -> TimeWords {
         value: duration(s),
         percent: fixed(if whole > 0.0 { 100.0 * s / whole } else { 0.0 }, 1),
     };
-    let note = t.lower_bound_s.map_or_else(String::new, |bound| {
-        let above = if bound > 0.0 {
-            format!(" ({} % above it)", fixed(100.0 * (t.total_s / bound - 1.0), 1))
+    let above = |bound: f64| {
+        if bound > 0.0 {
+            format!("{} ({} % above it)", duration(bound), fixed(100.0 * (t.total_s / bound - 1.0), 1))
         } else {
-            String::new()
-        };
-        format!("No control with the same limits can run this path in less than {}{above}.", duration(bound))
+            duration(bound)
+        }
+    };
+    let any = t.lower_bound_s.map(|bound| {
+        format!("No control with the same limits and tolerances can take less than {}, on any path.", above(bound))
     });
+    let own = t.path_bound_s.map(|bound| format!("None can run this path in less than {}.", above(bound)));
+    let note = any.into_iter().chain(own).collect::<Vec<_>>().join(" ");
     TimeWords { total: duration(t.total_s), shares: parts.into_iter().map(share).collect(), note }
 }
 

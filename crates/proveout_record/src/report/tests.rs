@@ -3,7 +3,7 @@
 use proveout_geom::cylinder_mesh;
 use proveout_sim::{
     finding::{Family, Finding, Severity},
-    verdict::{self, Axis, Gate, Inspected, State, ToolUse, Verdict},
+    verdict::{self, Axis, Gate, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
 use super::{
@@ -33,6 +33,9 @@ pub(crate) fn finding(severity: Severity, code: &str, message: &str) -> Finding 
         value: None,
         limit: None,
         unit: None,
+        area_mm2: None,
+        volume_mm3: None,
+        areas: None,
         repeats: 3,
         message: message.into(),
     }
@@ -57,6 +60,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
         schema_version: 1,
         scene: message.into(),
         program: message.into(),
+        machine: MachineUsed { name: message.into(), digest: "3f".repeat(32) },
         digests: [(message.to_owned(), "ab".repeat(32))].into(),
         verdict: State::Fail,
         gates: vec![Gate { name: "collision".into(), state: State::Fail, reason: message.into() }],
@@ -71,7 +75,8 @@ pub(crate) fn verdict(message: &str) -> Verdict {
             rapid_s: 20.0,
             dwell_s: 5.0,
             tool_change_s: 15.0,
-            lower_bound_s: Some(97.0),
+            lower_bound_s: Some(95.0),
+            path_bound_s: Some(97.0),
         },
         axes: [("X".to_owned(), axis)].into(),
         path: verdict::Path::default(),

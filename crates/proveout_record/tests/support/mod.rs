@@ -12,8 +12,8 @@ use proveout_sim::{
     observer::{Batch, BlockRow, Outcome, SampleSignals, Setup},
     scene::Scene,
     verdict::{
-        Axis, Clearance, Deviation, Gate, Inspected, Path as PathFigures, Removal, State, Surface, Time, ToolUse,
-        Verdict,
+        Axis, Clearance, Deviation, Gate, Inspected, MachineUsed, Path as PathFigures, Removal, State, Surface, Time,
+        ToolUse, Verdict,
     },
 };
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
@@ -85,6 +85,7 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
         scene: &scene,
         program: "synthetic",
         program_lines: 120,
+        made: None,
         machine: &machine,
         tools: &tools,
         stock: &initial,
@@ -174,8 +175,11 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
     shown.verdict.findings = findings;
     shown.verdict.findings.push(finding_of(&finding::NOTE, &state, "COOLON has no effect in the twin"));
     shown.surface = measure(&stock);
-    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, patches: &[], surface: &shown.surface, folder };
+    let shape = shown.surface.shape();
+    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, patches: &[], surface: &shape, folder };
     for o in observers.iter_mut() {
+        shown.surface.point_bands().for_each(|band| o.surface_points(&setup, &band).expect("points"));
+        shown.surface.mesh_parts().for_each(|part| o.surface_mesh(&setup, &shape, &part).expect("mesh"));
         o.end(&setup, &outcome).expect("end");
     }
     shown
@@ -365,6 +369,9 @@ fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {
         value: None,
         limit: None,
         unit: None,
+        area_mm2: None,
+        volume_mm3: None,
+        areas: None,
         repeats: 2,
         message: message.into(),
     }
@@ -395,6 +402,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         schema_version: 1,
         scene: "cone-frustum".into(),
         program: "synthetic".into(),
+        machine: MachineUsed { name: "Spinner U5-620".into(), digest: "3f".repeat(32) },
         digests: ["machine", "program", "scene", "tools"].map(|n| (n.to_owned(), "3f".repeat(32))).into(),
         verdict: State::Fail,
         gates: vec![
@@ -414,7 +422,8 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             rapid_s: 0.08 * total,
             dwell_s: 0.02 * total,
             tool_change_s: 12.0,
-            lower_bound_s: Some(0.93 * total),
+            lower_bound_s: Some(0.91 * total),
+            path_bound_s: Some(0.93 * total),
         },
         axes: [("X", linear(400.0)), ("Y", linear(310.0)), ("Z", linear(150.0)), ("B", rotary.clone()), ("C", rotary)]
             .map(|(n, a)| (n.to_owned(), a))
@@ -424,6 +433,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             length_mm: 1380.0,
             max_chord_error_mm: Some(0.0005),
             max_contour_error_mm: Some(0.0042),
+            max_axis_error_deg: Some(0.0131),
             min_feed_ratio: Some(0.61),
         },
         removal: Removal { moves: 2100, volume_mm3: removed, sweep_bound_mm: 1e-6, ..Removal::default() },

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use proveout_machine::{JointKind, JointValues, Machine};
+use proveout_machine::{JointValues, Machine};
 
 use super::{
-    AxisGain, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures, ProgramFigures,
+    AxisGain, ChangedLimit, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures, ProgramFigures,
     ProgramPicture, Ran, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime, judge,
     motion::{self, Extremes, Motion},
     surface::{SCALLOP_RULE, difference},
@@ -41,12 +41,14 @@ impl Comparing {
             description: self.description.clone(),
             experiment: self.file.experiment.clone(),
             machine: base.case.machine.name.clone(),
+            joint_limits: self.joint_limits(),
             baseline: base.name.clone(),
             order: self.entries.iter().map(|e| e.name.clone()).collect(),
             verdict: State::Unchecked,
             gains: self.gains(&programs),
             programs,
             variations: std::mem::take(&mut self.variations),
+            own_limits: self.own_limits.take(),
             published: Vec::new(),
             expectations: Vec::new(),
             rules: rules(self.file.run_ends_s),
@@ -85,12 +87,23 @@ impl Comparing {
         }
     }
 
+    /// Limits that the scene sets, once for every machine of the programs.
+    fn joint_limits(&self) -> Vec<ChangedLimit> {
+        let mut all: Vec<ChangedLimit> = Vec::new();
+        for limit in self.entries.iter().flat_map(|e| &e.changed_limits) {
+            if !all.contains(limit) {
+                all.push(limit.clone());
+            }
+        }
+        all
+    }
+
     fn center_shift(&self, entry: &Entry, from: &str) -> Option<f64> {
         let source = self.entries.iter().find(|e| e.name == from)?;
         entry.ideal.as_ref()?.center_shift(source.ideal.as_ref()?)
     }
 
-    fn stretch(&self, entry: &Entry) -> Option<Stretch> {
+    pub(super) fn stretch(&self, entry: &Entry) -> Option<Stretch> {
         let (motion, ideal) = (entry.motion.as_ref()?, entry.ideal.as_ref()?);
         let ranges = motion.stretch(self.file.run_ends_s);
         let blocks = ranges.iter().map(|r| r.len() as u64).sum();
@@ -103,9 +116,9 @@ impl Comparing {
         };
         let joints = entry.case.machine.joints.iter().zip(motion.extremes(&ranges)).enumerate();
         let axes = joints.map(|(j, (joint, Extremes { velocity, acceleration, jerk, reversals }))| {
-            let (unit, factor) = unit_of(joint.kind);
+            let factor = joint.kind.unit_factor();
             let axis = StretchAxis {
-                unit: unit.into(),
+                unit: joint.kind.unit().into(),
                 max_velocity: velocity * factor,
                 max_acceleration: acceleration * factor,
                 max_jerk: jerk * factor,
@@ -214,13 +227,9 @@ pub(super) fn windows(motion: &Motion, ends: f64, shown: Option<[f64; 2]>) -> Op
     Some([whole, close.unwrap_or(whole)])
 }
 
-fn unit_of(kind: JointKind) -> (&'static str, f64) {
-    if kind == JointKind::Rotary { ("deg", 1_f64.to_degrees()) } else { ("mm", 1.0) }
-}
-
 fn joints_of(machine: &Machine) -> Vec<JointPicture> {
     let joint = |j: &proveout_machine::Joint| {
-        let (unit, factor) = unit_of(j.kind);
+        let (unit, factor) = (j.kind.unit(), j.kind.unit_factor());
         let limits = [j.max_velocity, j.max_acceleration, j.max_jerk].map(|l| l.map(|l| l * factor));
         JointPicture { name: j.name.clone(), unit, factor, limits }
     };
@@ -246,10 +255,12 @@ fn axis_gains(base: &ProgramFigures, own: &ProgramFigures) -> BTreeMap<String, A
     pairs.map(gain).collect()
 }
 
-/// Fail beats unchecked beats pass, over the programs and the criteria.
-fn overall(comparison: &Comparison) -> State {
+/// Fail beats unchecked beats pass, over the programs, the criteria, and the published values that the scene gives a band: a
+/// value without one is shown and not judged.
+pub(super) fn overall(comparison: &Comparison) -> State {
     let programs = comparison.programs.values().map(|p| p.verdict);
-    let states = programs.chain(comparison.expectations.iter().map(|e| e.state));
+    let banded = comparison.published.iter().filter(|p| p.band.is_some()).map(|p| p.state);
+    let states = programs.chain(comparison.expectations.iter().map(|e| e.state)).chain(banded);
     let gates: Vec<Gate> = states.map(|state| Gate { name: String::new(), state, reason: String::new() }).collect();
     gates::overall(&gates)
 }

@@ -261,12 +261,14 @@ mod tests {
             description: String::new(),
             experiment: String::new(),
             machine: String::new(),
+            joint_limits: Vec::new(),
             baseline: "a".into(),
             order: Vec::new(),
             verdict: State::Unchecked,
             programs: programs.map(|(name, p)| (name.to_owned(), p)).into(),
             gains: BTreeMap::new(),
             variations: Vec::new(),
+            own_limits: None,
             published: Vec::new(),
             expectations: Vec::new(),
             rules: BTreeMap::new(),
@@ -322,6 +324,31 @@ mod tests {
         assert!(close(seen[1].0, 25.0) && seen[1].1 == State::Fail, "{rows:?}");
         assert!(close(seen[2].0, 75.0) && seen[2].1 == State::Unchecked, "no band, no judgement: {rows:?}");
         assert_eq!(seen[3], (None, State::Unchecked), "a value that is not known is never reproduced");
+    }
+
+    #[test]
+    fn a_missed_band_fails_the_comparison_and_a_value_without_one_does_not() {
+        let verdict = |value: f64, band: &str| {
+            let text = format!(
+                "[[published]]\nname = \"saved\"\nprogram = \"b\"\nagainst = \"a\"\nquantity = \"demand-acceleration\"\naxis = \"A\"\n\
+                 value = 50\n{band}\nsource = \"s\"\n"
+            );
+            let mut all = comparison();
+            for p in all.programs.values_mut() {
+                p.verdict = State::Pass;
+            }
+            let demand = |p: &mut ProgramFigures, v: Option<f64>| {
+                let axis = p.stretch.as_mut().and_then(|s| s.axes.get_mut("A")).expect("A");
+                axis.demand_acceleration = v;
+            };
+            demand(all.programs.get_mut("b").expect("b"), Some(value).filter(|v| v.is_finite()));
+            all.published = published(&file(&text), &all);
+            crate::compare::finish::overall(&all)
+        };
+        assert_eq!(verdict(2000.0, "band = [40, 60]"), State::Pass, "half of 4000");
+        assert_eq!(verdict(3000.0, "band = [40, 60]"), State::Fail, "a quarter");
+        assert_eq!(verdict(3000.0, ""), State::Pass, "shown, not judged");
+        assert_eq!(verdict(f64::NAN, "band = [40, 60]"), State::Unchecked, "no value: not reproduced, not refuted");
     }
 
     #[test]

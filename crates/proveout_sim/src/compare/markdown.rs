@@ -24,6 +24,7 @@ pub fn markdown(c: &Comparison) -> String {
             word(c.verdict)
         ),
     );
+    limits(&mut out, c);
     times(&mut out, c);
     published(&mut out, c);
     expectations(&mut out, c);
@@ -48,6 +49,29 @@ fn programs(c: &Comparison) -> impl Iterator<Item = (&String, &ProgramFigures)> 
 
 fn gains(c: &Comparison) -> impl Iterator<Item = (&String, &Gain)> {
     c.order.iter().filter_map(|name| c.gains.get_key_value(name))
+}
+
+fn limits(out: &mut String, c: &Comparison) {
+    if c.joint_limits.is_empty() {
+        return;
+    }
+    out.push_str("### Limits of joints that the scene sets for all programs\n\n");
+    out.push_str("| machine | joint | limit | of the machine | of the scene | unit | source |\n|---|---|---|---|---|---|---|\n");
+    for l in &c.joint_limits {
+        let own = l.of_machine.map_or_else(|| "none".to_owned(), |v| v.to_string());
+        let (machine, joint, source) = (cell(&l.machine), cell(&l.joint), cell(&l.source));
+        put(out, format_args!("| {machine} | {joint} | {} | {own} | {} | {} | {source} |\n", l.quantity, l.of_scene, l.unit));
+    }
+    let own: Vec<String> = c
+        .order
+        .iter()
+        .filter_map(|name| Some(format!("`{name}` {:.2}", c.at_own_limits(name)?)))
+        .collect();
+    if !own.is_empty() {
+        let own = own.join(", ");
+        put(out, format_args!("\nWith the limits of the machine itself the cutting stretch saves, in percent: {own}.\n"));
+    }
+    out.push('\n');
 }
 
 fn times(out: &mut String, c: &Comparison) {

@@ -38,7 +38,7 @@ use self::{
     motion::{Motion, MotionCase},
     surface::scallop,
     uncertainty::saved,
-    variation::{TwinVariation, variations},
+    variation::{TwinVariation, own_limits, variations},
 };
 pub use self::{
     markdown::markdown,
@@ -53,6 +53,7 @@ use crate::{
     prepare::{Choice, Prepared},
     run::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
+    surface_map::SurfaceMap,
     verdict::Verdict,
 };
 
@@ -77,6 +78,7 @@ pub struct Comparing {
     baseline: usize,
     entries: Vec<Entry>,
     variations: Vec<Variation>,
+    own_limits: Option<Variation>,
     part: Option<PartPicture>,
 }
 
@@ -87,6 +89,7 @@ struct Entry {
     /// Until it is taken to be run.
     prepared: Option<Prepared>,
     case: MotionCase,
+    changed_limits: Vec<ChangedLimit>,
     /// Method, paper, source program.
     made: Option<(String, String, String)>,
     studies: Vec<Study>,
@@ -140,6 +143,7 @@ impl Comparing {
                 resolution_mm: choice.resolution_mm,
                 dynamics: choice.dynamics,
                 plant: None,
+                ..Choice::default()
             };
             Entry::new(Prepared::read(path, &choice)?, name)
         };
@@ -153,6 +157,7 @@ impl Comparing {
             baseline,
             entries,
             variations: Vec::new(),
+            own_limits: None,
             part: None,
         })
     }
@@ -176,10 +181,38 @@ impl Comparing {
     pub fn vary(&mut self, told: &(dyn Fn(usize, usize) + Sync)) -> Result<(), SimError> {
         let ends = self.file.run_ends_s;
         // The dynamics of the twin are those of the baseline; another program may have its own.
-        let twins = variations(self.entries[self.baseline].case.settings.dynamics);
+        let mut twins = variations(self.entries[self.baseline].case.settings.dynamics);
+        let limited = !self.entries[self.baseline].changed_limits.is_empty();
+        twins.extend(limited.then(own_limits));
         let total = self.entries.len() * (twins.len() + 2);
         let done = AtomicUsize::new(0);
         let step = || told(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        self.execute(&step)?;
+        let tasks: Vec<(&TwinVariation, &Entry)> =
+            twins.iter().flat_map(|v| self.entries.iter().map(move |e| (v, e))).collect();
+        let times: Vec<Result<VariedTime, String>> = tasks
+            .par_iter()
+            .map(|(variation, entry)| {
+                let time = variation.apply(&entry.case).and_then(|case| {
+                    let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
+                    Ok(varied_time(&motion, ends))
+                });
+                step();
+                time
+            })
+            .collect();
+        let groups = times.chunks(self.entries.len().max(1));
+        self.variations = twins.iter().zip(groups).map(|(twin, times)| self.variation(twin, times)).collect();
+        self.own_limits = if limited { self.variations.pop() } else { None };
+        Ok(())
+    }
+
+    /// Runs the motion of all programs on the nominal twin, as it cuts and along the programmed path; [`Self::vary`] begins with
+    /// it. `step` hears of each motion.
+    ///
+    /// # Errors
+    /// [`SimError`] when a program cannot be executed.
+    pub fn execute(&mut self, step: &(dyn Fn() + Sync)) -> Result<(), SimError> {
         let nominal: Vec<Result<(Motion, Motion), SimError>> = self
             .entries
             .par_iter()
@@ -198,22 +231,12 @@ impl Comparing {
             let (motion, ideal) = result?;
             (entry.motion, entry.ideal) = (Some(motion), Some(ideal));
         }
-        let tasks: Vec<(&TwinVariation, &Entry)> =
-            twins.iter().flat_map(|v| self.entries.iter().map(move |e| (v, e))).collect();
-        let times: Vec<Result<VariedTime, String>> = tasks
-            .par_iter()
-            .map(|(variation, entry)| {
-                let time = variation.apply(&entry.case).and_then(|case| {
-                    let motion = case.run().map_err(|e| format!("{}: {e}", entry.name))?;
-                    Ok(varied_time(&motion, ends))
-                });
-                step();
-                time
-            })
-            .collect();
-        let groups = times.chunks(self.entries.len().max(1));
-        self.variations = twins.iter().zip(groups).map(|(twin, times)| self.variation(twin, times)).collect();
         Ok(())
+    }
+
+    /// The cutting stretch of a program; none before [`Self::execute`] and where there is no stretch.
+    pub fn stretch_of(&self, name: &str) -> Option<Stretch> {
+        self.stretch(self.entries.iter().find(|e| e.name == name)?)
     }
 
     fn variation(&self, twin: &TwinVariation, times: &[Result<VariedTime, String>]) -> Variation {
@@ -281,10 +304,10 @@ impl Comparing {
         format!("@{}", place + 1)
     }
 
-    /// Takes the result of a program's run; the baseline comes first.
-    pub fn add(&mut self, name: &str, result: RunResult) {
+    /// Takes the result of a program's run and the surface that it left; the baseline comes first.
+    pub fn add(&mut self, name: &str, result: RunResult, surface: &SurfaceMap) {
         let Some(index) = self.entries.iter().position(|e| e.name == name) else { return };
-        let RunResult { verdict, surface, .. } = result;
+        let RunResult { verdict, .. } = result;
         if index == self.baseline && !surface.vertex_deviation.is_empty() {
             let (mesh, normals) = surface.whole_mesh();
             let deviation = surface.whole_deviation();
@@ -298,9 +321,9 @@ impl Comparing {
                 difference: vec![Vec::new(); self.entries.len()],
             });
         }
-        let deviation = self.part.as_ref().map_or_else(Vec::new, |part| deviation_on(&part.mesh.positions, &surface));
+        let deviation = self.part.as_ref().map_or_else(Vec::new, |part| deviation_on(&part.mesh.positions, surface));
         let entry = &mut self.entries[index];
-        let surface = scallop(&verdict.surface, &surface, entry.judged);
+        let surface = scallop(&verdict.surface, surface, entry.judged);
         entry.run = Some(Ran { verdict, surface, deviation });
     }
 }
@@ -317,6 +340,7 @@ impl Entry {
         Ok(Self {
             name: name.to_owned(),
             case,
+            changed_limits: prepared.changed_limits.clone(),
             made,
             studies: runs.iter().map(pictures::study_of).collect(),
             judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged.is_some()),

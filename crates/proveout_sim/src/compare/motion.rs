@@ -35,6 +35,8 @@ const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);
 #[derive(Clone, Debug)]
 pub(crate) struct MotionCase {
     pub(crate) machine: Machine,
+    /// The machine with its own limits, where the scene sets others.
+    pub(crate) own_machine: Option<Machine>,
     pub(crate) settings: ControlSettings,
     /// Factor of the path tolerances that the program sets.
     pub(crate) tolerance_factor: f64,
@@ -142,11 +144,12 @@ impl MotionCase {
     pub(crate) fn new(prepared: &Prepared) -> Result<Self, SimError> {
         let dialect = prepared.program()?.dialect();
         let source = match &prepared.made {
-            Some(made) => Source::Text { name: format!("{}.mpf", prepared.program_name), text: made.text.clone() },
+            Some(made) => Source::Text { name: made.file.clone(), text: made.text.clone() },
             None => Source::File(prepared.program_path.clone()),
         };
         Ok(Self {
             machine: prepared.machine.clone(),
+            own_machine: prepared.own_machine.clone(),
             settings: prepared.control_settings(dialect),
             tolerance_factor: 1.0,
             source,
@@ -259,7 +262,7 @@ impl Record<'_> {
                 self.blocks.push(FeedBlock {
                     run: self.run,
                     time: [block.start_time, block.end_time],
-                    programmed: if block.feed > 0.0 { block.length / block.feed } else { 0.0 },
+                    programmed: if block.feed > 0.0 { block.programmed_length / block.feed } else { 0.0 },
                     end,
                     center: ball.map(|radius| pose.tip + pose.axis * radius),
                     high: open.high,

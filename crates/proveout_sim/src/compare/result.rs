@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::uncertainty::{TimeGain, VariationKind};
+pub use crate::scene_limits::ChangedLimit;
 use crate::verdict::{Axis, Clearance, Deviation, Gate, State, Surface, Time};
 
 /// Version of the layout of [`Comparison`]; raised when a key changes its meaning or goes away.
@@ -26,11 +27,15 @@ pub struct Comparison {
     pub experiment: String,
     /// Name of the machine of the baseline.
     pub machine: String,
+    /// Limits of joints that the scene sets in place of the machine's own, for all programs; each once for every machine.
+    #[serde(default)]
+    pub joint_limits: Vec<ChangedLimit>,
     /// Program that the others are compared with.
     pub baseline: String,
     /// Programs in the order of the scene.
     pub order: Vec<String>,
-    /// All programs pass, and all criteria: fail if one fails, else unchecked if one is unchecked.
+    /// All programs pass, all criteria, and every published value with a band lies in it: fail if one fails, else unchecked if
+    /// one is unchecked.
     pub verdict: State,
     /// The programs by name.
     pub programs: BTreeMap<String, ProgramFigures>,
@@ -38,12 +43,34 @@ pub struct Comparison {
     pub gains: BTreeMap<String, Gain>,
     /// The twin with one parameter changed.
     pub variations: Vec<Variation>,
+    /// The twin with the limits of the machine itself in place of those that the scene sets; null where it sets none. It is another
+    /// twin: its gains are in no error.
+    #[serde(default)]
+    pub own_limits: Option<Variation>,
     /// Published values beside ours.
     pub published: Vec<Published>,
     /// Criteria of the scene.
     pub expectations: Vec<Expectation>,
     /// Rules that numbers were made by, in words, by name.
     pub rules: BTreeMap<String, String>,
+}
+
+impl Comparison {
+    /// The limits that the scene sets, in one line; none where it sets none.
+    pub fn limits_in_words(&self) -> Option<String> {
+        let one = |l: &ChangedLimit| {
+            let own = l.of_machine.map_or_else(|| "none".to_owned(), |v| v.to_string());
+            format!("{} of {} {} {} (machine {own})", l.quantity, l.joint, l.of_scene, l.unit)
+        };
+        let all: Vec<String> = self.joint_limits.iter().map(one).collect();
+        (!all.is_empty()).then(|| all.join(", "))
+    }
+
+    /// Time of the cutting stretch that a program saves on the machine with its own limits, percent; none where the scene sets no
+    /// limit.
+    pub fn at_own_limits(&self, program: &str) -> Option<f64> {
+        self.own_limits.as_ref()?.gains.get(program)?.stretch_time_percent
+    }
 }
 
 /// One program on the twin.

@@ -20,6 +20,7 @@ enum Change {
     Acceleration(f64),
     Jerk(f64),
     Dynamics(Dynamics),
+    OwnLimits,
 }
 
 /// A variation of the twin.
@@ -29,6 +30,16 @@ pub(crate) struct TwinVariation {
     pub(crate) parameter: &'static str,
     pub(crate) kind: VariationKind,
     change: Change,
+}
+
+/// The twin with the limits of the machine itself in place of those that the scene sets: another twin, not an error of this one.
+pub(crate) fn own_limits() -> TwinVariation {
+    TwinVariation {
+        name: "limits of the machine itself".into(),
+        parameter: "limits of the scene",
+        kind: VariationKind::Model,
+        change: Change::OwnLimits,
+    }
 }
 
 /// Every variation of a twin with these dynamics.
@@ -127,6 +138,11 @@ impl TwinVariation {
                     }
                 }
                 out.settings.dynamics = dynamics;
+            }
+            Change::OwnLimits => {
+                if let Some(machine) = &case.own_machine {
+                    out.machine = machine.clone();
+                }
             }
         }
         Ok(out)

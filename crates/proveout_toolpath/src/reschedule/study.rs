@@ -29,11 +29,6 @@ impl CurveKind {
             Self::Marks => "marks",
         }
     }
-
-    /// Whether neighboring points are joined by lines.
-    pub fn is_joined(self) -> bool {
-        !matches!(self, Self::KeyPoints | Self::Marks)
-    }
 }
 
 /// What is drawn along an axis of a plot. Curves with equal quantities belong into one plot.

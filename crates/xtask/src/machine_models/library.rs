@@ -6,7 +6,7 @@ use crate::{
         c_frame::CFrame,
         gantry::Gantry,
         heads::{Fork, Spindle, fork, nutating, spindle},
-        hybrid,
+        home_zero, hybrid,
         numbers::Numbers,
         part::Part,
         singles,
@@ -20,8 +20,11 @@ pub(crate) type Build = fn(&Numbers) -> Result<Vec<Part>, Failure>;
 /// Folder and maker of each machine.
 pub(crate) const LIBRARY: &[(&str, Build)] = &[
     ("bc-head-table-grinder", grinder),
+    ("bc-head-table-home-zero", |numbers| home_zero::parts(numbers, grinder)),
     ("bc-trunnion", bc_trunnion),
+    ("bc-trunnion-home-zero", |numbers| home_zero::parts(numbers, bc_trunnion)),
     ("fork-head-gantry", fork_head_gantry),
+    ("fork-head-home-zero", |numbers| home_zero::parts(numbers, fork_head_gantry)),
     ("jdgr200t", jdgr200t),
     ("linuxcnc-bridge-mill", bridge_mill),
     ("linuxcnc-xyzac-trt", xyzac_trt),

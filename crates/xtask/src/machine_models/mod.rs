@@ -8,6 +8,7 @@ mod c_frame;
 mod gantry;
 mod glb;
 mod heads;
+mod home_zero;
 mod hybrid;
 mod library;
 mod numbers;

@@ -7,6 +7,7 @@ use super::variables::Val;
 use super::words::{Block, Path, Reference, Statement, ToolCall, ToolRef};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::machine_data::KinematicsKind;
 use crate::source::Mark;
 use crate::{Offset, Op, ToolAction, ToolName};
 
@@ -115,6 +116,7 @@ impl Interpreter {
             }
             Statement::Plane(plane) => self.plane(&plane, span),
             Statement::Tcpm(tcpm) => {
+                self.settings.check_kinematics(KinematicsKind::Tcp, "FUNCTION TCPM", span)?;
                 self.function_tcpm(&tcpm);
                 Ok(())
             }

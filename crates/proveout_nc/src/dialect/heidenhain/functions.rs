@@ -8,10 +8,14 @@ use super::words::{FeedWord, MWord, Path, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::add_scaled;
+use crate::machine_data::KinematicsKind;
 use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
 
 /// Code of an `M` without a number.
 pub(crate) const NOTHING: u32 = u32::MAX;
+
+/// Most blocks that M120 LA allows.
+const MOST_AHEAD: f64 = 99.0;
 
 /// Reads the number behind an `M` that began at `start`, and the words that belong to the function.
 pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
@@ -84,11 +88,16 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
         _ => {}
     }
     m.span = x.span_from(start);
-    match remedy(code) {
+    // Two axes are those of the five-axis machine; one of them alone makes it another kinematics.
+    let one_axis = code == 138 && m.axes.count_ones() == 1;
+    match if one_axis { Some(ONE_SWIVEL_AXIS) } else { remedy(code) } {
         Some(remedy) => Err(refused(&format!("M{code}"), m.span, remedy)),
         None => Ok(m),
     }
 }
+
+const ONE_SWIVEL_AXIS: &str = "it takes rotary axes out of M128, TCPM and tilted planes, and the twin has the kinematics of the machine file: \
+     name both axes, or program their positions";
 
 /// Remedy for an M function that is refused.
 fn remedy(code: u32) -> Option<&'static str> {
@@ -120,8 +129,15 @@ impl Interpreter {
                     }
                     self.tell_coolant();
                 }
+                120 => {
+                    let blocks = m.value.map(|value| self.variables.value(value, m.span)).transpose()?;
+                    self.state.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
+                    self.state.look_ahead_ended = false;
+                    self.note("M120");
+                }
                 126 => self.state.shortest = true,
                 128 => {
+                    self.settings.check_kinematics(KinematicsKind::Tcp, "M128", m.span)?;
                     if let Some(feed) = m.feed {
                         // It bounds the compensating motions of the linear axes, which the machine's limits bound too.
                         if let Some(crate::Feed::PerTime(feed)) = self.feed_of(feed, m.span)? {

@@ -42,6 +42,7 @@ use interpreter::Interpreter;
 
 use super::Reader;
 use crate::Command;
+use crate::compensation::CompStyle;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
@@ -59,6 +60,10 @@ pub(crate) fn open(
 impl Reader for Interpreter {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn comp_style(&self) -> Option<CompStyle> {
+        Some(CompStyle { look_ahead: self.state.look_ahead, ..CompStyle::PLAIN })
     }
 }
 

@@ -101,6 +101,12 @@ impl Interpreter {
             };
             self.emit(Op::CutterComp(CutterComp { side: told, offset: None, radius: None }));
         }
+        // M120 ends with R0. The contour before is still under way then, so that it is forgotten at the next RL or RR.
+        if side == Side::Off {
+            self.state.look_ahead_ended = true;
+        } else if std::mem::take(&mut self.state.look_ahead_ended) {
+            self.state.look_ahead = 1;
+        }
         self.state.side = Some(side);
     }
 

@@ -16,6 +16,7 @@ use super::words::{FeedWord, Kind, Param, Plane, PlaneKind, Positioning, Tcpm};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
+use crate::machine_data::KinematicsKind;
 use crate::{Motion, Op, OrientationInterpolation, Tcp};
 
 const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
@@ -165,6 +166,7 @@ impl Interpreter {
         word: &str,
         span: Span,
     ) -> Result<(), Fault> {
+        self.settings.check_kinematics(KinematicsKind::TiltedPlane, word, span)?;
         if !self.state.frames.tilt(tilt, relative) {
             return Err(Fault::new(
                 codes::NESTING_LIMIT,

@@ -104,7 +104,17 @@ pub(crate) fn function(x: &mut Lexer<'_>, start: usize) -> Result<Statement, Fau
                     "milling programs are read: FUNCTION MODE MILL",
                 ));
             }
-            Ok(Statement::Note(format!("FUNCTION MODE {}", x.rest())))
+            let rest = x.rest();
+            let words = rest.to_ascii_uppercase();
+            if words.contains("KINEMATICS") || words.split_whitespace().next() == Some("SET") {
+                return Err(refused(
+                    &format!("FUNCTION MODE {rest}"),
+                    x.span_from(start),
+                    "it switches to another kinematics of the control, and the twin has that of the machine file: \
+                     write FUNCTION MODE MILL",
+                ));
+            }
+            Ok(Statement::Note(format!("FUNCTION MODE {rest}")))
         }
         "FEED" => {
             let rest = x.rest();

@@ -6,7 +6,7 @@ use super::words::{Path, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
-use crate::{AXIS_LETTERS, AxisValues, Motion, Op};
+use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion, Op};
 
 impl Interpreter {
     /// LN: a line with the normal of the surface and, in TX TY TZ, the axis of the tool.
@@ -83,7 +83,14 @@ impl Interpreter {
             end.put(axis, value + shift);
         }
         self.state.inclined |= w.programmed & ROTARY != 0;
-        self.position.moved_in_machine(&end, w.programmed);
+        let in_table = self.state.told_tcp.is_some_and(|told| told.on);
+        self.position.moved_in_machine(&end, w.programmed, in_table);
+        if self.state.tcpm {
+            // HEIDENHAIN, *TNC 640 Klartext programming*, "M128": reset it before positioning with M91 or M92.
+            self.note(format!(
+                "{ASSUMED}M91 or M92 under M128 or TCPM gives positions of the machine axes; the manual asks for M129 before them"
+            ));
+        }
         self.state.tangent = None;
         self.moved();
         let motion = Motion {

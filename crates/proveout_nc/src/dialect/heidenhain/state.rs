@@ -54,6 +54,10 @@ pub(crate) struct State {
     pub(crate) feed_before: Option<Feed>,
     /// Compensation in force before a departure.
     pub(crate) departing: Option<super::words::Side>,
+    /// M120 LA: blocks that the control looks ahead for undercuts, while compensation is on.
+    pub(crate) look_ahead: usize,
+    /// R0 came since.
+    pub(crate) look_ahead_ended: bool,
     pub(crate) approach: Option<super::approach::Approach>,
     pub(crate) corner: Option<Corner>,
     pub(crate) pending_cycle: Option<OldCycle>,
@@ -103,6 +107,8 @@ impl State {
             element_feed: None,
             feed_before: None,
             departing: None,
+            look_ahead: 1,
+            look_ahead_ended: false,
             approach: None,
             corner: None,
             pending_cycle: None,

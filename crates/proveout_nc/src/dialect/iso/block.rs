@@ -76,8 +76,10 @@ impl Interpreter {
             }
             b'M' => {
                 let code = whole(value, "M", 99_999_999.0, span)?;
-                if let Function::Refused(remedy) = words::function(self.flavor, code) {
-                    return Err(refused(&format!("M{code}"), span, remedy));
+                match words::function(self.flavor, code) {
+                    Function::Refused(remedy) => return Err(refused(&format!("M{code}"), span, remedy)),
+                    Function::Kinematics => return Err(kinematics_switch(&format!("M{code}"), span)),
+                    _ => {}
                 }
                 self.check_function(p, code, span)?;
                 p.put_m(code).map_err(|Full| too_many("M", span))?;
@@ -322,6 +324,15 @@ pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
     Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
+/// The set-up of the control decides what such a word switches to.
+pub(crate) fn kinematics_switch(word: &str, span: Span) -> Fault {
+    let message = format!(
+        "`{word}` switches the kinematics of the control, and what it switches to is a matter of the control's set-up: it is not supported"
+    );
+    Fault::new(codes::UNSUPPORTED_WORD, span, message)
+        .help("post the program for positions of the axes, or for a control whose words are known (G43.4, G234, TRAORI, M128 of a TNC)")
+}
+
 fn too_many(letter: &str, span: Span) -> Fault {
     Fault::new(codes::BAD_VALUE, span, format!("the block has too many {letter} words")).help("write several blocks")
 }
@@ -356,6 +367,7 @@ pub(crate) fn refused_word(flavor: super::flavor::Flavor, word: &Word) -> Option
         }
         b'M' if (0.0..1e9).contains(&value) => match words::function(flavor, value as u32) {
             Function::Refused(remedy) => Some(refused(&format!("M{value}"), word.span, remedy)),
+            Function::Kinematics => Some(kinematics_switch(&format!("M{value}"), word.span)),
             _ => None,
         },
         _ => None,

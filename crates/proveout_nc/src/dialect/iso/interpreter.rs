@@ -18,7 +18,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length}
 use crate::dialect::passes::Passes;
 use crate::source::{Mark, Source};
 use crate::state::Position;
-use crate::{Command, Location, Offset, Op, Settings, WorkOffset};
+use crate::{ASSUMED, Command, Location, Offset, Op, Settings, WorkOffset};
 
 /// A program file with its structure.
 #[derive(Debug)]
@@ -163,6 +163,11 @@ impl Interpreter {
 
     pub(crate) fn note(&mut self, text: impl Into<String>) {
         self.emit(Op::Note(text.into()));
+    }
+
+    /// Tells what is taken for granted where controls or their set-ups differ.
+    pub(crate) fn assume(&mut self, text: impl AsRef<str>) {
+        self.note(format!("{ASSUMED}{}", text.as_ref()));
     }
 
     /// A motion is made: loops that move are not idle.

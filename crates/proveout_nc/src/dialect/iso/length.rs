@@ -13,6 +13,7 @@ use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::machine_data::KinematicsKind;
 use crate::{CompSide, CutterComp, Offset, Op, ToolName};
 
 impl Interpreter {
@@ -42,6 +43,9 @@ impl Interpreter {
             _ => {
                 let h = self.length_number(p, code, span)?;
                 let tcp = matches!(code, 434 | 435 | 2340);
+                if tcp {
+                    self.settings.check_kinematics(KinematicsKind::Tcp, &g_name(code), span)?;
+                }
                 if tcp && (self.lengths.contains_key(&h) || self.has_programmed_length()) {
                     let message =
                         format!("{} with a length that the program writes itself is not supported", g_name(code));
@@ -116,7 +120,8 @@ impl Interpreter {
         Ok(())
     }
 
-    fn set_length(&mut self, length: Length, shift: [f64; 3]) {
+    pub(crate) fn set_length(&mut self, length: Length, shift: [f64; 3]) {
+        self.technology.length_canceled_by = None;
         let edge = |length: Length| if let Length::Edge(edge) = length { edge } else { 0 };
         self.emit(Op::Offset(Offset::ToolEdge { edge: edge(length) }));
         let before = std::mem::replace(&mut self.modal.length, length);
@@ -132,7 +137,7 @@ impl Interpreter {
         self.frames_changed("G43");
     }
 
-    fn set_tcp(&mut self, on: bool, vectors: bool) {
+    pub(crate) fn set_tcp(&mut self, on: bool, vectors: bool) {
         self.modal.vectors = on && vectors;
         let before = self.modal.in_table();
         self.modal.tcp = on;

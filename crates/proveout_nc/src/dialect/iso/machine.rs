@@ -1,14 +1,39 @@
 //! Motions in machine coordinates: G53, G28, G30; words that act once.
+//!
+//! **Reference points.** G28 and G30 go by the point that the block programs (which G91 with zero makes the place where the axes
+//! stand) to the first and second reference point, with the named axes alone. Where these points are is data of the machine:
+//! parameters `#5161` and `#5181` and up, which the program or the settings give, else [`crate::ReferencePoints`].
+//!
+//! **Tool length behind them.** A machine coordinate is that of the axis, without tool length. What the length does from the next
+//! block on differs:
+//!
+//! * `LinuxCNC`: it is in force as before (RS274/NGC: neither word changes G43).
+//! * Haas: G53 leaves it; G28 cancels it "for the following lines of code" (*Mill operator's manual*, G28), and G234 with it.
+//! * Fanuc: the offset of the axes that moved is canceled while the display goes on to say G43; whether the next motion or only
+//!   the next G43, G44 or H brings it back is set up on the control (bit 6 of parameter 5001; *Operator's manual*, "G53, G28 and
+//!   G30 commands in tool length compensation mode"). It is read as back, and where a machine is to run the
+//!   program, a motion of Z before such a word says so.
+//!
+//! **Under tool center point control** every axis of the machine moves the tip in all coordinates of the table, so that none of
+//! them is known behind such a block; axes that the next block does not name stay where they are.
 
+use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{Length, MotionMode};
 use super::pending::{AXES, Pending};
 use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AxisValues, Motion, Offset, Op};
+use crate::{AXIS_LETTERS, AxisValues, Motion, Offset, Op};
 
-/// Numbers of the parameters that hold the reference points of G28 and G30 (`LinuxCNC`; the settings give them for the others).
+/// What the twin does with machine coordinates under tool center point control.
+fn under_tcp(word: &str) -> String {
+    format!(
+        "machine coordinates under {word} are positions of the axes, and the tip is followed again from where it then is: write G49 before them"
+    )
+}
+
+/// Numbers of the parameters that hold the reference points of G28 and G30 on a `LinuxCNC`; settings may give them for all.
 const FIRST_REFERENCE: u32 = 5161;
 const SECOND_REFERENCE: u32 = 5181;
 
@@ -59,9 +84,9 @@ impl Interpreter {
         }
         let rapid = match self.modal.motion {
             Some(MotionMode::Rapid) => true,
-            Some(MotionMode::Linear) => self.flavor == super::flavor::Flavor::Fanuc,
+            Some(MotionMode::Linear) => self.flavor == Flavor::Fanuc,
             None if !self.flavor.is_linuxcnc() => true,
-            _ if self.flavor == super::flavor::Flavor::Fanuc => true,
+            _ if self.flavor == Flavor::Fanuc => true,
             _ => {
                 return Err(
                     Fault::new(codes::CONFLICT, span, "G53 needs G0 or G1 in force").help("write G0 or G1 with G53")
@@ -81,7 +106,28 @@ impl Interpreter {
         }
         let exact_stop = p.g(Group::ExactStop).is_some();
         self.machine_motion(end, axes, rapid, exact_stop);
+        self.length_in_doubt("G53", axes);
         Ok(())
+    }
+
+    /// A Fanuc has canceled the tool length in Z, and its set-up says what brings it back.
+    fn length_in_doubt(&mut self, word: &'static str, axes: u16) {
+        let length = matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_));
+        let runs = self.settings.reference_points.is_some();
+        if runs && self.flavor == Flavor::Fanuc && length && !self.modal.in_table() && axes & 0b100 != 0 {
+            self.technology.length_canceled_by = Some(word);
+        }
+    }
+
+    /// Tells, before a motion of Z, that its tool length depends on the set-up of the control.
+    pub(crate) fn tell_length(&mut self, axes: u16) {
+        let moves = axes & 0b100 != 0 || axes != 0 && self.modal.cycle.is_some();
+        if let Some(word) = self.technology.length_canceled_by.take_if(|_| moves) {
+            self.assume(format!(
+                "the tool length that {word} has canceled in Z is back without G43; the control does so only where it is set up to \
+                 (parameter 5001, bit 6): write G43 with its H before Z moves"
+            ));
+        }
     }
 
     /// Machine coordinates are those of the axes without tool length: the length goes out of effect for the motion.
@@ -93,7 +139,17 @@ impl Interpreter {
         if edge.is_some() {
             self.emit(Op::Offset(Offset::ToolEdge { edge: 0 }));
         }
-        self.position.moved_in_machine(&end, axes);
+        self.position.moved_in_machine(&end, axes, self.modal.in_table());
+        if self.modal.tcp && axes != 0 {
+            let word = if self.modal.vectors {
+                "G43.5"
+            } else if self.flavor == Flavor::Haas {
+                "G234"
+            } else {
+                "G43.4"
+            };
+            self.assume(under_tcp(word));
+        }
         let motion = Motion {
             end,
             end_base: end,
@@ -111,26 +167,21 @@ impl Interpreter {
     }
 
     /// G28 and G30: by rapid to the intermediate point, then to the reference point of the programmed axes.
-    fn reference(&mut self, p: &mut Pending, word: &str, first: u32, span: Span) -> Result<(), Fault> {
+    fn reference(&mut self, p: &mut Pending, word: &'static str, first: u32, span: Span) -> Result<(), Fault> {
         p.use_up(if word == "G30" { b"P" } else { b"" });
         if let Some(which) = p.peek(b'P').filter(|&which| word == "G30" && which != 2.0) {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G30 P{which}` is not supported"))
                 .help("program the point with G53"));
         }
-        let mut axes = p.axes();
+        let named = p.axes();
         self.nothing_held(span)?;
         self.begin_motion();
-        if axes == 0 {
-            if self.flavor == super::flavor::Flavor::Fanuc {
-                return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis"))
-                    .help(format!("write G91 {word} Z0")));
-            }
-            // All axes that the program uses.
-            axes = 0b111;
-            for axis in 3..9 {
-                axes |= u16::from(self.position.base.get(axis).is_some()) << axis;
-            }
-        } else {
+        if named == 0 && self.flavor == Flavor::Fanuc {
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis"))
+                .help(format!("write G91 {word} Z0")));
+        }
+        let axes = if named == 0 { self.all_axes() } else { named };
+        if named != 0 {
             let before = self.position.work;
             let (end, programmed) = self.targets(p, span)?;
             let moves = (0..9).any(|axis| programmed >> axis & 1 == 1 && end.get(axis) != before.get(axis));
@@ -140,22 +191,71 @@ impl Interpreter {
                 self.go(motion, true);
             }
         }
-        let mut end = AxisValues::NONE;
-        let mut given = true;
-        for axis in (0..9usize).filter(|axis| axes >> axis & 1 == 1) {
-            let value = self.variables.numbered(first + axis as u32);
-            given &= value.is_some();
-            let value = value.unwrap_or(0.0);
-            end.put(axis, if (3..6).contains(&axis) { value.to_radians() } else { value });
-        }
-        if !given && !self.noted_references.contains(&first) {
-            self.noted_references.push(first);
-            self.note(format!(
-                "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
-            ));
+        let end = self.reference_point(word, first, axes, span)?;
+        if word == "G28" && self.flavor == Flavor::Haas && self.modal.length != Length::Off {
+            self.set_length(Length::Off, [0.0; 3]);
+            self.set_tcp(false, false);
         }
         self.machine_motion(end, axes, true, false);
+        self.length_in_doubt(word, axes);
         Ok(())
+    }
+
+    /// The axes of G28 without a coordinate: those of the machine, or, where no machine is known, those that the program uses.
+    fn all_axes(&self) -> u16 {
+        match &self.settings.reference_points {
+            Some(points) => points.axes,
+            None => (3..9).fold(0b111, |axes, axis| axes | u16::from(self.position.base.get(axis).is_some()) << axis),
+        }
+    }
+
+    /// Reference point of some axes: of the parameters, else of the machine.
+    fn reference_point(&mut self, word: &'static str, first: u32, axes: u16, span: Span) -> Result<AxisValues, Fault> {
+        let mut end = AxisValues::NONE;
+        for axis in (0..9usize).filter(|axis| axes >> axis & 1 == 1) {
+            if let Some(value) = self.variables.numbered(first + axis as u32) {
+                end.put(axis, if (3..6).contains(&axis) { value.to_radians() } else { value });
+            }
+        }
+        let open = (0..9).filter(|&axis| axes >> axis & 1 == 1 && end.get(axis).is_none());
+        let open: Vec<usize> = open.collect();
+        let Some(points) = self.settings.reference_points.clone() else {
+            for &axis in &open {
+                end.put(axis, 0.0);
+            }
+            if !open.is_empty() && !self.noted_references.contains(&first) {
+                self.noted_references.push(first);
+                self.note(format!(
+                    "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
+                ));
+            }
+            return Ok(end);
+        };
+        let stated = if first == FIRST_REFERENCE { &points.first } else { &points.second };
+        for axis in open {
+            let (letter, machine) = (AXIS_LETTERS[axis], &points.machine);
+            if machine.is_empty() {
+                let message =
+                    format!("{word} sends {letter} to its reference point, and no machine is named that states it");
+                return Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
+                    .help("name the machine (--machine), or program the position with G53"));
+            }
+            if points.axes >> axis & 1 == 0 {
+                let message = format!("{word} names {letter}, and machine \"{machine}\" has no axis of this letter");
+                return Err(Fault::new(codes::BAD_VALUE, span, message).help("take the axis out"));
+            }
+            let Some(value) = stated.get(axis) else {
+                let message = format!(
+                    "{word} sends {letter} to its reference point, and machine \"{machine}\" states none for it"
+                );
+                let key = if (3..6).contains(&axis) { "home_deg" } else { "home_mm" };
+                return Err(Fault::new(codes::POSITION_UNKNOWN, span, message).help(format!(
+                    "add {key} to joint {letter} of the machine file, or program the position with G53"
+                )));
+            };
+            end.put(axis, value);
+        }
+        Ok(end)
     }
 
     /// G28.1, G30.1: the position becomes the reference point.

@@ -227,6 +227,8 @@ pub(crate) struct Technology {
     pub(crate) h: Option<u32>,
     pub(crate) d: Option<u32>,
     pub(crate) overrides: bool,
+    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
+    pub(crate) length_canceled_by: Option<&'static str>,
 }
 
 impl Technology {
@@ -243,6 +245,7 @@ impl Technology {
             h: None,
             d: None,
             overrides: true,
+            length_canceled_by: None,
         }
     }
 }

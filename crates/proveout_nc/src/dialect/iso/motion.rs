@@ -41,6 +41,7 @@ impl Interpreter {
     /// What is settled before a block moves linear axes.
     pub(crate) fn before_motion(&mut self, axes: u16, p: &Pending, span: Span) -> Result<(), Fault> {
         self.begin_motion();
+        self.tell_length(axes);
         if self.modal.plane == Plane::Defined && axes & LINEAR != 0 {
             // No G53.1: the rotary axes stand where the program has put them.
             self.modal.plane = Plane::Engaged;

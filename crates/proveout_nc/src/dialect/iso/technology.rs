@@ -1,6 +1,6 @@
 //! Feed, spindle, tool, coolant and machine functions.
 
-use super::block::{NOTED_G, g_name};
+use super::block::{NOTED_G, g_name, kinematics_switch};
 use super::calls::whole;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
@@ -10,6 +10,9 @@ use super::words::{self, Function, Group};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{Coolant, Feed, Op, Override, Spindle, SpindleDirection, ToolAction, ToolName};
+
+/// The analog output that selects the kinematics in the documentation of `LinuxCNC` and in the configurations that come with it.
+const KINEMATICS_OUTPUT: f64 = 3.0;
 
 /// Bits of X, Y and Z.
 pub(crate) const LINEAR: u16 = 0b111;
@@ -176,7 +179,10 @@ impl Interpreter {
                     self.note("M29");
                 }
                 Function::State => self.state_word(m, p, span)?,
-                Function::Note => self.note_with_values(&format!("M{m}"), p),
+                Function::AnalogOutput if p.peek(b'E') == Some(KINEMATICS_OUTPUT) => {
+                    return Err(kinematics_switch(&format!("M{m} E{KINEMATICS_OUTPUT}"), span));
+                }
+                Function::Note | Function::AnalogOutput => self.note_with_values(&format!("M{m}"), p),
                 _ => {}
             }
         }

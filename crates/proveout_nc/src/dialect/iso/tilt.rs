@@ -23,6 +23,7 @@ use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
+use crate::machine_data::KinematicsKind;
 use crate::{Motion, Op, OrientationInterpolation, Tcp};
 
 impl Interpreter {
@@ -96,6 +97,7 @@ impl Interpreter {
 
     /// G68.2 X Y Z I J K.
     fn tilted_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G68.2", span)?;
         if let Some(kind) = p.take(b'P').filter(|&kind| kind != 0.0) {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G68.2 P{kind}` is not supported"))
                 .help("give the plane with Euler angles: G68.2 X Y Z I J K"));
@@ -205,6 +207,7 @@ impl Interpreter {
 
     /// G254
     fn dynamic_offset(&mut self, span: Span) -> Result<(), Fault> {
+        self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G254", span)?;
         if self.modal.plane != Plane::Off || self.modal.tcp {
             return Err(Fault::new(codes::CONFLICT, span, "G254 while a plane or G234 is in force")
                 .help("write G255 or G49 before it"));

@@ -181,6 +181,10 @@ pub(crate) enum Function {
     State,
     /// Function of the machine builder or without effect on the twin.
     Note,
+    /// Switches the kinematics of the control.
+    Kinematics,
+    /// Analog output of `LinuxCNC`, one of which may switch the kinematics.
+    AnalogOutput,
     Refused(&'static str),
 }
 
@@ -199,6 +203,11 @@ pub(crate) fn function(flavor: Flavor, code: u32) -> Function {
         61 | 70 | 72 if flavor.is_linuxcnc() => Function::State,
         66 if flavor.is_linuxcnc() => Function::Refused("the input is not known to the twin; take the block out"),
         71 | 73 if flavor.is_linuxcnc() => Function::Refused("use M70 and M72"),
+        67 | 68 if flavor.is_linuxcnc() => Function::AnalogOutput,
+        // M428 to M430: `LinuxCNC`, *Switchable kinematics*, and the configurations that come with it; M128, M129: those before
+        // it, TCPM of a Hurco and of a TNC. On a Haas M121 to M128 set an output for the user.
+        129 | 428..=430 => Function::Kinematics,
+        128 if flavor != Flavor::Haas => Function::Kinematics,
         97 if flavor == Flavor::Haas => Function::Call,
         96 | 109 if flavor == Flavor::Haas => {
             Function::Refused("the input is not known to the twin; take the block out")

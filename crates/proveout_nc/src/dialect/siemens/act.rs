@@ -9,6 +9,7 @@ use super::parser::{Block, Call, WordKind};
 use super::pending::Pending;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::machine_data::KinematicsKind;
 use crate::{Op, ToolAction};
 
 use super::block::LINEAR;
@@ -47,6 +48,9 @@ impl Interpreter {
             self.frame_instruction(word, p, frame_span)?;
         }
         if let Some(on) = p.transformation {
+            if on {
+                self.settings.check_kinematics(KinematicsKind::Tcp, "TRAORI", span)?;
+            }
             let before = self.technology.tcp();
             self.technology.transformed = on;
             self.tell_tcp();

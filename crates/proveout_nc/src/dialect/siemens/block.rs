@@ -297,13 +297,39 @@ impl Interpreter {
                 };
                 self.emit(Op::Message(text));
             }
-            "TRAORI" => p.transformation = Some(true),
+            "TRAORI" => {
+                self.check_data_set(call, span)?;
+                p.transformation = Some(true);
+            }
             "TRAFOOF" => p.transformation = Some(false),
             name => match words::classify_name(name) {
                 Class::Note => self.note(name),
                 Class::Refused(remedy) => return Err(refused(name, span, remedy)),
                 Class::Unknown => self.take_call(p, name, span, at)?,
             },
+        }
+        Ok(())
+    }
+
+    /// TRAORI(n, X, Y, Z, A, B): the twin has one kinematics, that of the machine file, and the tool along its spindle.
+    fn check_data_set(&self, call: &Call, span: Span) -> Result<(), Fault> {
+        let values = self.arguments(call, span)?;
+        // Number of the data set, direction of the tool, offsets of the rotary axes.
+        for (at, standard) in [1.0, 0.0, 0.0, 1.0, 0.0, 0.0].into_iter().enumerate() {
+            let Some(value) = super::frames::number(&values, at, "TRAORI", span)?.filter(|v| *v != standard) else {
+                continue;
+            };
+            let what = match at {
+                0 => format!(
+                    "`TRAORI({value})` switches to another data set of the control, which the twin does not know"
+                ),
+                1..=3 => {
+                    "`TRAORI` with a direction of the tool other than that of the spindle is not supported".to_owned()
+                }
+                _ => "`TRAORI` with offsets of the rotary axes is not supported".to_owned(),
+            };
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, what)
+                .help("write TRAORI, which takes the kinematics of the machine file"));
         }
         Ok(())
     }

@@ -44,6 +44,8 @@ impl Interpreter {
             "CFC" => state.style.feed = FeedAt::Contour,
             "CFIN" => state.style.feed = FeedAt::ContourInside,
             "CFTCP" => state.style.feed = FeedAt::Center,
+            "CDON" => state.style.look_ahead = Compensation::BOTTLENECK_BLOCKS,
+            "CDOF" | "CDOF2" => state.style.look_ahead = Compensation::RESET.style.look_ahead,
             _ => return false,
         }
         self.note(name);

@@ -263,6 +263,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
             let center = Some(first)
                 .filter(|_| room(&first) && room(&second))
                 .and_then(|first| contour::inside_corner(&first, &second, offset, first.extent()))
+                .map(|meeting| meeting.point)
                 .ok_or_else(|| {
                     (
                         format!("a rounding of {radius} mm does not fit between this block and the next"),

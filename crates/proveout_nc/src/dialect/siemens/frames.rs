@@ -15,6 +15,7 @@ use super::pending::{FrameWord, Pending};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
+use crate::machine_data::KinematicsKind;
 use crate::{FrameChange, Motion, Offset, Op, PathMode};
 
 impl Interpreter {
@@ -228,6 +229,7 @@ impl Interpreter {
             }
             return Ok(());
         }
+        self.settings.check_kinematics(KinematicsKind::TiltedPlane, NAME, span)?;
         let mode = number(&values, 3, NAME, span)?.unwrap_or(0.0);
         if !(0.0..256.0).contains(&mode) || mode.fract() != 0.0 {
             return Err(

@@ -107,7 +107,10 @@ impl Compensation {
     /// G451: circles instead of intersections beyond this change of direction, degrees (standard of MD20210).
     const CORNER_LIMIT_DEG: f64 = 100.0;
 
-    /// After reset: G40, NORM, G450, CFC, CUT2D.
+    /// CDON: blocks within which the control looks for places where the tool does not fit (standard of MD20240).
+    pub(crate) const BOTTLENECK_BLOCKS: usize = 3;
+
+    /// After reset: G40, NORM, G450, CFC, CUT2D, CDOF.
     pub(crate) const RESET: Self = Self {
         side: CompSide::Off,
         style: CompStyle {
@@ -115,6 +118,7 @@ impl Compensation {
             entry: Entry::Perpendicular,
             feed: FeedAt::Contour,
             follow_contour: false,
+            look_ahead: 1,
         },
         smooth_approach: None,
         plane_in_frame: false,

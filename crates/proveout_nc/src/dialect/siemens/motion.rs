@@ -9,7 +9,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::state::MissingAxes;
-use crate::{AXIS_LETTERS, AxisValues, Motion, Op};
+use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion, Op};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -270,7 +270,15 @@ impl Interpreter {
                 if rotary { coordinate.value.to_radians() } else { coordinate.value * self.modal.units.length() },
             );
         }
-        self.position.moved_in_machine(&end, p.programmed);
+        self.position.moved_in_machine(&end, p.programmed, self.technology.tcp());
+        if self.technology.transformed {
+            // Frames end at the basic coordinate system, which lies on this side of the transformation (Siemens, *Basic functions*,
+            // K2, "Frames"): the control counts SUPA in the coordinates of the tip.
+            self.note(format!(
+                "{ASSUMED}SUPA, G53 or G153 under TRAORI gives positions of the machine axes; the control counts them in the basic \
+                 coordinates of the transformation: write TRAFOOF before them"
+            ));
+        }
         self.tangent = None;
         self.moved();
         let motion = Motion {

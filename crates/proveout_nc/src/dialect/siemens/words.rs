@@ -23,13 +23,11 @@ pub(crate) fn classify_name(name: &str) -> Class {
         | "DYNSEMIFIN" | "DYNFINISH" | "DYNPREC" | "OSOF" | "OSS" | "OSSE" | "OSD" | "OST" | "OSC" | "UPATH"
         | "SPATH" | "CPRECON" | "CPRECOF" | "RTLION" | "RTLIOF" | "ORISON" | "ORISOF" => Class::Note,
         // Run-in of the control, displays, groups of the editor, preset axes of grouping.
-        "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "CDON" | "CDOF" | "CDOF2"
-        | "DIAMOF" | "DISPLON" | "DISPLOF" | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND"
-        | "GROUP_END" | "WORKPIECE" | "FGROUP" | "SETMS" | "SPOF" | "TOFRAMEOF" | "TOROTOF" | "PAROTOF" | "TCOFR"
-        | "ROTOF" | "GETD" | "GET" | "RELEASE" | "SETAL" | "PTPOF" | "CP" | "LFOF" | "LFON" | "GEOAXRESET"
-        | "PRESETONOF" | "NCCHECK" | "PREPRO" | "ORIPATHSOF" | "MEASOF" | "G290" | "SUPD" | "PROTD" | "WAITENC" => {
-            Class::Note
-        }
+        "STOPRE" | "STARTFIFO" | "STOPFIFO" | "FIFOCTRL" | "WALIMON" | "WALIMOF" | "DIAMOF" | "DISPLON" | "DISPLOF"
+        | "SBLOF" | "SBLON" | "ACTBLOCNO" | "GROUP_BEGIN" | "GROUP_ADDEND" | "GROUP_END" | "WORKPIECE" | "FGROUP"
+        | "SETMS" | "SPOF" | "TOFRAMEOF" | "TOROTOF" | "PAROTOF" | "TCOFR" | "ROTOF" | "GETD" | "GET" | "RELEASE"
+        | "SETAL" | "PTPOF" | "CP" | "LFOF" | "LFON" | "GEOAXRESET" | "PRESETONOF" | "NCCHECK" | "PREPRO"
+        | "ORIPATHSOF" | "MEASOF" | "G290" | "SUPD" | "PROTD" | "WAITENC" => Class::Note,
         "POLY" | "ASPLINE" | "BSPLINE" | "CSPLINE" | "INVCW" | "INVCCW" | "POLYPATH" | "CPT" => Class::Refused(PLAIN),
         "ROTS" | "AROTS" | "CROTS" | "TOFRAME" | "TOFRAMEX" | "TOFRAMEY" | "TOFRAMEZ" | "TOROT" | "TOROTX"
         | "TOROTY" | "TOROTZ" | "PAROT" | "MEAFRAME" | "PRESETON" | "SETPAL" => Class::Refused(FRAME),

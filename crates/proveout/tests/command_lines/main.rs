@@ -1,0 +1,144 @@
+//! Every command line of the pages, of the help texts and of `more.txt` runs as a person types it, and its output is compared with
+//! what it was. After a wanted change: `INSTA_UPDATE=always cargo test -p proveout --test command_lines`, and look at the difference.
+//! That every option is in one of these lines, and that clap takes them, is held by the tests of `src/args.rs`.
+
+mod pages;
+mod sandbox;
+mod typed;
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    panic::{AssertUnwindSafe, catch_unwind},
+    path::Path,
+    process::Command,
+};
+
+use insta_cmd::assert_cmd_snapshot;
+
+use crate::{
+    pages::{Shown, commands, examples, listed, pages},
+    sandbox::{root, sandbox},
+    typed::{Typed, typed},
+};
+
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_proveout"))
+}
+
+/// Help texts: of the program, and of each of its commands.
+fn help() -> Vec<(String, String)> {
+    let text = |words: &[&str]| {
+        let output = program().args(words).output().expect("the program starts");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let first = text(&["--help"]);
+    let names = first.split_once("Commands:").expect("commands").1.split_once("\n\n").expect("an end").0;
+    let names: Vec<String> = names.lines().filter_map(|l| l.split_whitespace().next().map(str::to_owned)).collect();
+    assert!(names.len() > 8, "{first}");
+    names.into_iter().filter(|n| n != "help").map(|n| (format!("proveout {n} --help"), text(&[&n, "--help"]))).collect()
+}
+
+/// Every command of pages, help texts and `more.txt`.
+fn all() -> Vec<Shown> {
+    let root = root();
+    let read = |path: &Path| fs::read_to_string(root.join(path)).expect("readable");
+    let mut all: Vec<Shown> = pages(&root).iter().flat_map(|p| commands(&p.display().to_string(), &read(p))).collect();
+    all.extend(help().iter().flat_map(|(name, text)| examples(name, text)));
+    all.extend(listed("more.txt", include_str!("more.txt")));
+    all
+}
+
+/// What differs from run to run, or from machine to machine: wall time, pace, memory.
+const NOISE: &[(&str, &str)] = &[
+    (r"(?m)^line \d+: .* simulated, .* findings\n", ""),
+    (r"computed in [0-9.]+ s: [0-9]+ times faster than the machine", "computed in [time]: [n] times faster than the machine"),
+    (r"computed in [0-9.]+ s", "computed in [time]"),
+    (r"[0-9.]+ MiB", "[n] MiB"),
+];
+
+#[test]
+fn every_command_line_does_what_it_did() {
+    let folder = sandbox();
+    let mut settings = insta::Settings::clone_current();
+    for (pattern, shown) in NOISE {
+        settings.add_filter(pattern, *shown);
+    }
+    settings.set_prepend_module_to_snapshot(false);
+    let typed = typed(&all()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(typed.len() > 60, "the pages show more than {} commands", typed.len());
+    let (mut names, mut failed) = (BTreeSet::new(), Vec::new());
+    for one in &typed {
+        assert!(names.insert(one.name()), "two commands are told apart by nothing: {}", one.line());
+        settings.set_description(one.line());
+        let ran = catch_unwind(AssertUnwindSafe(|| settings.bind(|| run(one, folder.path()))));
+        if ran.is_err() {
+            failed.push(format!("{} ({})", one.line(), one.places.join(", ")));
+        }
+    }
+    assert!(failed.is_empty(), "these commands do not do what they did:\n{}", failed.join("\n"));
+    let kept = fs::read_dir(root().join("crates/proveout/tests/command_lines/snapshots")).expect("snapshots");
+    for name in kept.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()) {
+        let known = name.strip_suffix(".snap").is_some_and(|n| names.contains(n));
+        assert!(known, "snapshots/{name} belongs to no command any more: remove it");
+    }
+}
+
+fn run(typed: &Typed, folder: &Path) {
+    let mut command = program();
+    // The viewer of the sandbox is found first.
+    command.current_dir(folder).args(&typed.words).env("PATH", "bin:/usr/bin:/bin");
+    let input = typed.input.as_ref().map(|f| fs::read(folder.join(f)).expect("the input is in the sandbox"));
+    assert_cmd_snapshot!(typed.name(), command.pass_stdin(input.unwrap_or_default()));
+    for pair in typed.words.windows(2) {
+        if let [option, file] = pair
+            && matches!(option.as_str(), "--output" | "--out")
+        {
+            let written = folder.join(file).exists();
+            assert_eq!(written, !file.starts_with("never"), "{file}: written {written}");
+        }
+    }
+}
+
+/// Commands of other programs: they are long, and each names something that must be there.
+#[test]
+fn commands_of_developers_name_what_is_there() {
+    let root = root();
+    let xtask = fs::read_to_string(root.join("crates/xtask/src/main.rs")).expect("xtask");
+    let help = xtask.split_once("const HELP").expect("its help").1.split_once("\";").expect("an end").0;
+    let tasks: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")?.split_whitespace().next()).collect();
+    let mut seen = 0;
+    for shown in all().iter().filter(|s| s.of_product().is_none()) {
+        let words: Vec<&str> = shown.words.iter().map(String::as_str).collect();
+        let after = |option: &str| words.iter().position(|w| *w == option).and_then(|i| words.get(i + 1)).copied();
+        let fault = |what: &str| panic!("{}: {what}: {}", shown.place, words.join(" "));
+        seen += 1;
+        let crate_folder = after("-p").map(|name| match name {
+            "proveout_tests" => root.join("tests"),
+            name => root.join("crates").join(name),
+        });
+        if let Some(folder) = crate_folder.as_ref().filter(|_| after("-p") != Some("CRATE")) {
+            if !folder.join("Cargo.toml").is_file() {
+                fault("no such crate");
+            }
+            for (option, place) in [("--bench", "benches"), ("--example", "examples"), ("--test", "tests")] {
+                let Some(name) = after(option) else { continue };
+                let file = folder.join(place).join(format!("{name}.rs"));
+                if !file.is_file() && !folder.join(place).join(name).join("main.rs").is_file() {
+                    fault("no such target");
+                }
+            }
+        }
+        match words[1] {
+            "xtask" => {
+                if !words.get(2).is_some_and(|task| tasks.contains(task)) {
+                    fault("xtask has no such command");
+                }
+            }
+            "bench" | "run" | "test" if crate_folder.is_some() || words.contains(&"--workspace") => {}
+            "fmt" | "clippy" | "doc" | "deny" | "install" | "fetch" => {}
+            _ => fault("say in command_lines/main.rs how this command is held true"),
+        }
+    }
+    assert!(seen > 20, "{seen}");
+}

@@ -1,0 +1,151 @@
+//! A folder laid out as the project is, in which the commands of the pages are typed: machines and tools are those of the project,
+//! scenes are the project's with coarser cells and the first blocks of their programs, and what the pages name by `out/part-main`
+//! is a small part of its own. A command stays as the page has it, word for word; what it reads is smaller.
+
+use std::{
+    fs,
+    os::unix::fs::{PermissionsExt, symlink},
+    path::{Path, PathBuf},
+};
+
+use tempfile::TempDir;
+
+/// The root of the project.
+pub(crate) fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
+}
+
+/// Slot of 12 mm, 5 mm deep, along X.
+const MAIN: &str = "G17 G54 G90 G94 G710\nT=\"SCHAFT_D12_N_AP30\"\nM6\nG0 X-40 Y0 Z50 S1000 M3 D1\nG0 Z15\nG1 X40 F600\nG0 Z50\nM30\n";
+const FANUC: &str = "%\nO0001\nG21 G90 G17 G54\nT2 M6\nG0 G43 H2 X-40. Y0. Z50. S1000 M3\nG1 Z15. F600.\nX40.\nG0 Z50.\nM30\n%\n";
+
+const SCENE: &str = r#"name = "part"
+machine = "../machines/spinner-u5-620"
+tools = "../tools/axis-cross.toml"
+resolution_mm = 1.0
+
+[stock]
+box = { min_mm = [-20, -20, -20], max_mm = [20, 20, 20] }
+
+[[stock.patch]]
+name = "letters-x"
+min_mm = [-3, 5, 12]
+max_mm = [3, 8, 21]
+cell_mm = 0.25
+
+[mount]
+translation_mm = [0, 0, 160]
+
+[work_offsets.G54]
+Z_mm = 160
+
+[[program]]
+name = "main"
+file = "main.mpf"
+
+[[program]]
+name = "other"
+file = "other.mpf"
+"#;
+
+/// A published value that the comparison misses.
+const MISSED: &str = r#"
+[compare]
+baseline = "main"
+
+[[compare.published]]
+name = "time saved"
+program = "other"
+against = "main"
+quantity = "cutting-time"
+value = 60
+band = [55, 65]
+source = "made up: two thirds of the time would be saved at three times the feed"
+"#;
+
+/// Makes the folder.
+pub(crate) fn sandbox() -> TempDir {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (root, to) = (root(), folder.path());
+    for name in ["machines", "tools"] {
+        symlink(root.join(name), to.join(name)).expect("a link");
+    }
+    for name in ["out", "part", "bin", "scenes"] {
+        fs::create_dir(to.join(name)).expect("made");
+    }
+    let write = |name: &str, text: &str| fs::write(to.join(name), text).expect("written");
+    write("part/scene.toml", SCENE);
+    write("part/missed.toml", &(SCENE.to_owned() + MISSED));
+    write("part/main.mpf", MAIN);
+    write("part/other.mpf", &MAIN.replace("F600", "F900"));
+    write("part/fanuc.nc", FANUC);
+    // The production program that `--nc` wants is published elsewhere.
+    let stand_in = MAIN.replace("Y0", "Y25").replace("X-40", "X-70").replace("Z15", "Z-2");
+    for name in ["stand-in.mpf", "Coordinate_system_representation_Achskreuz.mpf"] {
+        write(name, &stand_in);
+    }
+    write("part.stl", &block());
+    write("joints.csv", "label,X_mm,Y_mm,Z_mm,B_deg,A_deg\nhome,0,0,300,0,0\ntilted,10,20,300,5,-90\n");
+    write("poses.csv", "x_mm,y_mm,z_mm,i,j,k\n0,0,300,0,0,1\n10,20,30,0,0.6,0.8\n");
+    // In place of the viewer.
+    write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
+    fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
+    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross"] {
+        smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
+    }
+    folder
+}
+
+/// A scene with coarser cells and the first blocks of its programs.
+fn smaller(from: &Path, to: &Path) {
+    fs::create_dir(to).expect("made");
+    for file in fs::read_dir(from).expect("a scene").map(|e| e.expect("an entry").path()) {
+        let name = file.file_name().expect("a name").to_string_lossy().into_owned();
+        let Ok(text) = fs::read_to_string(&file) else { continue };
+        let text = match name.as_str() {
+            "scene.toml" => changed(&text, &[
+                ("resolution_mm = 0.5", "resolution_mm = 2"),
+                ("resolution_mm = 0.2", "resolution_mm = 2"),
+                // The bar of the cone frustum without what its first blocks do not reach.
+                ("base_mm = [0, 0, -80], radius_mm = 50, height_mm = 80", "base_mm = [0, 0, -14], radius_mm = 50, height_mm = 14"),
+                // The first turns of the blade; the program ends on it.
+                ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
+                ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
+                ("shown_s = [22, 34]", "shown_s = [2, 8]"),
+            ]),
+            "bc.mpf" | "ac.mpf" => first_blocks(&text, 72),
+            "original.mpf" => first_blocks(&text, 17 + 570),
+            _ => text,
+        };
+        fs::write(to.join(name), text).expect("written");
+    }
+}
+
+fn changed(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
+/// The lines to this one, and the end of the program from where its transformation is switched off.
+fn first_blocks(text: &str, lines: usize) -> String {
+    let all: Vec<&str> = text.lines().collect();
+    let tail = all.iter().rposition(|l| l.contains("TRAFOOF")).expect("an end");
+    assert!(lines < tail, "the program is shorter than what is kept of it");
+    all[..lines].iter().chain(&all[tail..]).map(|l| format!("{l}\n")).collect()
+}
+
+/// A block of 40 mm edges as STL text.
+fn block() -> String {
+    let corner = |k: usize| [0, 1, 2].map(|bit| if k >> bit & 1 == 1 { 20 } else { -20 });
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut text = String::from("solid block\n");
+    for [a, b, c, d] in faces {
+        for triangle in [[a, b, c], [a, c, d]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in triangle.map(corner) {
+                text += &format!("vertex {x} {y} {z}\n");
+            }
+            text += "endloop\nendfacet\n";
+        }
+    }
+    text + "endsolid block\n"
+}
