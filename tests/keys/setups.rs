@@ -40,8 +40,6 @@ pub(crate) enum Setup {
     FiveServo,
     /// The same with errors of a rotary joint.
     FiveErrors,
-    /// The same on a great circle that passes the pole at half a degree.
-    Pole,
     /// A platform on three legs.
     Hybrid,
     /// Two programs side by side.
@@ -149,13 +147,6 @@ impl Setup {
             Self::Five => {
                 (machine, scene, name, program) = (five(), in_siemens(&scene), "main.mpf", FIVE_PROGRAM.into());
                 scene += "\n[control.joint_limits.C]\nmax_velocity_deg_s = 120\nsource = \"test\"\n";
-            }
-            Self::Pole => {
-                (machine, scene, name) = (five(), in_siemens(&scene), "main.mpf");
-                program = "N10 G17 G710 G90 G94\nN20 T=\"END_D6\"\nN30 M6\nN40 G54 D1\nN50 S4000 M3\nN60 TRAORI\nN70 ORIVECT\n\
-                           N80 G0 X-22 Y0.25 Z8 A3=0.1 B3=0.01 C3=0.995\nN90 G1 X-10 Z4 A3=-0.1 B3=0.01 C3=0.995 F1500\n\
-                           N100 TRAFOOF\nN110 M5\nN120 M30\n"
-                    .into();
             }
             Self::FiveServo | Self::FiveErrors => {
                 (machine, scene, name, program) = (five(), in_siemens(&scene), "main.mpf", FIVE_PROGRAM.into());

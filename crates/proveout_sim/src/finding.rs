@@ -111,6 +111,10 @@ codes! {
     STOPPED = "program-stopped", Program, Error, "The program could not be executed to its end.";
     NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
     ASSUMED = "program-assumed", Program, Warning, "What a word does depends on the control or its set-up: one reading is taken.";
+    TEXT_LOST = "program-text-lost", Program, Error, "Motion of the program stands behind its end and is never run.";
+    TEXT_UNPROVEN = "program-text-unproven", Program, Warning, "A file holds another main program, which is not run.";
+    TEXT_SKIPPED = "program-text-skipped", Program, Warning, "Conditions and jumps lead around motion of the program.";
+    TEXT_NOT_CALLED = "program-text-not-called", Program, Info, "Text of a file has no effect: nothing calls it.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
     OFF_CIRCLE = "limits-off-circle", Limits, Error, "The tool axis leaves the programmed great circle.";

@@ -13,7 +13,7 @@ pub const GATES: [&str; 8] = ["program", "limits", "process", "collision", "near
 fn codes(gate: &str) -> &'static [Code] {
     use finding::*;
     match gate {
-        "program" => &[STOPPED],
+        "program" => &[STOPPED, TEXT_LOST],
         "limits" => &[OVERTRAVEL, UNREACHABLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
         "process" => &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, PLUNGE, NO_TOOL, NECK_RUBS, SHANK_RUBS],
         "collision" => &[HOLDER_IN_STOCK, COLLISION],

@@ -14,6 +14,7 @@ use crate::{
     inspect, legs,
     log::FindingLog,
     prepare::Prepared,
+    program_survey,
     surface_map::SurfaceShape,
     survey::{Measured, ShowPoints, Surveyed, survey},
     verdict::{
@@ -31,6 +32,7 @@ pub(crate) fn judge(
     show: &mut ShowPoints<'_>,
 ) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
+    program_survey::judge(prepared, &mut log);
     let mut surveyed = survey(prepared, stock, patches, show)?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
@@ -300,6 +302,9 @@ fn judge_gates(
         for c in &mut coverage[1..5] {
             *c = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
         }
+    }
+    if let [program, run @ ..] = &mut coverage[..7] {
+        program_survey::leave_out(prepared, program, run);
     }
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()

@@ -44,6 +44,7 @@ mod part_on_table;
 mod plunge;
 mod prepare;
 mod process;
+mod program_survey;
 mod raw_stock;
 mod run_folder;
 mod show_mesh;

@@ -7,7 +7,7 @@
 use std::{path::Path, sync::PoisonError, time::Instant};
 
 use proveout_controller::{Chunk, Controller, RunError};
-use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Settings};
+use proveout_nc::Diagnostic;
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
@@ -16,6 +16,7 @@ use crate::{
     judge,
     observer::{Batch, Observer, ObserverError, Outcome, Setup},
     prepare::Prepared,
+    program_survey::known_offset,
     show_mesh::show_mesh,
     surface_map::{SurfaceKeeper, SurfaceMap},
     verdict::Verdict,
@@ -184,25 +185,6 @@ fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) 
         dynamics: prepared.dynamics,
         plant: prepared.plant,
     }
-}
-
-/// Refuses a work offset that the scene does not give: it would silently count as zero.
-pub(crate) fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
-    let Op::Offset(Offset::Work { word }) = &command.op else { return Ok(command) };
-    if settings.work_offsets.contains_key(word) || word == "G500" {
-        return Ok(command);
-    }
-    let Location { file, line, column, length, .. } = &command.location;
-    Err(Diagnostic {
-        code: "scene-work-offset",
-        message: format!("the scene gives no values for work offset {word}"),
-        file: file.clone(),
-        line: *line,
-        column: *column,
-        length: *length,
-        help: Some(format!("add [work_offsets.{word}] with X_mm, Y_mm, Z_mm to {scene}")),
-        source_line: String::new(),
-    })
 }
 
 pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {

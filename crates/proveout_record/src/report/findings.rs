@@ -70,6 +70,9 @@ fn id(index: usize) -> String {
 fn remedy(code: &str) -> &'static str {
     match code {
         "program-stopped" => "Correct the named block; nothing after it was run.",
+        "program-text-lost" => "Take the end word out where the program goes on, or take the text behind it out.",
+        "program-text-unproven" => "Give each main program a file of its own, and prove each of them.",
+        "program-text-skipped" => "Run the program with the other values too, or take the text out.",
         "limits-overtravel" => {
             "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
         }
