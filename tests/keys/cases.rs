@@ -176,7 +176,7 @@ cases! {
     "scene/FixtureFile.name", Mill, ["scene", "fixture.0.name", "\"jaw\""];
     "scene/FixtureFile.mesh", Part, ["scene", "fixture.2.mesh", "\"jaw2.stl\""];
     "scene/FixtureFile.box", Mill, ["scene", "fixture.0.box.max_mm", "[25, 10, 5]"];
-    "scene/FixtureFile.cylinder", Part, ["scene", "fixture.1.cylinder.height_mm", "60"];
+    "scene/FixtureFile.cylinder", Part, ["scene", "fixture.1.cylinder.radius_mm", "3.5"];
     "scene/FixtureFile.frame", Mill, ["scene", "fixture.0.frame", "\"table\""];
     "scene/OffsetFile.X_mm", Mill, ["scene", "work_offsets.G54.X_mm", "1"];
     "scene/OffsetFile.Y_mm", Mill, ["scene", "work_offsets.G54.Y_mm", "1"];
@@ -237,7 +237,7 @@ cases! {
     "scene/CompareFile.baseline", Compare, ["scene", "compare.baseline", "\"other\""];
     "scene/CompareFile.experiment", Compare, ["scene", "compare.experiment", "\"other words\""];
     "scene/CompareFile.run_ends_s", Compare, ["scene", "compare.run_ends_s", "0.3"];
-    "scene/CompareFile.shown_s", Compare, ["scene", "compare.shown_s", "[0.2, 0.4]"];
+    "scene/CompareFile.shown_s", Compare, ["scene", "compare.shown_s", "[0.35, 0.5]"];
     "scene/CompareFile.published", Compare, ["scene", "compare.published", "[]"];
     "scene/CompareFile.expect", Compare, ["scene", "compare.expect", "[]"];
     "scene/PublishedFile.name", Compare, ["scene", "compare.published.0.name", "\"another\""];
@@ -358,6 +358,7 @@ cases! {
     "machine/ControlFile.block_time_ms", Mill, ["machine", "control.block_time_ms", "60"];
     "machine/ControlFile.tool_change_time_s", Mill, ["machine", "control.tool_change_time_s", "0.4"];
     "machine/ControlFile.rapid_mode", Mill, ["machine", "control.rapid_mode", "\"independent\""];
+    "machine/ControlFile.kinematics", Five, ["machine", "control.kinematics", "[]"];
     "machine/ControlFile.default_tolerance_mm", MillServo, ["machine", "control.default_tolerance_mm", "0.2"];
     "machine/ControlFile.default_orientation_tolerance_deg", Five, ["machine", "control.default_orientation_tolerance_deg", "0.01"];
     "machine/ControlFile.pole_cone_deg", Five, ["machine", "control.pole_cone_deg", "0"];

@@ -164,7 +164,7 @@ impl Setup {
                 scene = scene.replace("resolution_mm = 0.5", "resolution_mm = 2");
                 scene += "\n[[program]]\nname = \"other\"\nfile = \"other.nc\"\n";
                 scene += COMPARE;
-                let short = "%\nO1\nG17 G21 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-20. Y0.\nZ-1.\nG1 X0. F1500\nY3.\nG0 Z4.\nM30\n%\n";
+                let short = "%\nO1\nG17 G21 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-20. Y0.\nZ-1.\nG1 X-15. F1500\nX-10.\nX-5.\nX0.\nY3.\nG0 Z4.\nM30\n%\n";
                 program = short.into();
                 machine = machine.replace("cycle_time_ms = 4", "cycle_time_ms = 8");
                 more.push(("other.nc", short.replace("F1500", "F1100").into()));

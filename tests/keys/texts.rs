@@ -329,7 +329,7 @@ pub(crate) const COMPARE: &str = r#"
 baseline = "main"
 experiment = "words"
 run_ends_s = 0.1
-shown_s = [0.1, 0.5]
+shown_s = [0.1, 0.3]
 
 [[compare.published]]
 name = "velocity"

@@ -35,7 +35,8 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
         let actual = bench(errors).run(dynamics).expect("runs");
         let moved: Vec<f64> = measured(&actual).iter().zip(plain).map(|(a, p)| a - p).collect();
         for (moved, wanted) in moved.iter().zip([0.5, -0.04, 0.03]) {
-            assert!((moved - wanted).abs() < 2e-4, "{dynamics:?}: {moved} instead of {wanted}");
+            // The walls are round: 0.04 mm aside of their crown they stand 1.6e-4 mm back; twice the sweep's bound.
+            assert!((moved - wanted).abs() < 6e-4, "{dynamics:?}: {moved} instead of {wanted}");
         }
         let plain_floor = if dynamics == DynamicsFile::Servo { 0.02 } else { 1e-4 };
         assert!((plain[0] + 3.0).abs() < plain_floor, "{dynamics:?}: {plain:?}");

@@ -59,7 +59,8 @@ fn a_ramp_is_held_to_the_angle_of_the_tool() {
         run.verdict.findings
     );
     let wanted = (3.0_f64 / 40.0).atan().to_degrees();
-    assert!((found[0].value.expect("an angle") - wanted).abs() < 0.01 && found[0].limit == Some(3.0), "{:?}", found[0]);
+    let (angle, limit) = (found[0].value.expect("an angle"), found[0].limit.expect("the tool states it"));
+    assert!((angle - wanted).abs() < 0.01 && (limit - 3.0).abs() < 1e-9, "{:?}", found[0]);
     let run = bench(HOLLOW, &ramp(2.0)).planned();
     let (unknown, reason) = process(&run);
     assert_eq!(unknown, State::Unchecked, "{reason}");

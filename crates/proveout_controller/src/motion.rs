@@ -217,7 +217,7 @@ impl Context<'_> {
         let Some(held) = self.machine.joints.get(joint).filter(|j| j.held && (value - j.home).abs() > SAME_BASE) else {
             return Ok(value);
         };
-        let (unit, scale) = if held.is_rotary() { ("degrees", 180.0 / std::f64::consts::PI) } else { ("mm", 1.0) };
+        let (unit, scale) = (held.kind.unit(), held.kind.unit_factor());
         let message = format!(
             "{} is sent to {:.3} {unit}, but the setup holds it at {:.3} {unit}",
             held.name,

@@ -184,3 +184,27 @@ fn the_schema_knows_every_kind_and_its_dimensions() {
         assert!(schema.contains(word), "{word}");
     }
 }
+
+#[test]
+fn a_steepest_ramp_belongs_to_a_tool_without_edges_at_its_center() {
+    let read = |kind: &str, more: &str| {
+        let text = format!(
+            "[[tool]]\nnumber = 1\nname = \"HEAD\"\nkind = \"{kind}\"\ndiameter_mm = 20\nflute_length_mm = 12\n\
+             gauge_length_mm = 60\n{more}\n"
+        );
+        ToolLibrary::from_text(Path::new("tools.toml"), &text)
+    };
+    let tool = |kind: &str, more: &str| read(kind, more).unwrap_or_else(|e| panic!("{e}")).tools.remove(0);
+    let head = tool("flat", "center_cutting = false\nmax_ramp_angle_deg = 3");
+    assert!((head.max_ramp_angle.expect("stated") - 3.0_f64.to_radians()).abs() < 1e-12);
+    assert_eq!(head.cuts_at_center(), Some(false));
+    for wrong in ["", "center_cutting = true", "center_cutting = false"] {
+        let angle = if wrong == "center_cutting = false" { "90" } else { "3" };
+        let error = read("flat", &format!("{wrong}\nmax_ramp_angle_deg = {angle}")).expect_err(wrong).to_string();
+        assert!(error.contains("max_ramp_angle_deg"), "{error}");
+    }
+    // Of a flat end nobody knows unless it is stated; the edges of a ball meet at its tip.
+    assert_eq!(tool("flat", "").cuts_at_center(), None);
+    assert_eq!(tool("ball", "").cuts_at_center(), Some(true));
+    assert_eq!(tool("ball", "center_cutting = false").cuts_at_center(), Some(false));
+}

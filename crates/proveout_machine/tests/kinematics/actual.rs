@@ -232,3 +232,37 @@ fn compensation_undoes_the_errors() {
     assert!(solved > 1000, "{solved}");
     assert!(worst[0] < 1e-9 && worst[1] < 1e-10, "{worst:?}");
 }
+
+/// What a caller keeps as room for the errors is never less than what they do.
+#[test]
+fn the_bound_of_the_errors_holds_and_tables_tell_their_bends() {
+    let mut random = Random(33);
+    for _ in 0..300 {
+        let mut machine = random_machine(&mut random);
+        for j in 0..5 {
+            let mut row =
+                || std::array::from_fn(|k| if k < 3 { random.range(-0.05, 0.05) } else { random.range(-1e-3, 1e-3) });
+            machine.errors.constant.push(ConstantErrors { of: ErrorOf::Joint(j), components: row() });
+            let (at, components) = (vec![-600.0, 0.0, 600.0], vec![row(), row(), row()]);
+            machine.errors.tables.push(ErrorTable { joint: j, reference: Point::origin(), at, components });
+        }
+        let machine = machine.recompiled();
+        let bound = machine.errors.bound(5000.0);
+        for _ in 0..10 {
+            let q = random_joints(&machine, &mut random);
+            let off = machine.actual_forward(&q, 100.0).tip - machine.forward(&q, 100.0).tip;
+            assert!(off.norm() <= bound, "{} {bound}", off.norm());
+        }
+    }
+    let rows = [[0.0; 6], [0.01, 0.0, 0.0, 0.0, 0.0, 0.0], [0.03, 0.0, 0.0, 0.0, 0.0, 0.0]];
+    let machine = with_table(&bc("", ""), 0, [0.0; 3], &[0.0, 100.0, 300.0], &rows);
+    let at = |x: f64| {
+        let mut q = JointValues::ZERO;
+        q[0] = x;
+        q
+    };
+    for (from, to, bends) in [(-50.0, -1.0, 0), (-1.0, 1.0, 1), (350.0, -10.0, 3), (100.0, 200.0, 0), (7.0, 7.0, 0)] {
+        assert_eq!(machine.error_bends(&at(from), &at(to)), bends, "{from} to {to}");
+    }
+    assert_eq!(bc("", "").error_bends(&at(-1e3), &at(1e3)), 0);
+}
