@@ -356,6 +356,7 @@ cases! {
     "machine/ControlFile.block_time_ms", Mill, ["machine", "control.block_time_ms", "60"];
     "machine/ControlFile.tool_change_time_s", Mill, ["machine", "control.tool_change_time_s", "0.4"];
     "machine/ControlFile.rapid_mode", Mill, ["machine", "control.rapid_mode", "\"independent\""];
+    "machine/ControlFile.kinematics", Five, ["machine", "control.kinematics", "[\"tilted-plane\"]"];
     "machine/ControlFile.default_tolerance_mm", MillServo, ["machine", "control.default_tolerance_mm", "0.2"];
     "machine/ControlFile.default_orientation_tolerance_deg", Five, ["machine", "control.default_orientation_tolerance_deg", "0.01"];
     "machine/DensityFile.default_kg_m3", MillServo, ["machine", "body_density.default_kg_m3", "3500"];
