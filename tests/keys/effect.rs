@@ -14,7 +14,7 @@ use proveout_sim::{
     compare::{CompareChoice, Comparing, markdown},
     observer::{Batch, ObserverError, Outcome, Setup as Standing},
     programs,
-    run::run,
+    run::{run, run_with_surface},
     scene::Scene,
     verdict::Verdict,
 };
@@ -48,9 +48,12 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
 fn prove(folder: &Path) -> Result<String, SimError> {
     let seen = Seen::default();
     let text = seen.text.clone();
-    let result = run(Prepared::read(folder, &Choice::default())?, &mut [Box::new(seen)], folder)?;
+    let prepared = Prepared::read(folder, &Choice::default())?;
+    // What the host holds beside the stock differs from call to call.
+    let announced = format!("announced {:?}\n", prepared.memory.stocks);
+    let result = run(prepared, &mut [Box::new(seen)], folder)?;
     let told = text.lock().map_or_else(|_| String::new(), |t| t.clone());
-    Ok(told_verdict(result.verdict) + &told)
+    Ok(told_verdict(result.verdict) + &told + &announced)
 }
 
 /// Two setups one after the other: the second begins with what the first has left.
@@ -79,8 +82,8 @@ fn compared(folder: &Path) -> Result<String, SimError> {
     comparing.vary(&|_, _| {})?;
     for name in comparing.order() {
         let Some(prepared) = comparing.take(&name) else { continue };
-        let result = run(prepared, &mut [], folder)?;
-        comparing.add(&name, result);
+        let (result, surface) = run_with_surface(prepared, Vec::new(), folder)?;
+        comparing.add(&name, result, &surface);
     }
     let windows: Vec<_> = comparing.order().iter().map(|name| comparing.windows(name)).collect();
     let Some(mut compared) = comparing.finish() else { return Ok(String::new()) };

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use proveout_sim::{
     SimError,
     compare::{CompareChoice, Compared, Comparing, VariationKind, markdown},
-    run::run,
+    run::run_with_surface,
     verdict::State,
 };
 use proveout_tests::{root, scene};
@@ -56,8 +56,8 @@ impl Experiment {
             comparing.vary(&|_, _| {})?;
             for name in comparing.order() {
                 let prepared = comparing.take(&name).expect("taken once");
-                let result = run(prepared, &mut [], Path::new("."))?;
-                comparing.add(&name, result);
+                let (result, surface) = run_with_surface(prepared, Vec::new(), Path::new("."))?;
+                comparing.add(&name, result, &surface);
             }
             Ok(comparing.finish().expect("every program was run"))
         })

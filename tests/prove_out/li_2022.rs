@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use proveout_sim::observer::{Batch, Observer, ObserverError, Outcome, Setup};
+use proveout_sim::observer::{Batch, Observer, ObserverError, Outcome, PointBand, Setup};
 use proveout_sim::verdict::{State, Verdict};
 use proveout_sim::{Choice, Prepared};
 use proveout_tests::scene;
@@ -28,10 +28,14 @@ impl Observer for Deviations {
         Ok(())
     }
 
-    fn end(&mut self, _: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
-        let cut = outcome.surface.points.iter().filter(|p| p.made_by.is_some());
+    fn surface_points(&mut self, _: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
+        let cut = band.points.iter().filter(|p| p.made_by.is_some());
         let mut all = self.0.lock().map_err(|e| ObserverError { what: "deviations".into(), message: e.to_string() })?;
         all.extend(cut.filter_map(|p| p.deviation));
+        Ok(())
+    }
+
+    fn end(&mut self, _: &Setup<'_>, _: &Outcome<'_>) -> Result<(), ObserverError> {
         Ok(())
     }
 }

@@ -9,6 +9,7 @@ mod compare;
 mod cone_frustum;
 mod control;
 mod feed_and_rapid;
+mod holes;
 mod languages;
 mod li_2022;
 mod plunge;

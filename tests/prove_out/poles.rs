@@ -54,7 +54,7 @@ fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_
             assert!(c.max - c.min <= 90.001, "{machine} {azimuth}: C from {} to {}", c.min, c.max);
             assert_eq!(codes(&run), Vec::<&str>::new(), "{machine} {azimuth}: {:?}", run.verdict.findings);
             let time = &run.verdict.time;
-            let bound = time.lower_bound_s.expect("a bound");
+            let bound = time.path_bound_s.expect("a bound");
             // Six seconds are the tool change.
             assert!(time.total_s < 1.05 * (bound - 6.0) + 6.0 && time.total_s < 9.0, "{azimuth}: {time:?}");
             assert!(run.verdict.path.max_axis_error_deg.expect("measured") < 2e-6, "{:?}", run.verdict.path);

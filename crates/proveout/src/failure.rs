@@ -1,11 +1,14 @@
-use std::{fmt::Display, path::Path};
+use std::{collections::BTreeMap, fmt::Display, path::Path};
 
 use proveout_machine::MachineError;
+use proveout_nc::{Diagnostic, ProgramText};
 use proveout_sim::SimError;
 use proveout_tool::ToolError;
 
 /// Characters of a line that are shown.
 const SHOWN: usize = 160;
+/// Most errors of one file that are shown; the others are counted.
+const MAX_SHOWN: usize = 50;
 
 /// An error for people: place, message, line of text, remedy. Ends the program with exit code 2.
 #[derive(Debug, Default)]
@@ -22,6 +25,8 @@ struct Parts {
     help: Option<String>,
     /// Further errors of the same file.
     more: Vec<Failure>,
+    /// Errors behind those.
+    uncounted: usize,
 }
 
 impl Failure {
@@ -44,16 +49,57 @@ impl Failure {
     }
 }
 
+impl Failure {
+    /// Faults of programs, and how many more there are.
+    pub(crate) fn of_program(faults: &[Diagnostic], more: usize) -> Self {
+        let mut lines = Lines::default();
+        let mut each = faults.iter().take(MAX_SHOWN).map(|d| {
+            let text =
+                if d.source_line.is_empty() { lines.get(&d.file, d.line as usize) } else { d.source_line.clone() };
+            Self::new(format!("{} [{}]", d.message, d.code))
+                .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &text)
+                .with_help(d.help.as_deref().unwrap_or_default())
+        });
+        let mut first = each.next().unwrap_or_default();
+        first.0.more = each.collect();
+        first.0.uncounted = more + faults.len().saturating_sub(MAX_SHOWN);
+        first
+    }
+}
+
+/// Lines of program files for display, each file read once.
+#[derive(Default)]
+struct Lines(BTreeMap<String, Option<ProgramText>>);
+
+impl Lines {
+    /// Empty when the file cannot be read any more.
+    fn get(&mut self, file: &str, line: usize) -> String {
+        let text = self.0.entry(file.to_owned()).or_insert_with(|| ProgramText::open(file).ok());
+        text.as_ref().and_then(|text| text.line(line)).unwrap_or_default().to_owned()
+    }
+}
+
+/// Text without what would steer a terminal.
+fn plain(text: &str) -> String {
+    let picture = |c: char| match c {
+        '\u{7f}' => '\u{2421}',
+        c if c < ' ' => char::from_u32(0x2400 + c as u32).unwrap_or(' '),
+        c if c.is_control() => '\u{fffd}',
+        c => c,
+    };
+    text.chars().map(picture).collect()
+}
+
 impl Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Parts { message, place, source_line, mark, help, more } = &*self.0;
-        writeln!(f, "error: {message}")?;
+        let Parts { message, place, source_line, mark, help, more, uncounted } = &*self.0;
+        writeln!(f, "error: {}", plain(message))?;
         if let Some(place) = place {
             writeln!(f, "  at {place}")?;
         }
         if let (Some(line), Some((column, length))) = (source_line, *mark) {
             let shown: String = line.chars().take(SHOWN).collect();
-            writeln!(f, "   | {shown}")?;
+            writeln!(f, "   | {}", plain(&shown))?;
             if column <= SHOWN {
                 writeln!(f, "   | {}{}", " ".repeat(column - 1), "^".repeat(length.min(SHOWN + 1 - column)))?;
             }
@@ -61,7 +107,8 @@ impl Display for Failure {
         if let Some(help) = help {
             writeln!(f, "  help: {help}")?;
         }
-        more.iter().try_for_each(|other| write!(f, "{other}"))
+        more.iter().try_for_each(|other| write!(f, "{other}"))?;
+        if *uncounted > 0 { writeln!(f, "and {uncounted} more errors") } else { Ok(()) }
     }
 }
 
@@ -71,16 +118,8 @@ impl From<&SimError> for Failure {
             SimError::Config(c) => {
                 Self::new(&c.message).at(c.file.display(), c.line, c.column, 1, &c.source_line).with_help(&c.help)
             }
-            SimError::Program(all) => {
-                let mut each = all.0.iter().map(|d| {
-                    Self::new(format!("{} [{}]", d.message, d.code))
-                        .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &d.source_line)
-                        .with_help(d.help.as_deref().unwrap_or_default())
-                });
-                let mut first = each.next().unwrap_or_default();
-                first.0.more = each.collect();
-                first
-            }
+            SimError::Memory { remedy, .. } => Self::new(e).with_help(remedy),
+            SimError::Program(all) => Self::of_program(&all.0, 0),
             SimError::Machine(MachineError::Content(c)) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
                 .at(
                     c.file.display(),
@@ -121,6 +160,5 @@ impl From<&SimError> for Failure {
 
 /// A line of a file for display; empty when it cannot be read any more.
 fn line_of(file: &Path, line: usize) -> String {
-    let text = std::fs::read(file).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
-    text.lines().nth(line.saturating_sub(1)).unwrap_or_default().to_owned()
+    Lines::default().get(&file.display().to_string(), line)
 }

@@ -9,7 +9,9 @@ use proveout_sim::run::RunResult;
 const TICKS_PER_S: f64 = 100.0;
 
 /// Wall time, processor time, memory and versions of a run.
-pub(crate) fn run_info(result: &RunResult, threads: usize) -> RunInfo {
+///
+/// `alone`: the process has made no other run, so that its peak is that of this one.
+pub(crate) fn run_info(result: &RunResult, threads: usize, alone: bool) -> RunInfo {
     let s = &result.stages;
     let simulated = result.verdict.time.total_s;
     let wall = result.wall.max(1e-9);
@@ -34,6 +36,7 @@ pub(crate) fn run_info(result: &RunResult, threads: usize) -> RunInfo {
         peak_rss_mib: first_value("/proc/self/status", "VmHWM")
             .and_then(|v| v.trim_end_matches("kB").trim().parse::<f64>().ok())
             .map(|kib| kib / 1024.0),
+        announced_mib: alone.then(|| result.announced_memory as f64 / f64::from(1 << 20)),
         stock_mib: result.stock_memory.iter().map(|(n, b)| (n.clone(), *b as f64 / f64::from(1 << 20))).collect(),
         simulated_s: simulated,
         realtime_factor: simulated / wall,

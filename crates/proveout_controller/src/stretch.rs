@@ -312,17 +312,20 @@ pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, s
         let q = frame.kinematics.joints(&task);
         let (q1, q2, q3) = (q.first(), q.second(), q.third());
         let PathState { v, a, j, .. } = state;
-        let rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
+        let mut rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
         while cell + 1 < path.cells.len() && path.cells[cell].s1 < state.s {
             cell += 1;
         }
         let feed_use = path.cells.get(cell).map_or(0.0, |c| {
-            let rate = match c.limits.way {
+            let counted = match c.limits.way {
                 Way::Parameter => 1.0,
                 Way::Tip => rate[0],
                 Way::Turn => rate[1],
             };
-            v * rate / c.limits.feed
+            if c.limits.way == Way::Parameter && !c.exact {
+                rate = [1.0; 2]; // between motion and turning
+            }
+            v * counted / c.limits.feed
         });
         samples.push(Measured {
             time,

@@ -234,7 +234,8 @@ fn slack(frame: &Frame<'_>, task: &JointValues, loose: Tolerance) -> JointValues
     for (i, joint) in frame.kinematics.machine.joints.iter().enumerate() {
         slack[i] = if joint.kind == JointKind::Rotary { loose.angle } else { loose.tip };
     }
-    if let (Some(length), Some(rig), true) = (frame.kinematics.mapping.tcp_length, frame.kinematics.rig, loose != NONE) {
+    if let (Some(length), Some(rig), true) = (frame.kinematics.mapping.tcp_length, frame.kinematics.rig, loose != NONE)
+    {
         let linear = rig.slack(task, length, loose.tip, loose.angle).unwrap_or([f64::INFINITY; 3]);
         for (slot, off) in rig.slots.into_iter().zip(linear) {
             slack[slot] = off;
@@ -277,7 +278,8 @@ fn leg(frame: &Frame<'_>, from: &Gate, to: &Gate, between: Between) -> f64 {
     if between.tip.is_finite() {
         let whole = size(frame, &way, JointKind::Linear);
         let linear = machine.joints.iter().enumerate().filter(|(_, j)| j.kind == JointKind::Linear);
-        let along = linear.filter(|(i, _)| way[*i] != 0.0).map(|(i, _)| (way[i] / whole).abs() * limits.acceleration[i]);
+        let along =
+            linear.filter(|(i, _)| way[*i] != 0.0).map(|(i, _)| (way[i] / whole).abs() * limits.acceleration[i]);
         let acceleration = if frame.kinematics.is_tcp() { f64::INFINITY } else { along.sum() };
         time = time.max(shortest(whole - from.loose.tip - to.loose.tip, between.tip, acceleration, rests));
     }
@@ -325,7 +327,10 @@ mod tests {
                 let sum: f64 = (0..n).map(|k| h / slow(h * (f64::from(k) + 0.5))).sum();
                 let time = shortest(way, v, a, rests);
                 // The rule of midpoints misses a part of the root at a rest: 0.6 h/sqrt(2 a h).
-                assert!(time >= sum - 1e-9 && time < sum + ends * 0.7 * (h / (2.0 * a)).sqrt() + 1e-9, "{way} {rests:?}");
+                assert!(
+                    time >= sum - 1e-9 && time < sum + ends * 0.7 * (h / (2.0 * a)).sqrt() + 1e-9,
+                    "{way} {rests:?}"
+                );
             }
         }
         assert_eq!(shortest(-1.0, 1.0, 1.0, [true, true]), 0.0);

@@ -258,8 +258,8 @@ fn every_drilling_cycle_of_every_language_reaches_every_depth_that_it_names() {
             let home = machine.home()[z];
             let reached = turns(run.pieces.iter().flat_map(|p| [p.joints[0][z], p.joints[1][z]]));
             let wanted = turns(std::iter::once(home).chain(wanted.iter().copied()));
-            let close = wanted.len() == reached.len()
-                && wanted.iter().zip(&reached).all(|(a, b)| (a - b).abs() <= REACHED);
+            let close =
+                wanted.len() == reached.len() && wanted.iter().zip(&reached).all(|(a, b)| (a - b).abs() <= REACHED);
             assert!(close, "{text}\nwanted {wanted:?}\nreached {reached:?}");
         }
     });
@@ -285,9 +285,13 @@ fn corners_that_turn_back_by_170_degrees_and_more_are_reached() {
                 program = if kinds & 2 == 0 { program.g1(&at(end)) } else { program.g0(&at(end)) };
                 let run = run_with(&program, &machine, &[], &settings);
                 let off = |q: &proveout_machine::JointValues| (q[0] - tip[0]).hypot(q[1] - tip[1]);
-                let nearest = run.all.pieces.iter().flat_map(|p| p.joints).map(|q| off(&q)).fold(f64::INFINITY, f64::min);
+                let nearest =
+                    run.all.pieces.iter().flat_map(|p| p.joints).map(|q| off(&q)).fold(f64::INFINITY, f64::min);
                 if degrees >= 170.0 {
-                    assert!(nearest <= REACHED, "{degrees} degrees, blocks of {first} and {second} mm: {nearest} mm off");
+                    assert!(
+                        nearest <= REACHED,
+                        "{degrees} degrees, blocks of {first} and {second} mm: {nearest} mm off"
+                    );
                     stopped += 1;
                 } else {
                     assert!(nearest <= 0.05 + REACHED, "{degrees}: {nearest}");
@@ -363,7 +367,8 @@ fn rotary_joints_that_turn_back_reach_their_angle() {
     assert!((most - 0.8).abs() <= REACHED, "{most}");
     // A cam: C goes on, X comes and goes. The tip against the table turns by little, and nothing stops there.
     let cam = |k: i32| [('X', 65.0 + (0.2 * f64::from(k)).sin()), ('C', 0.05 * f64::from(k))];
-    let mut program = Program::default().change(1).g0(&[('X', 65.0), ('Y', -3.0), ('Z', 300.0)]).continuous(0.05).feed(2.0);
+    let mut program =
+        Program::default().change(1).g0(&[('X', 65.0), ('Y', -3.0), ('Z', 300.0)]).continuous(0.05).feed(2.0);
     for k in 1..=60 {
         program = program.g1(&cam(k));
     }
@@ -393,10 +398,13 @@ fn random_plunges_reach_their_points() {
             // Back up to a part of the way, to beyond it, or off it by up to 10 degrees.
             let lean = r.range(-0.17, 0.17);
             let back = depth * r.range(0.2, 1.5);
-            let side = { let s: [f64; 3] = [axis[1], -axis[0], 0.0]; let n = s[0].hypot(s[1]).max(1e-9); s.map(|x| x / n) };
-            let to: [f64; 3] = std::array::from_fn(|k| {
-                bottom[k] - back * (lean.cos() * axis[k] / size - lean.sin() * side[k])
-            });
+            let side = {
+                let s: [f64; 3] = [axis[1], -axis[0], 0.0];
+                let n = s[0].hypot(s[1]).max(1e-9);
+                s.map(|x| x / n)
+            };
+            let to: [f64; 3] =
+                std::array::from_fn(|k| bottom[k] - back * (lean.cos() * axis[k] / size - lean.sin() * side[k]));
             for (p, rapid) in [(bottom, r.unit() < 0.2), (to, r.unit() < 0.5)] {
                 let m = motion(&[('X', p[0]), ('Y', p[1]), ('Z', p[2])]);
                 program = program.op(if rapid { Op::Rapid(m) } else { Op::Linear(m) });

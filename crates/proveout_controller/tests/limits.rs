@@ -30,7 +30,7 @@ fn check_limits(name: &str, out: &Run, machine: &Machine) {
     for (k, value) in worst.differences.iter().enumerate() {
         assert!(*value <= 1.001, "{name}: difference {k} at {value} of its limit");
     }
-    let bound = out.summary.lower_bound_s.expect("a bound");
+    let bound = out.summary.path_bound_s.expect("a bound");
     assert!(bound <= out.summary.total_s * (1.0 + 1e-12), "{name}: bound {bound}, time {}", out.summary.total_s);
 }
 
@@ -132,7 +132,7 @@ fn over_bound(make: fn(u64) -> Program, machine: &Machine) -> f64 {
         let s = run_with(&make(seed), machine, &[tool(1, 120.0)], &Settings::default()).summary;
         let mut sums = sums.lock().expect("no other thread has failed");
         sums[0] += s.total_s - s.tool_change_s;
-        sums[1] += s.lower_bound_s.expect("a bound") - s.tool_change_s;
+        sums[1] += s.path_bound_s.expect("a bound") - s.tool_change_s;
     });
     let [total, bound] = sums.into_inner().expect("no thread has failed");
     total / bound

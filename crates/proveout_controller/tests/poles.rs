@@ -170,8 +170,12 @@ fn a_pole_is_left_in_any_direction() {
                     }
                     // Jerk is not in it, nor the arc on which the linear joints follow a turn.
                     assert!(time < 2.5 * least, "{name} azimuth {degrees}: {time} s, least {least} s");
-                    let bound = run.summary.lower_bound_s.expect("a bound");
-                    assert!(run.summary.total_s < 1.06 * bound, "{name} {degrees}: {} of {bound} s", run.summary.total_s);
+                    let bound = run.summary.path_bound_s.expect("a bound");
+                    assert!(
+                        run.summary.total_s < 1.06 * bound,
+                        "{name} {degrees}: {} of {bound} s",
+                        run.summary.total_s
+                    );
                 }
                 tried += 1;
             }
@@ -342,7 +346,8 @@ fn circles_are_followed_at_any_distance_from_a_pole() {
             assert!(end.angle_to(&ends[1]) < ROUNDING && (end.tip - ends[1].tip).norm() < 1e-6, "{}", what());
             // An endless table may always turn: only the tilt can be stopped, and only where the circle goes there on both branches.
             let over = over_travel(&run);
-            let both = (0..=200).map(|k| begins_on(machine, &ends[0].interpolated(&ends[1], f64::from(k) / 200.0).axis));
+            let both =
+                (0..=200).map(|k| begins_on(machine, &ends[0].interpolated(&ends[1], f64::from(k) / 200.0).axis));
             let within = both.fold([true; 2], |a, b| [a[0] && b[0], a[1] && b[1]]);
             if machine.joints[first].travel.is_none() && within.iter().any(|w| *w) {
                 let branch = machine.branch_of(&begin);

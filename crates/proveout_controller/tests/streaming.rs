@@ -46,7 +46,7 @@ fn cone_frustum_runs_near_its_feed_and_keeps_limits() {
         assert!(worst.velocity <= 1.001 && worst.acceleration <= 1.001 && worst.jerk <= 1.001, "{worst:?}");
         let s = &out.summary;
         assert!(s.max_contour_error_mm <= 0.01);
-        let bound = s.lower_bound_s.expect("a bound");
+        let bound = s.path_bound_s.expect("a bound");
         assert!(bound <= s.total_s);
         // Short blocks without fitting: within 25 percent of the bound without jerk.
         assert!(s.total_s - 4.0 < 1.25 * (bound - 4.0), "{} {}", s.total_s, bound);

@@ -43,9 +43,15 @@ codes! {
     MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value behind the word.";
     NESTING_LIMIT = "nc-nesting-limit", "Calls or brackets are nested deeper than the limit allows.",
         "Check for a subprogram that calls itself, or raise the limit in the settings.";
+    NO_END = "nc-no-end", "A program has no end.",
+        "Write M30 or M2 (M17, M99, END PGM, FINI) at its end.";
     NO_FEED = "nc-no-feed", "A motion in feed has no feed value.", "Program F before or in the block.";
+    NO_MOTION = "nc-no-motion", "A program moves no axis.",
+        "Check that the file holds the whole program and that its dialect is named.";
     NO_TOOL = "nc-no-tool", "A tool change stands in the program before a tool was selected.",
         "Program T in or before the block of the tool change.";
+    NOT_RUN = "nc-not-run", "Text of the program is not run.",
+        "Take the text out, or the end word before it; give each main program a file of its own.";
     ORIENTATION = "nc-orientation", "A tool orientation cannot be taken as programmed.",
         "Switch the five-axis transformation on, and give a vector with a length.";
     POSITION_UNKNOWN = "nc-position-unknown", "A motion needs a coordinate that the program has not set.",

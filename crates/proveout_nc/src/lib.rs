@@ -11,6 +11,7 @@
 //! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs no memory.
 //! * [`Command`], [`Op`] – what the control is told to do.
 //! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`]; [`check`] collects them.
+//! * [`Survey`] – a whole program read at once: all its faults, and the text that its run does not reach ([`NotRun`]).
 //! * [`JsonWriter`] – commands as JSON lines.
 //! * [`post`] – commands back to text.
 //!
@@ -36,6 +37,7 @@ mod dialect;
 mod frame;
 mod json;
 mod machine_data;
+mod not_run;
 mod overcut;
 pub mod post;
 
@@ -44,6 +46,7 @@ mod scan;
 mod settings;
 mod source;
 mod state;
+mod survey;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
@@ -51,6 +54,9 @@ pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
 pub use machine_data::{Kinematics, ReferencePoints};
+pub use not_run::{NotRun, NotRunKind, Weight};
 pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};
+pub use source::ProgramText;
+pub use survey::{Look, Survey};

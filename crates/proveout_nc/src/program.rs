@@ -6,8 +6,10 @@ use crate::Command;
 use crate::compensation::Compensated;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::dialect::{self, detect};
+use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
+use crate::survey::Survey;
 
 /// Something that gives canonical commands one by one.
 pub trait CommandSource: Iterator<Item = Result<Command, Diagnostic>> {}
@@ -31,8 +33,7 @@ impl Program {
     pub fn open(path: impl AsRef<Path>, settings: &Settings) -> Result<Self, Diagnostics> {
         let path = path.as_ref();
         let source = Source::read(path).map_err(|diagnostic| Diagnostics::from(*diagnostic))?;
-        let folder = path.parent().map(|p| if p.as_os_str().is_empty() { PathBuf::from(".") } else { p.to_path_buf() });
-        Self::new(source, folder, settings)
+        Self::new(source, folder_of(path), settings)
     }
 
     /// Takes a program from memory. `name` stands in for the file name in places of commands and errors.
@@ -44,12 +45,58 @@ impl Program {
     }
 
     fn new(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
+        let mut program = Self::lenient(source, folder, settings)?;
+        match program.take_structure_faults() {
+            faults if faults.is_empty() => Ok(program),
+            faults => Err(Diagnostics(faults)),
+        }
+    }
+
+    /// The program with whatever is wrong with its structure.
+    fn lenient(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
         let dialect = match settings.dialect {
             Dialect::Auto => detect(&source.name, &source.text),
             dialect => dialect,
         };
         let reader = dialect::open(dialect, source, folder, settings)?;
         Ok(Self { commands: Compensated::new(reader, dialect, settings), dialect })
+    }
+
+    pub(crate) fn open_leniently(path: &Path, settings: &Settings) -> Result<Self, Diagnostic> {
+        let source = Source::read(path).map_err(|diagnostic| *diagnostic)?;
+        Self::lenient(source, folder_of(path), settings).map_err(first)
+    }
+
+    pub(crate) fn text_leniently(name: &str, text: String, settings: &Settings) -> Result<Self, Diagnostic> {
+        Self::lenient(Source::new(name, text), None, settings).map_err(first)
+    }
+
+    pub(crate) fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
+        self.commands.reader_mut().take_structure_faults()
+    }
+
+    /// Goes on behind the block of the fault that came last; false where nothing can follow.
+    pub(crate) fn recover(&mut self) -> bool {
+        self.commands.recover()
+    }
+
+    /// The fault may follow from one before.
+    pub(crate) fn follows(&self, fault: &Diagnostic) -> bool {
+        self.commands.follows(fault)
+    }
+
+    /// Files read so far, the main program first.
+    pub(crate) fn sources(&self) -> Vec<&Source> {
+        self.commands.reader().sources()
+    }
+
+    pub(crate) fn is_subprogram(&self) -> bool {
+        self.commands.reader().is_subprogram()
+    }
+
+    /// Text of the files of the program that its run has not reached. To be asked when the run is over.
+    pub fn not_run(&self) -> Vec<NotRun> {
+        self.commands.reader().not_run()
     }
 
     /// The dialect that is read.
@@ -66,45 +113,30 @@ impl Iterator for Program {
     }
 }
 
-/// Everything that can be found wrong with a program: all faults of single lines and of structure, then the first fault of
-/// its run. Empty when the program runs to its end.
+/// The folder of a program file.
+fn folder_of(path: &Path) -> Option<PathBuf> {
+    path.parent().map(|p| if p.as_os_str().is_empty() { PathBuf::from(".") } else { p.to_path_buf() })
+}
+
+/// The first of several faults: only one can keep a program from being opened at all.
+fn first(faults: Diagnostics) -> Diagnostic {
+    faults.0.into_iter().next().unwrap_or_else(|| unreachable!("a program is refused with a fault"))
+}
+
+/// Everything that can be found wrong with a program: all faults of its lines, its structure and its run, and what is wrong
+/// with it as a whole. Empty when the program runs to its end, with motion, and nothing of its own text is left out.
 pub fn check(path: impl AsRef<Path>, settings: &Settings) -> Vec<Diagnostic> {
-    let source = match Source::read(path.as_ref()) {
-        Ok(source) => source,
-        Err(diagnostic) => return vec![*diagnostic],
-    };
-    let text = source.text.clone();
-    match Program::open(path, settings) {
-        Ok(program) => check_program(program, &source.name, text),
-        Err(diagnostics) => with_lines(&source.name, text, settings, diagnostics.0),
-    }
+    all(Survey::of_file(path, settings, &mut |_, _| None))
 }
 
 /// As [`check`], for a text in memory.
 pub fn check_text(name: &str, text: &str, settings: &Settings) -> Vec<Diagnostic> {
-    match Program::from_text(name, text, settings) {
-        Ok(program) => check_program(program, name, text.to_owned()),
-        Err(diagnostics) => with_lines(name, text.to_owned(), settings, diagnostics.0),
-    }
+    all(Survey::of_text(name, text, settings, &mut |_, _| None))
 }
 
-fn check_program(program: Program, name: &str, text: String) -> Vec<Diagnostic> {
-    let mut list = dialect::line_faults(program.dialect, &Source::new(name, text));
-    if let Some(fault) = program.filter_map(Result::err).next() {
-        let known = list.iter().any(|d| d.file == fault.file && d.line == fault.line && d.code == fault.code);
-        if !known {
-            list.push(fault);
-        }
-    }
-    list
-}
-
-fn with_lines(name: &str, text: String, settings: &Settings, mut list: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    let dialect = match settings.dialect {
-        Dialect::Auto => detect(name, &text),
-        dialect => dialect,
-    };
-    list.extend(dialect::line_faults(dialect, &Source::new(name, text)));
-    list.sort_by_key(|d| (d.line, d.column));
+fn all(survey: Survey) -> Vec<Diagnostic> {
+    let defects = survey.defects();
+    let mut list = survey.faults;
+    list.extend(defects);
     list
 }

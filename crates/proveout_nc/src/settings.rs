@@ -81,6 +81,8 @@ pub struct ToolRadii {
     pub by_offset: BTreeMap<u32, f64>,
     /// By the tool in the spindle; used where the program names no offset, or one that is not in `by_offset`.
     pub by_tool: BTreeMap<ToolName, f64>,
+    /// An offset has the number of its tool: one that is neither in `by_offset` nor that of the tool in the spindle is not known.
+    pub offset_is_tool: bool,
 }
 
 /// Values of one work offset.

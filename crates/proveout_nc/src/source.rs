@@ -1,4 +1,8 @@
 //! Program text with its name, line by line.
+//!
+//! Line ends are made LF when a text is taken over, so that everything behind knows one kind: CR LF, a single CR (old Macs,
+//! some serial lines) and both mixed. Where a text has line feeds at all, a CR beside one belongs to it (`CR CR LF` of a
+//! transfer that converted twice, `LF CR CR` of a punch); any other CR ends a line.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,6 +12,9 @@ use crate::diagnostic::Diagnostic;
 
 /// Largest file, in bytes: places in a line are 32-bit, places in a file 64-bit; a program beyond this is a mistake.
 const MAX_FILE_BYTES: u64 = 4 << 30;
+/// Part of NUL bytes beyond which a file is taken for UTF-16 without its mark, or for no text at all: UTF-16 of a program
+/// has one in two; the leader of a tape stands at the ends, which are cut off before.
+const NUL_SHARE: f64 = 0.1;
 
 /// A program text.
 #[derive(Debug)]
@@ -31,10 +38,10 @@ impl Mark {
 
 impl Source {
     pub(crate) fn new(name: &str, text: String) -> Self {
-        Self { name: Arc::from(name), text }
+        Self { name: Arc::from(name), text: with_line_feeds(text) }
     }
 
-    /// Reads a file. Text that is not UTF-8 is taken as Latin-1, as older controls write it.
+    /// Reads a file. UTF-16 is told by its mark; text that is not UTF-8 is taken as Latin-1, as older controls write it.
     pub(crate) fn read(path: &Path) -> Result<Self, Box<Diagnostic>> {
         let name = path.display().to_string();
         let refuse = |message: String, help: &str| {
@@ -58,11 +65,9 @@ impl Source {
             return Err(refuse(message, "split the program into subprograms"));
         }
         let bytes = std::fs::read(path).map_err(|e| refuse(format!("cannot read {name}: {e}"), "check the rights"))?;
-        let mut text =
-            String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
-        if text.starts_with('\u{feff}') {
-            text.drain(..'\u{feff}'.len_utf8());
-        }
+        let text = decoded(bytes).map_err(|what| {
+            refuse(format!("{name} {what}"), "save the program as plain text (UTF-8, ASCII or Latin-1)")
+        })?;
         Ok(Self::new(&name, text))
     }
 
@@ -74,7 +79,166 @@ impl Source {
         }
         let end = rest.as_bytes().iter().position(|&b| b == b'\n').unwrap_or(rest.len());
         let next = Mark { offset: at.offset + (end + 1).min(rest.len()), line: at.line + 1 };
-        let line = &rest[..end];
-        Some((line.strip_suffix('\r').unwrap_or(line), next))
+        Some((&rest[..end], next))
+    }
+
+    /// Text of a line, from 1.
+    pub(crate) fn text_of(&self, line: u32) -> Option<&str> {
+        self.text.split('\n').nth((line as usize).checked_sub(1)?)
+    }
+
+    /// Lines of the text; a last line without an end counts.
+    pub(crate) fn lines(&self) -> usize {
+        self.text.bytes().filter(|&b| b == b'\n').count()
+            + usize::from(!self.text.is_empty() && !self.text.ends_with('\n'))
+    }
+}
+
+/// How a program file is read, for what shows lines of it or counts them.
+#[derive(Clone, Debug)]
+pub struct ProgramText {
+    source: Arc<Source>,
+}
+
+impl ProgramText {
+    /// Reads a program file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no text.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Diagnostic> {
+        Source::read(path.as_ref()).map(|source| Self { source: Arc::new(source) }).map_err(|diagnostic| *diagnostic)
+    }
+
+    /// Number of its lines.
+    pub fn lines(&self) -> usize {
+        self.source.lines()
+    }
+
+    /// A line, from 1.
+    pub fn line(&self, number: usize) -> Option<&str> {
+        self.source.text_of(u32::try_from(number).ok()?)
+    }
+}
+
+/// Bytes of a file as text, without what stands around it on a tape or disk: byte order mark, NUL of a leader, Ctrl-Z.
+fn decoded(bytes: Vec<u8>) -> Result<String, &'static str> {
+    let utf16 = |pair: fn([u8; 2]) -> u16, rest: &[u8]| {
+        let units = rest.chunks_exact(2).map(|p| pair([p[0], p[1]]));
+        let whole = rest.len().is_multiple_of(2);
+        let text: Option<String> = char::decode_utf16(units).collect::<Result<_, _>>().ok();
+        text.filter(|_| whole).ok_or("begins as UTF-16 and is none")
+    };
+    let text = match bytes.as_slice() {
+        [0xff, 0xfe, rest @ ..] => utf16(u16::from_le_bytes, rest)?,
+        [0xfe, 0xff, rest @ ..] => utf16(u16::from_be_bytes, rest)?,
+        _ => {
+            let around = |b: &u8| *b == 0;
+            let first = bytes.iter().position(|b| !around(b)).unwrap_or(bytes.len());
+            let last = bytes.iter().rposition(|b| !around(b)).map_or(first, |at| at + 1);
+            let nuls = bytes[first..last].iter().filter(|b| **b == 0).count();
+            if nuls as f64 > NUL_SHARE * (last - first) as f64 {
+                return Err("is no plain text: it looks like UTF-16 without its mark, or like a binary file");
+            }
+            String::from_utf8(bytes).unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect())
+        }
+    };
+    Ok(text)
+}
+
+/// NUL and DEL are blanks of a tape, DC1 to DC4 switch a reader or punch, Ctrl-Z ends a file of CP/M and DOS.
+fn is_tape_blank(c: char) -> bool {
+    matches!(c, '\0' | '\u{11}'..='\u{14}' | '\u{7f}')
+}
+
+/// The text with LF as its only line end, blanks for what is blank on a tape, and without what stands behind its end.
+fn with_line_feeds(mut text: String) -> String {
+    if text.starts_with('\u{feff}') {
+        text.drain(..'\u{feff}'.len_utf8());
+    }
+    let behind = |c: char| is_tape_blank(c) || c == '\u{1a}';
+    let kept = text.trim_end_matches(|c: char| behind(c) || matches!(c, ' ' | '\t' | '\r' | '\n')).len();
+    if text[kept..].contains(behind) {
+        // What follows the last line end in front of them is no line of its own.
+        let end = text[kept..].find(behind).map_or(text.len(), |at| kept + at);
+        text.truncate(end);
+    }
+    if text.contains(is_tape_blank) {
+        text = text.chars().map(|c| if is_tape_blank(c) { ' ' } else { c }).collect();
+    }
+    if !text.contains('\r') {
+        return text;
+    }
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text.as_str();
+    while let Some(at) = rest.find(['\r', '\n']) {
+        out.push_str(&rest[..at]);
+        let run = rest[at..].len() - rest[at..].trim_start_matches(['\r', '\n']).len();
+        let ends = &rest[at..at + run];
+        let feeds = ends.bytes().filter(|&b| b == b'\n').count();
+        let count = if feeds > 0 { feeds } else { run };
+        out.extend(std::iter::repeat_n('\n', count));
+        rest = &rest[at + run..];
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(text: &str) -> Vec<String> {
+        let source = Source::new("t", text.to_owned());
+        let (mut out, mut at) = (Vec::new(), Mark::START);
+        while let Some((line, next)) = source.line(at) {
+            assert_eq!(at.line as usize, out.len() + 1);
+            out.push(line.to_owned());
+            at = next;
+        }
+        assert_eq!(source.lines(), out.len());
+        out
+    }
+
+    #[test]
+    fn all_line_ends_give_the_same_lines() {
+        for end in ["\n", "\r\n", "\r", "\r\r\n", "\n\r\r", "\n\r"] {
+            assert_eq!(lines(&["G0 X1", "G1 X2", "M30", ""].join(end)), ["G0 X1", "G1 X2", "M30"], "{end:?}");
+            assert_eq!(lines(&["G0 X1", "M30"].join(end)), ["G0 X1", "M30"], "{end:?}");
+        }
+        assert_eq!(lines("A\rB\nC\r\nD"), ["A", "B", "C", "D"], "mixed");
+        // Empty lines keep their numbers.
+        assert_eq!(lines("A\n\nB\n"), ["A", "", "B"]);
+        assert_eq!(lines("A\r\n\r\nB\r\n"), ["A", "", "B"]);
+        assert_eq!(lines("A\r\rB\r"), ["A", "", "B"]);
+        assert!(lines("").is_empty());
+        assert_eq!(lines("\r"), [""]);
+    }
+
+    #[test]
+    fn what_stands_around_a_text_on_tape_and_disk_is_no_text() {
+        for tail in ["\u{1a}", "\0\0\0", "\r\n\u{1a}\u{1a}\0", "\u{14}", " \u{1a}"] {
+            let found = lines(&format!("%\nM30\n%{tail}"));
+            assert_eq!(found.iter().map(|l| l.trim_end()).collect::<Vec<_>>(), ["%", "M30", "%"], "{tail:?}");
+        }
+        assert_eq!(lines("\u{12}\0\0%\nM30")[0].trim(), "%");
+        assert_eq!(lines("G0\0X1")[0], "G0 X1");
+        // A Ctrl-Z in the middle stays: what follows it would be lost.
+        assert_eq!(lines("M0\n\u{1a}\nG0 X1\n").len(), 3);
+    }
+
+    #[test]
+    fn utf_16_is_read_by_its_mark_and_refused_without_it() {
+        let text = "G21\r\nG0 X1.\r\n";
+        let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+        assert_eq!(decoded([&[0xff, 0xfe], little.as_slice()].concat()).as_deref(), Ok(text));
+        assert_eq!(decoded([&[0xfe, 0xff], big.as_slice()].concat()).as_deref(), Ok(text));
+        assert!(decoded([&[0xff, 0xfe], &little[..5]].concat()).is_err_and(|e| e.contains("UTF-16")));
+        assert!(decoded(little).is_err_and(|e| e.contains("UTF-16")));
+        assert!(decoded(big).is_err_and(|e| e.contains("UTF-16")));
+        // A leader of NUL is a tape.
+        assert_eq!(decoded([vec![0; 100], b"%\nM30\n".to_vec(), vec![0; 100]].concat()).map(|t| t.len()), Ok(206));
+        assert_eq!(decoded(vec![0x47, 0xe4]).as_deref(), Ok("Gä"));
+        assert_eq!(decoded(Vec::new()).as_deref(), Ok(""));
     }
 }

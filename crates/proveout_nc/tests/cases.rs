@@ -140,7 +140,12 @@ fn all_faults_of_lines_are_found_at_once() {
     let found: Vec<_> = faults.iter().map(|f| (f.line, f.column, f.length, f.code)).collect();
     assert_eq!(
         found,
-        [(1, 4, 1, "nc-missing-value"), (2, 1, 4, "nc-unknown-word"), (3, 4, 1, "nc-missing-value")],
+        [
+            (1, 4, 1, "nc-missing-value"),
+            (2, 1, 4, "nc-unknown-word"),
+            (3, 4, 1, "nc-missing-value"),
+            (5, 1, 5, "nc-no-feed")
+        ],
         "{faults:?}"
     );
 }

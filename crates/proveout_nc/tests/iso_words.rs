@@ -67,6 +67,73 @@ fn dwells_in_the_unit_of_each_control() {
     assert!(read_with("G4 P0.5", &Settings { dialect: Dialect::Fanuc, ..Settings::default() }).is_err());
 }
 
+/// Depths of the holes: ends of motions in feed.
+fn depths(dialect: Dialect, text: &str) -> Vec<f64> {
+    let ops = read(dialect, text);
+    ops.iter().filter_map(|op| if let Op::Linear(m) = op { m.end_base.get(2) } else { None }).collect()
+}
+
+#[test]
+fn a_repeated_cycle_under_g91_counts_from_the_initial_level() {
+    // Z10, R8 below it is 2, 5 below that is -3, however often it is repeated and wherever the tool has come back to.
+    let holes = [
+        "G91 G99 G81 X10 Z-5 R-8\nX10\nX10\nG80\n",
+        "G91 G99 G81 X10 Z-5 R-8\nG81 X10 Z-5 R-8\nX10\nG80\n",
+        "G91 G98 G81 X10 Z-5 R-8\nG81 X10 Z-5 R-8\nX10\nG80\n",
+        // Another cycle keeps the level, and so does a change of the level to come back to.
+        "G91 G99 G81 X10 Z-5 R-8\nG82 X10 Z-5 R-8 P1\nG98 X10\nG80\n",
+    ];
+    for (_, dialect) in FLAVORS {
+        for hole in holes {
+            let text = format!("G21 G90 F100\nG0 X0 Y0 Z10\n{hole}");
+            assert_eq!(depths(dialect, &text), [-3.0; 3], "{dialect:?} {hole}");
+            // G80 and G0 give the level up.
+            let twice = format!("{text}G90 G0 Z20\n{hole}");
+            assert_eq!(depths(dialect, &twice), [-3.0, -3.0, -3.0, 7.0, 7.0, 7.0], "{dialect:?} {hole}");
+        }
+    }
+    // An R plane above the tool: the way to the hole is above it too (LinuxCNC, convert_cycle_xy).
+    let ops = read(Dialect::LinuxCnc, "G21 G90 F100\nG0 X0 Y0 Z0\nG91 G99 G81 X1 Z-5 R8\nX1\nM2\n");
+    let way = [[0.0, 0.0, 8.0], [1.0, 0.0, 8.0], [1.0, 0.0, 3.0], [1.0, 0.0, 8.0], [2.0, 0.0, 8.0], [2.0, 0.0, 3.0]];
+    assert_eq!(ends(&ops)[1..7], way);
+}
+
+#[test]
+fn a_linuxcnc_runs_through_the_heads_of_numbered_programs() {
+    for text in [
+        "G21 G90\nO100\nG0 X1 Y2 Z0\nM2\n",
+        "G21 G90\n(comment)\n#<a>=1\nO100\nG0 X1 Y2 Z0\nM2\n",
+        "%\nO2 sub\nG0 Z3\nO2 endsub\nO1 (main program begin)\nG21 G0 X1 Y2 Z0\nM2\n%\n",
+    ] {
+        assert_eq!(ends(&read(Dialect::LinuxCnc, text)), [[1.0, 2.0, 0.0]], "{text}");
+    }
+    // M98 enters behind the head, M99 comes back.
+    let text = "G21 G0 X0 Y0 Z0\nM98 P100\nX9\nM2\nO100\nX5\nM99\n";
+    let ends = ends(&read(Dialect::LinuxCnc, text));
+    assert_eq!(ends, [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
+    let mixed = "O<a> sub\nG0 X1\nO100\nG0 X2\nO<a> endsub\nO<a> call\nM2\n";
+    let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
+    assert!(read_with(mixed, &settings).is_err_and(|e| e.starts_with("nc-structure")));
+}
+
+#[test]
+fn a_fanuc_and_a_haas_do_not_run_into_another_program() {
+    for (_, dialect) in FLAVORS.into_iter().filter(|(name, _)| *name != "LinuxCNC") {
+        let settings = Settings { dialect, ..Settings::default() };
+        for text in ["G21 G90\nO100\nG0 X1.\nM30\n", "O1\nG21 G0 X1.\n:20 T2 M6\nG0 Z-60.\nM30\n"] {
+            let error = read_with(text, &settings).unwrap_err();
+            assert!(error.starts_with("nc-no-end") && error.contains("lines "), "{error}\n{text}");
+        }
+        // A comment in front of the head is no code.
+        let text = "(HEAD)\n%\n(MORE)\nO100 (PART)\nG21 G0 X1. Y0. Z0.\nM30\n%\n";
+        assert_eq!(ends(&read(dialect, text)), [[1.0, 0.0, 0.0]]);
+        // The leader of a tape is not read.
+        let text = "tool list made by a CAM system\n%\nO100\nG21 G0 X1. Y0. Z0.\nM30\n%\n";
+        assert_eq!(ends(&read(dialect, text)), [[1.0, 0.0, 0.0]]);
+        assert!(check_text("p.nc", text, &settings).is_empty());
+    }
+}
+
 #[test]
 fn the_text_tells_the_control() {
     // A dwell of P2 is 2 s on a LinuxCNC and 2 ms elsewhere: it shows which control is read.

@@ -19,7 +19,7 @@ use proveout_geom::{Aabb, Point, Pose, Vector, rad};
 use proveout_machine::{JointValues, Machine};
 use proveout_record::{RerunMode, observers};
 use proveout_sim::{
-    SurfaceMap,
+    SurfaceShape,
     observer::{Batch, Outcome, SampleSignals, Setup},
     scene::Scene,
 };
@@ -140,7 +140,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         changed_in_patches: &[],
     };
     let verdict = support::verdict(1.0, 0.0, "a picture of a machine is no prove-out");
-    let surface = SurfaceMap::default();
+    let surface = SurfaceShape::default();
     let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &[], surface: &surface, folder };
     for observer in observers(&RerunMode::File)?.iter_mut().filter(|o| o.name() == "rerun") {
         observer.begin(&setup, folder)?;

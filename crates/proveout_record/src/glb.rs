@@ -44,11 +44,12 @@ pub(crate) fn write_glb(
         },
         ..Root::default()
     };
+    let colors = if colors.len() == picture.positions.len() { colors } else { &[] };
     let bin = if picture.triangles.is_empty() {
         root.push(Node { name: Some(name.into()), ..Node::default() });
-        Vec::new()
+        0
     } else {
-        add_mesh(&mut root, name, picture, colors, plain)?
+        add_mesh(&mut root, name, picture, !colors.is_empty(), plain)?
     };
     let scene =
         root.push(Scene { extensions: None, extras: None, name: Some(name.into()), nodes: vec![Index::new(0)] });
@@ -56,7 +57,7 @@ pub(crate) fn write_glb(
 
     let mut json = root.to_vec().map_err(io::Error::other)?;
     json.resize(json.len().next_multiple_of(4), b' ');
-    let bin_part = if bin.is_empty() { 0 } else { 8 + bin.len() };
+    let bin_part = if bin == 0 { 0 } else { 8 + bin };
     let length = u32::try_from(12 + 8 + json.len() + bin_part).map_err(|_above| too_large())?;
     out.write_all(b"glTF")?;
     out.write_all(&2_u32.to_le_bytes())?;
@@ -64,51 +65,58 @@ pub(crate) fn write_glb(
     out.write_all(&(json.len() as u32).to_le_bytes())?;
     out.write_all(b"JSON")?;
     out.write_all(&json)?;
-    if !bin.is_empty() {
-        out.write_all(&(bin.len() as u32).to_le_bytes())?;
+    if bin > 0 {
+        out.write_all(&(bin as u32).to_le_bytes())?;
         out.write_all(b"BIN\0")?;
-        out.write_all(&bin)?;
+        // In the order of the views of `add_mesh`, number by number: no copy of the mesh is made.
+        for v in picture.positions.iter().chain(&picture.normals).flatten() {
+            out.write_all(&v.to_le_bytes())?;
+        }
+        let light = lights();
+        for c in colors {
+            out.write_all(&light(c))?;
+        }
+        for i in picture.triangles.iter().flatten() {
+            out.write_all(&i.to_le_bytes())?;
+        }
     }
     Ok(())
+}
+
+/// From sRGB to linear light.
+fn lights() -> impl Fn(&Rgba) -> Rgba {
+    let linear: [u8; 256] = std::array::from_fn(|c| (linear_from_srgb(c as u8) * 255.0).round() as u8);
+    move |c| [linear[c[0] as usize], linear[c[1] as usize], linear[c[2] as usize], c[3]]
 }
 
 fn too_large() -> io::Error {
     io::Error::other("the mesh is above 4 GiB, which binary glTF cannot hold")
 }
 
-/// Adds buffer, accessors, material, mesh and root node; gives the binary chunk (every part is a multiple of 4 bytes).
-fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], plain: Rgba) -> io::Result<Vec<u8>> {
+/// Adds buffer, accessors, material, mesh and root node; gives the length of the binary chunk (every part is a multiple of 4 bytes).
+fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colored: bool, plain: Rgba) -> io::Result<usize> {
     let bounds = picture.positions.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], |[low, high], p| {
         [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]
     });
-    let positions: Vec<u8> = picture.positions.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
-    let normals: Vec<u8> = picture.normals.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
-    let linear: [u8; 256] = std::array::from_fn(|c| (linear_from_srgb(c as u8) * 255.0).round() as u8);
-    let light = |c: &Rgba| [linear[c[0] as usize], linear[c[1] as usize], linear[c[2] as usize], c[3]];
-    let colors: Vec<u8> =
-        if colors.len() == picture.positions.len() { colors } else { &[] }.iter().flat_map(light).collect();
-    let indices: Vec<u8> = picture.triangles.iter().flatten().flat_map(|i| i.to_le_bytes()).collect();
-
-    let mut parts = Parts { root, bin: Vec::new() };
+    let mut parts = Parts { root, bin: 0 };
     let vertices = picture.positions.len();
     let float = ComponentType::F32;
-    let position = parts.vertices(&positions, vertices, float, Type::Vec3)?;
+    let position = parts.vertices(12, vertices, float, Type::Vec3)?;
     parts.root.accessors[position.value()].min = Some(serde_json::json!(bounds[0]));
     parts.root.accessors[position.value()].max = Some(serde_json::json!(bounds[1]));
     let mut attributes = std::collections::BTreeMap::from([
         (Valid(Semantic::Positions), position),
-        (Valid(Semantic::Normals), parts.vertices(&normals, vertices, float, Type::Vec3)?),
+        (Valid(Semantic::Normals), parts.vertices(12, vertices, float, Type::Vec3)?),
     ]);
-    if !colors.is_empty() {
-        let color = parts.vertices(&colors, vertices, ComponentType::U8, Type::Vec4)?;
+    if colored {
+        let color = parts.vertices(4, vertices, ComponentType::U8, Type::Vec4)?;
         parts.root.accessors[color.value()].normalized = true;
         attributes.insert(Valid(Semantic::Colors(0)), color);
     }
-    let count = 3 * picture.triangles.len();
-    let indices = parts.indices(&indices, count)?;
+    let indices = parts.indices(3 * picture.triangles.len())?;
     let Parts { root, bin } = parts;
 
-    let base = if colors.is_empty() { light(&plain).map(|c| f32::from(c) / 255.0) } else { [1.0; 4] };
+    let base = if colored { [1.0; 4] } else { lights()(&plain).map(|c| f32::from(c) / 255.0) };
     let material = root.push(Material {
         name: Some("skin".into()),
         double_sided: true,
@@ -143,23 +151,24 @@ fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colors: &[Rgba], pla
         scale: Some(METRE_FROM_MM),
         ..Node::default()
     });
-    root.push(Buffer { byte_length: USize64::from(bin.len()), name: None, uri: None, extensions: None, extras: None });
+    root.push(Buffer { byte_length: USize64::from(bin), name: None, uri: None, extensions: None, extras: None });
     Ok(bin)
 }
 
 struct Parts<'a> {
     root: &'a mut Root,
-    bin: Vec<u8>,
+    /// Length of the binary chunk so far.
+    bin: usize,
 }
 
 impl Parts<'_> {
-    fn view(&mut self, bytes: &[u8], target: Target) -> io::Result<Index<View>> {
-        let offset = self.bin.len();
-        self.bin.extend_from_slice(bytes);
-        u32::try_from(self.bin.len()).map_err(|_above| too_large())?;
+    fn view(&mut self, length: usize, target: Target) -> io::Result<Index<View>> {
+        let offset = self.bin;
+        self.bin += length;
+        u32::try_from(self.bin).map_err(|_above| too_large())?;
         Ok(self.root.push(View {
             buffer: Index::new(0),
-            byte_length: USize64::from(bytes.len()),
+            byte_length: USize64::from(length),
             byte_offset: Some(USize64::from(offset)),
             byte_stride: None,
             name: None,
@@ -169,13 +178,14 @@ impl Parts<'_> {
         }))
     }
 
-    fn vertices(&mut self, bytes: &[u8], count: usize, part: ComponentType, kind: Type) -> io::Result<Index<Accessor>> {
-        let view = self.view(bytes, Target::ArrayBuffer)?;
+    /// `bytes` of a vertex.
+    fn vertices(&mut self, bytes: usize, count: usize, part: ComponentType, kind: Type) -> io::Result<Index<Accessor>> {
+        let view = self.view(bytes * count, Target::ArrayBuffer)?;
         Ok(self.root.push(accessor(view, count, GenericComponentType(part), kind)))
     }
 
-    fn indices(&mut self, bytes: &[u8], count: usize) -> io::Result<Index<Accessor>> {
-        let view = self.view(bytes, Target::ElementArrayBuffer)?;
+    fn indices(&mut self, count: usize) -> io::Result<Index<Accessor>> {
+        let view = self.view(4 * count, Target::ElementArrayBuffer)?;
         let part: ComponentType = IndexComponentType(ComponentType::U32).0;
         Ok(self.root.push(accessor(view, count, GenericComponentType(part), Type::Scalar)))
     }

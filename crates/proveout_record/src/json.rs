@@ -33,6 +33,8 @@ pub struct RunInfo {
     pub threads: usize,
     /// Largest resident memory, MiB; none where the host does not tell.
     pub peak_rss_mib: Option<f64>,
+    /// Memory that was announced before the stock was made, MiB; none where several runs share the process.
+    pub announced_mib: Option<f64>,
     /// Memory of the stock, and of each patch by its name, at the end of the run, MiB.
     pub stock_mib: BTreeMap<String, f64>,
     /// Simulated time, s.
@@ -118,6 +120,7 @@ mod tests {
                 "cpu_s",
                 "threads",
                 "peak_rss_mib",
+                "announced_mib",
                 "stock_mib",
                 "simulated_s",
                 "realtime_factor",

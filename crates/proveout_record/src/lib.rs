@@ -42,11 +42,13 @@
 //! [`Batch`]: proveout_sim::observer::Batch
 //! [`Outcome`]: proveout_sim::observer::Outcome
 
+mod classes;
 mod color;
 pub mod compare;
 mod encode;
 mod envelope;
 mod error;
+mod gather;
 mod glb;
 mod json;
 mod mode;

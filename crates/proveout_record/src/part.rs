@@ -7,48 +7,20 @@ use std::{
 };
 
 use proveout_sim::{
-    Observer, SurfaceMap,
-    observer::{Batch, ObserverError, Outcome, Setup},
+    Observer, SurfaceMap, SurfaceShape,
+    observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 
 use crate::{
     color::{DeviationMap, Rgba, STEEL},
     error::RecordError,
+    gather::{ShownSurface, SurfacePicture},
     glb::write_glb,
     picture::Picture,
 };
 
 /// Most triangles of a glTF file: 2 million are 60 MB and still turn in a viewer.
 pub(crate) const GLB_TRIANGLES: usize = 2_000_000;
-
-/// Part of the triangles of a picture that patches may take together: they are there to be seen.
-const FOR_PATCHES: f64 = 0.5;
-
-/// The surface of a run as a picture of at most `limit` triangles, with the deviation (mm) as value of each vertex, and the
-/// largest edge (mm) of the cells in which it was gathered, if it was.
-///
-/// Patches are gathered on their own, so that a large part does not take their details away.
-pub(crate) fn picture_of(surface: &SurfaceMap, limit: usize) -> (Picture, Option<f64>) {
-    let each = (FOR_PATCHES * limit as f64) as usize / surface.patches.len().max(1);
-    let mut patches = Picture::default();
-    for p in &surface.patches {
-        patches.append(&Picture::new(&p.mesh, &p.normals, &p.vertex_deviation).reduced(each).0);
-    }
-    let left = limit.saturating_sub(patches.triangles.len());
-    let whole = Picture::new(&surface.mesh, &surface.normals, &surface.vertex_deviation);
-    let (mut picture, cell) = whole.reduced(left);
-    picture.append(&patches);
-    (picture, cell)
-}
-
-/// The color map for the deviations of a surface; none when it has none.
-///
-/// The range follows the measured points, and the mesh where there are none; it is never below `floor` (mm).
-pub(crate) fn map_of(surface: &SurfaceMap, floor: f64) -> Option<DeviationMap> {
-    let points: Vec<f64> = surface.points.iter().filter_map(|p| p.deviation).collect();
-    let values = if points.is_empty() { surface.whole_deviation() } else { points };
-    values.iter().any(|d| d.is_finite()).then(|| DeviationMap::of(&values, floor))
-}
 
 /// Colors of the vertices; empty without a map.
 pub(crate) fn colors_of(picture: &Picture, map: Option<DeviationMap>) -> Vec<Rgba> {
@@ -62,30 +34,41 @@ pub(crate) fn colors_of(picture: &Picture, map: Option<DeviationMap>) -> Vec<Rgb
 /// # Errors
 /// [`RecordError::Io`] with the path.
 pub fn write_part_files(folder: &Path, surface: &SurfaceMap, range_floor_mm: f64) -> Result<(), RecordError> {
-    let whole = surface.triangles();
-    let (picture, cell) = picture_of(surface, GLB_TRIANGLES);
-    let size = cell.map_or_else(
+    write_shown(folder, &SurfacePicture::of(surface, GLB_TRIANGLES), &surface.shape(), range_floor_mm)
+}
+
+fn write_shown(
+    folder: &Path,
+    shown: &ShownSurface,
+    shape: &SurfaceShape,
+    range_floor_mm: f64,
+) -> Result<(), RecordError> {
+    let picture = &shown.picture;
+    let size = shown.cell.map_or_else(
         || "the whole extracted surface".to_owned(),
-        |c| format!("{} of {whole} triangles, gathered in cells of {c:.3} mm", picture.triangles.len()),
+        |c| {
+            let whole = shape.all_triangles();
+            format!("{} of {whole} triangles, gathered in cells of {c:.3} mm", picture.triangles.len())
+        },
     );
-    let size = if surface.patches.is_empty() {
+    let size = if shape.patches.is_empty() {
         size
     } else {
-        let names: Vec<&str> = surface.patches.iter().map(|p| p.name.as_str()).collect();
+        let names: Vec<&str> = shape.patches.iter().map(|p| p.name.as_str()).collect();
         format!("{size}; finer in the patches {}, not joined at their faces", names.join(", "))
     };
-    let map = map_of(surface, range_floor_mm);
+    let map = shown.map(range_floor_mm);
     let colored = map.map_or_else(
         || "no design part: the surface carries no deviations".to_owned(),
         |m| format!("red -{0} mm (gouge), gray 0, blue +{0} mm (material left)", m.range),
     );
-    let colors = colors_of(&picture, map);
+    let colors = colors_of(picture, map);
     for (name, note, colors) in
         [("part", size.clone(), &[][..]), ("deviation", format!("{size}; {colored}"), colors.as_slice())]
     {
         let path = folder.join(format!("{name}.glb"));
         let mut out = BufWriter::new(File::create(&path).map_err(RecordError::io(&path))?);
-        write_glb(&mut out, name, &note, &picture, colors, STEEL)
+        write_glb(&mut out, name, &note, picture, colors, STEEL)
             .and_then(|()| out.flush())
             .map_err(RecordError::io(&path))?;
     }
@@ -98,9 +81,17 @@ pub(crate) fn range_floor(setup: &Setup<'_>) -> f64 {
     0.1 * t.gouge_mm.min(t.excess_mm)
 }
 
-/// Writes the glTF files at the end of a run.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct GltfObserver;
+/// Writes the glTF files at the end of a run, from the bands of the surface.
+#[derive(Debug, Default)]
+pub struct GltfObserver {
+    surface: Option<SurfacePicture>,
+}
+
+impl GltfObserver {
+    fn surface(&mut self) -> &mut SurfacePicture {
+        self.surface.get_or_insert_with(|| SurfacePicture::new(GLB_TRIANGLES))
+    }
+}
 
 impl Observer for GltfObserver {
     fn name(&self) -> &'static str {
@@ -108,6 +99,7 @@ impl Observer for GltfObserver {
     }
 
     fn begin(&mut self, _setup: &Setup<'_>, _folder: &Path) -> Result<(), ObserverError> {
+        self.surface = None;
         Ok(())
     }
 
@@ -115,7 +107,23 @@ impl Observer for GltfObserver {
         Ok(())
     }
 
+    fn surface_points(&mut self, setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
+        self.surface().points(setup, band);
+        Ok(())
+    }
+
+    fn surface_mesh(
+        &mut self,
+        _setup: &Setup<'_>,
+        shape: &SurfaceShape,
+        part: &MeshPart<'_>,
+    ) -> Result<(), ObserverError> {
+        self.surface().mesh(shape, part);
+        Ok(())
+    }
+
     fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
-        Ok(write_part_files(outcome.folder, outcome.surface, range_floor(setup))?)
+        let shown = self.surface.take().map(SurfacePicture::finish).unwrap_or_default();
+        Ok(write_shown(outcome.folder, &shown, outcome.surface, range_floor(setup))?)
     }
 }

@@ -19,7 +19,8 @@ pub(crate) struct Picture {
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
-fn single(v: &Vector) -> [f32; 3] {
+/// In single precision.
+pub(crate) fn single(v: &Vector) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
 }
 
@@ -184,19 +185,11 @@ impl Picture {
     /// leaves the cell. Known limit: walls thinner than a cell may merge. For pictures only.
     pub(crate) fn clustered(&self, cell: f64) -> Self {
         let (cluster_of, keys) = self.cells(cell);
-        let mut clusters: Vec<Cluster> = keys.into_iter().map(|key| Cluster { key, ..Cluster::default() }).collect();
+        let mut clusters: Vec<Cluster> = keys.into_iter().map(|key| Cluster::new(key, cell)).collect();
         for (i, &id) in cluster_of.iter().enumerate() {
             let Some(c) = clusters.get_mut(id as usize) else { continue }; // no triangle uses the vertex
-            c.count += 1.0;
-            c.position += Vector3::from(self.positions[i].map(f64::from));
-            c.normal += Vector3::from(self.normals[i].map(f64::from));
-            if let Some(value) = self.values.get(i).filter(|v| v.is_finite()) {
-                c.value += f64::from(*value);
-                c.valued += 1.0;
-            }
-        }
-        for c in &mut clusters {
-            c.position /= c.count;
+            let value = self.values.get(i).map(|v| f64::from(*v));
+            c.add_vertex(&self.positions[i], &Vector::from(self.normals[i].map(f64::from)), value);
         }
         let mut triangles = Vec::new();
         for (t, triangle) in self.triangles.iter().enumerate() {
@@ -220,10 +213,7 @@ impl Picture {
         triangles.dedup();
         Self {
             positions: clusters.iter().map(|c| single(&c.place(cell))).collect(),
-            normals: clusters
-                .iter()
-                .map(|c| single(&c.normal.try_normalize(1e-12).unwrap_or_else(Vector::z)))
-                .collect(),
+            normals: clusters.iter().map(|c| single(&c.normal())).collect(),
             values: if self.values.is_empty() {
                 Vec::new()
             } else {
@@ -234,10 +224,12 @@ impl Picture {
     }
 }
 
-/// Sums over the vertices and planes of one cell.
-#[derive(Clone, Default)]
-struct Cluster {
+/// Sums over the vertices and planes of one cell, in any order.
+#[derive(Clone, Debug)]
+pub(crate) struct Cluster {
     key: [i64; 3],
+    /// Middle of the cell: planes are taken from there, against rounding.
+    middle: Vector,
     count: f64,
     position: Vector,
     normal: Vector,
@@ -245,29 +237,61 @@ struct Cluster {
     valued: f64,
     /// Sum of w n nᵀ.
     a: Matrix3<f64>,
-    /// Sum of w n (n · (p - mean)).
+    /// Sum of w n (n · (p - middle)).
     b: Vector,
 }
 
 impl Cluster {
-    fn add_plane(&mut self, n: &Vector, p: &Vector, weight: f64) {
+    /// The cell of edge `cell` (mm) with this place in the grid.
+    pub(crate) fn new(key: [i64; 3], cell: f64) -> Self {
+        Self {
+            key,
+            middle: Vector::from(key.map(|k| (k as f64 + 0.5) * cell)),
+            count: 0.0,
+            position: Vector::zeros(),
+            normal: Vector::zeros(),
+            value: 0.0,
+            valued: 0.0,
+            a: Matrix3::zeros(),
+            b: Vector::zeros(),
+        }
+    }
+
+    pub(crate) fn add_vertex(&mut self, position: &[f32; 3], normal: &Vector, value: Option<f64>) {
+        self.count += 1.0;
+        self.position += Vector3::from(position.map(f64::from)) - self.middle;
+        self.normal += normal;
+        if let Some(value) = value.filter(|v| v.is_finite()) {
+            self.value += value;
+            self.valued += 1.0;
+        }
+    }
+
+    pub(crate) fn add_plane(&mut self, n: &Vector, p: &Vector, weight: f64) {
         self.a += n * n.transpose() * weight;
-        self.b += n * (n.dot(&(p - self.position)) * weight);
+        self.b += n * (n.dot(&(p - self.middle)) * weight);
+    }
+
+    /// Mean of the normals.
+    pub(crate) fn normal(&self) -> Vector {
+        self.normal.try_normalize(1e-12).unwrap_or_else(Vector::z)
     }
 
     /// Least squares point in the cell: directions whose eigenvalue is below a hundredth of the largest are open.
-    fn place(&self, cell: f64) -> Vector {
+    pub(crate) fn place(&self, cell: f64) -> Vector {
+        let mean = self.position / self.count.max(1.0);
         let eigen = self.a.symmetric_eigen();
         let largest = eigen.eigenvalues.max();
+        let rest = self.b - self.a * mean;
         let mut shift = Vector::zeros();
         for k in 0..3 {
             let value = eigen.eigenvalues[k];
             if value > 1e-2 * largest && value > 0.0 {
                 let direction = eigen.eigenvectors.column(k);
-                shift += direction * (direction.dot(&self.b) / value);
+                shift += direction * (direction.dot(&rest) / value);
             }
         }
-        let mut place = self.position + if shift.norm().is_finite() { shift } else { Vector::zeros() };
+        let mut place = self.middle + mean + if shift.norm().is_finite() { shift } else { Vector::zeros() };
         for k in 0..3 {
             let low = self.key[k] as f64 * cell;
             place[k] = place[k].clamp(low, low + cell);
@@ -276,7 +300,7 @@ impl Cluster {
     }
 
     /// Not a number when no vertex of the cell has a value.
-    fn mean_value(&self) -> f32 {
+    pub(crate) fn mean_value(&self) -> f32 {
         (self.value / self.valued) as f32
     }
 }

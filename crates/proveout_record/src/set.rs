@@ -16,7 +16,7 @@ pub fn observers(rerun: &RerunMode) -> Result<Vec<Box<dyn Observer>>, RecordErro
         Box::new(ProgramObserver),
         Box::<TableObserver>::default(),
         Box::new(StockObserver),
-        Box::new(GltfObserver),
+        Box::<GltfObserver>::default(),
         Box::<ReportObserver>::default(),
     ];
     if *rerun != RerunMode::Off {

@@ -8,7 +8,10 @@ use std::{
     sync::Arc,
 };
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray, UInt32Array};
+use arrow_array::{
+    ArrayRef, RecordBatch,
+    builder::{Float64Builder, StringBuilder, UInt32Builder},
+};
 use arrow_schema::{DataType, Field, Schema, SchemaRef};
 use parquet::{
     arrow::{ArrowWriter, arrow_writer::ArrowWriterOptions},
@@ -22,8 +25,10 @@ use parquet::{
 
 use crate::error::RecordError;
 
-/// Rows that are held before they are written as one row group. At 50 columns this is 26 MB.
+/// Rows that are held at most before they are written as one row group.
 const ROW_GROUP: usize = 1 << 16;
+/// Cells of the same: 9 MB, and as much again while they are written.
+const CELLS: usize = 1 << 20;
 /// Compression level: above it files shrink by less than 3 percent and take twice the time.
 const ZSTD_LEVEL: i32 = 3;
 
@@ -72,9 +77,9 @@ impl Column {
 
 #[derive(Debug)]
 enum Held {
-    Real(Vec<Option<f64>>),
-    Index(Vec<Option<u32>>),
-    Text(Vec<Option<Arc<str>>>),
+    Real(Float64Builder),
+    Index(UInt32Builder),
+    Text(StringBuilder),
 }
 
 /// A table that is being written: rows are pushed cell by cell, row groups go to the file as they fill.
@@ -95,7 +100,7 @@ pub(crate) struct Row<'a> {
 impl Row<'_> {
     pub(crate) fn real(&mut self, value: impl Into<Option<f64>>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Real(v)) => v.push(value.into()),
+            Some(Held::Real(v)) => v.append_option(value.into()),
             other => missing(other),
         }
         self
@@ -110,7 +115,7 @@ impl Row<'_> {
 
     pub(crate) fn index(&mut self, value: impl Into<Option<u32>>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Index(v)) => v.push(value.into()),
+            Some(Held::Index(v)) => v.append_option(value.into()),
             other => missing(other),
         }
         self
@@ -118,7 +123,10 @@ impl Row<'_> {
 
     pub(crate) fn text(&mut self, value: impl Into<Option<Arc<str>>>) -> &mut Self {
         match self.held.next() {
-            Some(Held::Text(v)) => v.push(value.into()),
+            Some(Held::Text(v)) => {
+                let text: Option<Arc<str>> = value.into();
+                v.append_option(text);
+            }
             other => missing(other),
         }
         self
@@ -136,9 +144,9 @@ impl Drop for Row<'_> {
 fn missing(held: Option<&mut Held>) {
     debug_assert!(false, "a row does not fit its columns");
     match held {
-        Some(Held::Real(v)) => v.push(None),
-        Some(Held::Index(v)) => v.push(None),
-        Some(Held::Text(v)) => v.push(None),
+        Some(Held::Real(v)) => v.append_null(),
+        Some(Held::Index(v)) => v.append_null(),
+        Some(Held::Text(v)) => v.append_null(),
         None => {}
     }
 }
@@ -173,14 +181,15 @@ impl Table {
 
     /// Begins a row; writes a row group when one is full.
     pub(crate) fn row(&mut self) -> Result<Row<'_>, RecordError> {
-        if self.rows >= ROW_GROUP {
+        if self.rows >= ROW_GROUP.min(CELLS / self.held.len().max(1)) {
             self.flush()?;
         }
         self.rows += 1;
         Ok(Row { held: self.held.iter_mut() })
     }
 
-    fn flush(&mut self) -> Result<(), RecordError> {
+    /// Writes the rows that are held as a row group.
+    pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
         if self.rows == 0 {
             return Ok(());
         }
@@ -201,17 +210,17 @@ impl Table {
 
 fn empty(kind: Kind) -> Held {
     match kind {
-        Kind::Real => Held::Real(Vec::new()),
-        Kind::Index => Held::Index(Vec::new()),
-        Kind::Text => Held::Text(Vec::new()),
+        Kind::Real => Held::Real(Float64Builder::new()),
+        Kind::Index => Held::Index(UInt32Builder::new()),
+        Kind::Text => Held::Text(StringBuilder::new()),
     }
 }
 
 fn take(held: &mut Held) -> ArrayRef {
     match held {
-        Held::Real(v) => Arc::new(v.drain(..).collect::<Float64Array>()),
-        Held::Index(v) => Arc::new(v.drain(..).collect::<UInt32Array>()),
-        Held::Text(v) => Arc::new(v.drain(..).collect::<StringArray>()),
+        Held::Real(v) => Arc::new(v.finish()),
+        Held::Index(v) => Arc::new(v.finish()),
+        Held::Text(v) => Arc::new(v.finish()),
     }
 }
 

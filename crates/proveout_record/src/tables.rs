@@ -8,7 +8,7 @@ use proveout_controller::{MoveKind, Sample};
 use proveout_geom::Pose;
 use proveout_sim::{
     Observer, SurfaceMap,
-    observer::{Batch, BlockRow, ObserverError, Outcome, SampleSignals, Setup},
+    observer::{Batch, BlockRow, ObserverError, Outcome, PointBand, SampleSignals, Setup},
 };
 use proveout_tool::Tool;
 
@@ -153,22 +153,41 @@ pub(crate) fn surface_columns() -> Vec<Column> {
     columns
 }
 
+/// The table of surface points, band by band.
+struct SurfaceTable {
+    table: Table,
+    names: Vec<Arc<str>>,
+}
+
+impl SurfaceTable {
+    /// `names` are those of the patches.
+    fn create(path: &Path, names: Vec<Arc<str>>) -> Result<Self, RecordError> {
+        let notes =
+            [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
+        Ok(Self { table: Table::create(path, &surface_columns(), &notes)?, names })
+    }
+
+    fn add(&mut self, band: &PointBand<'_>) -> Result<(), RecordError> {
+        let name = band.patch.and_then(|k| self.names.get(k));
+        for p in band.points {
+            let mut row = self.table.row()?;
+            row.reals(p.position).reals(p.normal).real(p.deviation).real(p.scallop).index(p.made_by);
+            row.text(name.map(Arc::clone));
+        }
+        Ok(())
+    }
+}
+
 /// Writes the points of a surface map, in their order; `patch` names the patch whose cells gave the point.
 ///
 /// # Errors
 /// [`RecordError`] with the path.
 pub fn write_surface_table(path: &Path, surface: &SurfaceMap) -> Result<(), RecordError> {
-    let notes =
-        [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
-    let mut table = Table::create(path, &surface_columns(), &notes)?;
-    let names: Vec<Arc<str>> = surface.patches.iter().map(|p| p.name.as_str().into()).collect();
-    for (k, p) in surface.points.iter().enumerate() {
-        let patch = surface.patches.iter().position(|patch| patch.points.contains(&k));
-        let mut row = table.row()?;
-        row.reals(p.position).reals(p.normal).real(p.deviation).real(p.scallop).index(p.made_by);
-        row.text(patch.map(|k| Arc::clone(&names[k])));
+    let mut open = SurfaceTable::create(path, surface.patches.iter().map(|p| p.name.as_str().into()).collect())?;
+    for band in surface.point_bands() {
+        open.add(&band)?;
     }
-    table.finish()
+    open.table.finish()
 }
 
 /// Writes the three tables while the run goes on; memory does not grow with the length of the run.
@@ -180,6 +199,7 @@ pub struct TableObserver {
 struct Open {
     signals: Table,
     blocks: Table,
+    surface: SurfaceTable,
     joints: Vec<JointUnit>,
     work_from_table: Pose,
 }
@@ -194,7 +214,9 @@ impl Observer for TableObserver {
         let notes = [("machine", setup.machine.name.clone()), ("frame", "tip and axis in workpiece W".to_owned())];
         let signals = Table::create(&folder.join("signals.parquet"), &signal_columns(&joints), &notes)?;
         let blocks = Table::create(&folder.join("blocks.parquet"), &block_columns(), &notes[..1])?;
-        self.open = Some(Open { signals, blocks, joints, work_from_table: setup.table_from_work.inverse() });
+        let names = setup.patches.iter().map(|p| p.name().into()).collect();
+        let surface = SurfaceTable::create(&folder.join("surface.parquet"), names)?;
+        self.open = Some(Open { signals, blocks, surface, joints, work_from_table: setup.table_from_work.inverse() });
         Ok(())
     }
 
@@ -212,11 +234,20 @@ impl Observer for TableObserver {
         Ok(())
     }
 
-    fn end(&mut self, _setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
+    fn surface_points(&mut self, _setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        // No sample follows: what is held of them goes before the points come.
+        open.signals.flush()?;
+        open.blocks.flush()?;
+        Ok(open.surface.add(band)?)
+    }
+
+    fn end(&mut self, _setup: &Setup<'_>, _outcome: &Outcome<'_>) -> Result<(), ObserverError> {
         if let Some(open) = self.open.take() {
             open.signals.finish()?;
             open.blocks.finish()?;
+            open.surface.table.finish()?;
         }
-        Ok(write_surface_table(&outcome.folder.join("surface.parquet"), outcome.surface)?)
+        Ok(())
     }
 }

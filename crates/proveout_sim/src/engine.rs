@@ -17,6 +17,7 @@ use crate::{
     legs,
     log::FindingLog,
     loose::LooseParts,
+    memory::{ALLOWANCE, HISTORY_MEMORY},
     observer::{BlockRow, SampleSignals},
     plunge::{self, Judgement, PlungeWatch},
     prepare::Prepared,
@@ -24,9 +25,6 @@ use crate::{
     run::Stages,
     verdict::{Clearance, ToolUse},
 };
-
-/// Memory that the history of the stock may take, bytes.
-const HISTORY_MEMORY: u64 = 2 << 30;
 
 /// What a stretch gave beside its motion.
 #[derive(Debug, Default)]
@@ -233,6 +231,31 @@ impl<'a> Engine<'a> {
             changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
             time: self.time,
         }
+    }
+
+    /// Refuses to go on when the stock takes more than was announced.
+    pub(crate) fn check_memory(&self) -> Result<(), SimError> {
+        let stocks = || std::iter::once(&self.stock).chain(self.patches.iter().map(Patch::stock));
+        let used: u64 = stocks().map(|s| s.memory_bytes() - s.history_bytes()).sum();
+        let announced = self.prepared.memory.of_stocks();
+        if used <= announced.saturating_add(ALLOWANCE) {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let rays: f64 = stocks().map(|s| s.rays() as f64).sum();
+        let intervals = stocks().map(|s| s.intervals_per_ray() * s.rays() as f64).sum::<f64>() / rays.max(1.0);
+        // It may go on as it did over the lines that are left, and never by less than half.
+        let line = self.places.iter().rev().flatten().next().map_or(1, |p| p.1);
+        let done = f64::from(line) / f64::from(self.prepared.program_lines.max(1));
+        let at_end = 1.0 + (intervals - 1.0).max(0.0) / done.clamp(0.02, 1.0);
+        let enough = (1.5 * intervals).max(1.1 * at_end);
+        Err(SimError::Memory {
+            used_mib: mib(used),
+            announced_mib: mib(announced),
+            intervals,
+            time_s: self.time,
+            remedy: format!("write `intervals_per_ray = {enough:.1}` under [stock], or take coarser cells"),
+        })
     }
 
     /// Closes the run.

@@ -43,6 +43,23 @@ pub enum SimError {
     /// Stock that cannot be made.
     #[error("stock: {0}")]
     Stock(#[from] StockError),
+    /// The stock has grown beyond what was announced.
+    #[error(
+        "the stock takes {used_mib:.0} MiB at {time_s:.1} s of the program, more than the {announced_mib:.0} MiB that were announced \
+         for it: its rays hold {intervals:.2} intervals of material on the mean"
+    )]
+    Memory {
+        /// What it takes, MiB.
+        used_mib: f64,
+        /// What it was announced with, MiB.
+        announced_mib: f64,
+        /// Intervals on a ray, as a mean over all rays.
+        intervals: f64,
+        /// Time of the program, s.
+        time_s: f64,
+        /// What to write into the scene.
+        remedy: String,
+    },
     /// Bodies that cannot be checked.
     #[error(transparent)]
     Collision(#[from] CollisionError),

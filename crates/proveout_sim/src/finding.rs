@@ -70,6 +70,15 @@ pub struct Finding {
     pub limit: Option<f64>,
     /// Unit of value and limit.
     pub unit: Option<String>,
+    /// Gouge and excess: area of the design's surface that is concerned, mm².
+    #[serde(default)]
+    pub area_mm2: Option<f64>,
+    /// Gouge and excess: volume that is missing or left, mm³.
+    #[serde(default)]
+    pub volume_mm3: Option<f64>,
+    /// Gouge and excess: connected areas that this finding stands for; more than one where the smaller ones are told together.
+    #[serde(default)]
+    pub areas: Option<u64>,
     /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).
     pub repeats: u32,
     /// For people: what, where, by how much.
@@ -102,6 +111,10 @@ codes! {
     STOPPED = "program-stopped", Program, Error, "The program could not be executed to its end.";
     NOTE = "program-note", Program, Info, "A word of the program has no effect in the twin.";
     ASSUMED = "program-assumed", Program, Warning, "What a word does depends on the control or its set-up: one reading is taken.";
+    TEXT_LOST = "program-text-lost", Program, Error, "Motion of the program stands behind its end and is never run.";
+    TEXT_UNPROVEN = "program-text-unproven", Program, Warning, "A file holds another main program, which is not run.";
+    TEXT_SKIPPED = "program-text-skipped", Program, Warning, "Conditions and jumps lead around motion of the program.";
+    TEXT_NOT_CALLED = "program-text-not-called", Program, Info, "Text of a file has no effect: nothing calls it.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, "No joint positions give the programmed tool pose.";
     OFF_CIRCLE = "limits-off-circle", Limits, Error, "The tool axis leaves the programmed great circle.";

@@ -13,7 +13,7 @@ pub const GATES: [&str; 8] = ["program", "limits", "process", "collision", "near
 fn codes(gate: &str) -> &'static [Code] {
     use finding::*;
     match gate {
-        "program" => &[STOPPED],
+        "program" => &[STOPPED, TEXT_LOST],
         "limits" => &[OVERTRAVEL, UNREACHABLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
         "process" => &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, PLUNGE, NO_TOOL, NECK_RUBS, SHANK_RUBS],
         "collision" => &[HOLDER_IN_STOCK, COLLISION],
@@ -35,11 +35,8 @@ pub struct Coverage {
 
 /// Judges one gate: fail beats unchecked, unchecked beats pass.
 pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
-    let hits: Vec<(&Code, usize)> = codes(name)
-        .iter()
-        .map(|c| (c, log.all().iter().filter(|f| f.code == c.code).count()))
-        .filter(|(_, n)| *n > 0)
-        .collect();
+    let count = |c: &Code| log.all().iter().filter(|f| f.code == c.code).map(|f| f.areas.unwrap_or(1)).sum::<u64>();
+    let hits: Vec<(&Code, u64)> = codes(name).iter().map(|c| (c, count(c))).filter(|(_, n)| *n > 0).collect();
     let left_out = coverage.left_out.join("; ");
     let (state, reason) = if !hits.is_empty() {
         let counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}", c.code)).collect();

@@ -6,31 +6,37 @@ use proveout_controller::{Dynamics, Summary};
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
-    design::{self, Measured},
+    damage::judge_areas,
     engine::Facts,
+    error::SimError,
     finding::{self, Severity},
     gates::{self, Coverage},
     inspect, legs,
     log::FindingLog,
     prepare::Prepared,
-    surface_map::SurfaceMap,
+    program_survey,
+    surface_map::SurfaceShape,
+    survey::{Measured, ShowPoints, Surveyed, survey},
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
     },
 };
 
-/// Measures the part and judges the run.
+/// Measures the part and judges the run; the points of its surface are shown on the way.
 pub(crate) fn judge(
     prepared: &Prepared,
     stock: &TriDexel,
     patches: &[Patch],
     facts: &Facts,
     summary: &Summary,
-) -> (Verdict, SurfaceMap) {
+    show: &mut ShowPoints<'_>,
+) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
-    let (map, measured) = design::measure(prepared, stock, patches);
+    program_survey::judge(prepared, &mut log);
+    let mut surveyed = survey(prepared, stock, patches, show)?;
+    let measured = surveyed.measured.take();
     if let Some(m) = &measured {
-        judge_deviation(prepared, facts, m, &mut log);
+        judge_areas(prepared, facts, m, &mut log);
     }
     let inspection = inspect::inspect(&prepared.scene.file.inspect, stock, patches);
     for finding in inspect::judge(&inspection) {
@@ -76,7 +82,7 @@ pub(crate) fn judge(
             cells_mm: stock.cells_mm(),
             regrid_bound_mm: stock.regrid_bound().map(|r| r.surface_mm),
             regrid_edge_bound_mm: stock.regrid_bound().map(|r| r.edge_mm),
-            patches: patches_used(prepared, patches, &map),
+            patches: patches_used(prepared, patches, &surveyed.shape),
         },
         deviation: measured.map_or_else(Deviation::default, |m| m.deviation),
         surface: Surface::default(),
@@ -84,14 +90,14 @@ pub(crate) fn judge(
         tools: facts.tools.clone(),
         inspection,
     };
-    (verdict, map)
+    Ok((verdict, surveyed))
 }
 
-fn patches_used(prepared: &Prepared, patches: &[Patch], map: &SurfaceMap) -> Vec<PatchUsed> {
+fn patches_used(prepared: &Prepared, patches: &[Patch], shape: &SurfaceShape) -> Vec<PatchUsed> {
     let asked = prepared.scene.file.stock.get_ref().patch.iter().map(|p| p.get_ref());
     asked
         .zip(patches)
-        .zip(&map.patches)
+        .zip(&shape.patches)
         .map(|((asked, patch), shown)| PatchUsed {
             name: asked.name.clone(),
             min_mm: asked.min_mm,
@@ -100,7 +106,7 @@ fn patches_used(prepared: &Prepared, patches: &[Patch], map: &SurfaceMap) -> Vec
             sweep_bound_mm: patch.stock().sweep_bound_mm(),
             regrid_bound_mm: patch.stock().regrid_bound().map(|r| r.surface_mm),
             regrid_edge_bound_mm: patch.stock().regrid_bound().map(|r| r.edge_mm),
-            points: shown.points.len() as u64,
+            points: shown.points,
         })
         .collect()
 }
@@ -132,36 +138,6 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
             (joint.name.clone(), axis)
         })
         .collect()
-}
-
-/// Findings for the deepest gouge and the largest excess; the place in the program is the block that made the point.
-fn judge_deviation(prepared: &Prepared, facts: &Facts, measured: &Measured, log: &mut FindingLog) {
-    let tolerances = &prepared.scene.file.tolerances;
-    let floor = measured.deviation.tolerance_floor_mm.unwrap_or(0.0);
-    let worst = [
-        (&finding::GOUGE, "gouge", measured.deepest, tolerances.gouge_mm),
-        (&finding::EXCESS, "excess", measured.highest, tolerances.excess_mm),
-    ];
-    for (code, word, point, limit) in worst {
-        let Some(point) = point else { continue };
-        let value = point.deviation.unwrap_or(0.0).abs();
-        if value <= limit + floor {
-            continue;
-        }
-        let [x, y, z] = point.position;
-        let message = format!(
-            "{word} of {value:.4} mm at X{x:.3} Y{y:.3} Z{z:.3} of the workpiece; allowed are {limit:.4} mm plus \
-             {floor:.4} mm that the measurement cannot tell apart"
-        );
-        let mut f = FindingLog::of(code, message);
-        (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some("mm".into()));
-        f.point_mm = Some(point.position);
-        f.block = point.made_by.and_then(|p| facts.block_of_piece.get(p as usize)).copied();
-        if let Some((file, line)) = f.block.and_then(|b| facts.places.get(b as usize)).and_then(Option::as_ref) {
-            (f.file, f.line) = (Some(file.to_string()), Some(*line));
-        }
-        log.push(f);
-    }
 }
 
 /// Bodies that came within reach of the stock's box, to be left out; nothing is checked against the stock but the tool.
@@ -287,6 +263,7 @@ fn judge_gates(
                     m.extent
                 ));
                 left_out.extend(m.left_out.clone());
+                left_out.extend(m.unseen.clone().filter(|_| word == "gouge"));
             }
             None => left_out.push("the scene has no design part".to_owned()),
         }
@@ -325,6 +302,9 @@ fn judge_gates(
         for c in &mut coverage[1..5] {
             *c = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
         }
+    }
+    if let [program, run @ ..] = &mut coverage[..7] {
+        program_survey::leave_out(prepared, program, run);
     }
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()

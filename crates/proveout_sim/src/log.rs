@@ -34,6 +34,9 @@ impl FindingLog {
             value: None,
             limit: None,
             unit: None,
+            area_mm2: None,
+            volume_mm3: None,
+            areas: None,
             repeats: 0,
             message,
         }

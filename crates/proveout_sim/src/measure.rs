@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::{
     config::ConfigError,
     error::SimError,
-    prepare::{STOCK_MEMORY, read_solid},
+    prepare::{MEMORY, read_solid},
     raw_stock::STOCK_FILE,
 };
 
@@ -177,7 +177,7 @@ fn load(path: &Path) -> Result<TriDexel, SimError> {
         let help = "name a run folder, or a stock file such as out/part-main/stock.dexel";
         ConfigError::file(path, format!("cannot be read: {e}"), help)
     })?;
-    TriDexel::load(&mut BufReader::new(opened), STOCK_MEMORY)
+    TriDexel::load(&mut BufReader::new(opened), MEMORY)
         .map_err(|e| ConfigError::file(path, e.to_string(), "run the scene again to write it anew").into())
 }
 

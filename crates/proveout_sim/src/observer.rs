@@ -3,14 +3,18 @@
 use std::{path::Path, sync::Arc};
 
 use proveout_controller::{Dynamics, Event, MoveKind, Piece, Sample, servo::Plant};
-use proveout_geom::{Pose, TriMesh};
+use proveout_geom::{Point, Pose, TriMesh, Vector};
 use proveout_machine::Machine;
 use proveout_stock::{Patch, TileId, TriDexel};
 use proveout_tool::ToolLibrary;
 use thiserror::Error;
 
 use crate::{
-    engagement::Engagement, finding::Finding, prepare::MadeProgram, scene::Scene, surface_map::SurfaceMap,
+    engagement::Engagement,
+    finding::Finding,
+    prepare::MadeProgram,
+    scene::Scene,
+    surface_map::{MapPoint, SurfaceShape},
     verdict::Verdict,
 };
 
@@ -39,9 +43,9 @@ pub struct Setup<'a> {
     pub machine: &'a Machine,
     /// The tool library.
     pub tools: &'a ToolLibrary,
-    /// Stock before the first cut, workpiece frame.
+    /// Stock as it stands, workpiece frame: in [`Observer::begin`] before the first cut.
     pub stock: &'a TriDexel,
-    /// Patches of the stock with finer cells, before the first cut.
+    /// Patches of the stock with finer cells, likewise.
     pub patches: &'a [Patch],
     /// Design part, workpiece frame, where the scene has one as a mesh.
     pub part: Option<&'a TriMesh>,
@@ -122,6 +126,36 @@ pub struct Batch<'a> {
     pub changed_in_patches: &'a [Vec<TileId>],
 }
 
+/// Some points of the surface of the cut part, in the fixed order of the stock, then of each patch. Workpiece frame, mm.
+#[derive(Clone, Copy)]
+pub struct PointBand<'a> {
+    /// Number of the patch that they are points of; none for the stock itself.
+    pub patch: Option<usize>,
+    /// The points.
+    pub points: &'a [MapPoint],
+}
+
+/// A part of the extracted surface: the meshes of the patches come first, then that of the stock, each band by band along x.
+/// Workpiece frame, mm.
+#[derive(Clone, Copy)]
+pub struct MeshPart<'a> {
+    /// Number of the patch that it belongs to; none for the stock itself.
+    pub patch: Option<usize>,
+    /// Vertices of this mesh in the bands before.
+    pub first: u32,
+    /// No vertex of this band or a later one, and no triangle of them, reaches below this x.
+    pub from_x: f64,
+    /// Its vertices.
+    pub positions: &'a [Point],
+    /// Outward unit normals.
+    pub normals: &'a [Vector],
+    /// Signed deviation from the design at the vertices; not a number where no design surface applies; empty when there is no
+    /// design.
+    pub deviations: &'a [f64],
+    /// Triangles by the numbers of vertices in the whole mesh: those of this band and of the one before.
+    pub triangles: &'a [[u32; 3]],
+}
+
 /// The end of a run.
 #[derive(Clone, Copy)]
 pub struct Outcome<'a> {
@@ -131,8 +165,8 @@ pub struct Outcome<'a> {
     pub stock: &'a TriDexel,
     /// Its patches as they are left.
     pub patches: &'a [Patch],
-    /// Surface of the cut part with what was measured on it.
-    pub surface: &'a SurfaceMap,
+    /// What the surface of the cut part was made of, whose points and meshes were shown before.
+    pub surface: &'a SurfaceShape,
     /// Folder for the files of the run; it exists.
     pub folder: &'a Path,
 }
@@ -153,6 +187,29 @@ pub trait Observer: Send {
     /// # Errors
     /// When the observer cannot write.
     fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError>;
+
+    /// Points of the cut part's surface, band by band, after the last stretch.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn surface_points(&mut self, setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
+        let _ = (setup, band);
+        Ok(())
+    }
+
+    /// The extracted surface, band by band, after all points. `shape` says what all bands together are.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn surface_mesh(
+        &mut self,
+        setup: &Setup<'_>,
+        shape: &SurfaceShape,
+        part: &MeshPart<'_>,
+    ) -> Result<(), ObserverError> {
+        let _ = (setup, shape, part);
+        Ok(())
+    }
 
     /// After judgement.
     ///

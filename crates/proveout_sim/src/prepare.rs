@@ -9,8 +9,9 @@ use std::{
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
-use proveout_nc::{Compensation, Dialect, Program, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
-use proveout_stock::{Patch, TriDexel};
+use proveout_nc::{
+    Compensation, Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii, WorkOffset,
+};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
@@ -18,9 +19,10 @@ use crate::{
     digest,
     error::SimError,
     machine_data::with_machine,
+    memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
-    programs,
-    raw_stock::{self, StockMemory},
+    program_survey, programs,
+    raw_stock::{self, RawStock},
     scene::{
         BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
         Scene,
@@ -31,8 +33,8 @@ use crate::{
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
 /// is never smaller than it is.
 const FIXTURE_SECTORS: usize = 96;
-/// Memory that a stock may take unless the call says otherwise, bytes.
-pub(crate) const STOCK_MEMORY: u64 = 4 << 30;
+/// Memory that a run may take, bytes.
+pub(crate) const MEMORY: u64 = 4 << 30;
 
 /// What the call chooses.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +49,8 @@ pub struct Choice {
     pub dynamics: Option<DynamicsFile>,
     /// Plant instead of that of the scene.
     pub plant: Option<PlantFile>,
+    /// What the observers of the run will hold, for the announcement of its memory.
+    pub recorded: Recorded,
 }
 
 /// A program that was made from another one.
@@ -85,10 +89,10 @@ pub struct Prepared {
     pub tools: ToolLibrary,
     /// For each tool the parts of its holder, widened by the clearance that the scene wants.
     pub holder_zones: Vec<Vec<Profile>>,
-    /// Stock before the first cut, workpiece frame.
-    pub stock: TriDexel,
-    /// Its patches with finer cells, in the order of the scene.
-    pub patches: Vec<Patch>,
+    /// Stock before the first cut with its patches, workpiece frame.
+    pub stock: RawStock,
+    /// Memory that the run was announced with.
+    pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
     /// Fixtures: name and closed mesh in the table frame.
@@ -101,6 +105,8 @@ pub struct Prepared {
     pub plant: Plant,
     /// SHA-256 of the input files by role.
     pub digests: BTreeMap<String, String>,
+    /// What reading the program to its end has told: no fault, and the text that its run does not reach.
+    pub survey: Survey,
     /// Wall time of reading, s.
     pub read_time: f64,
 }
@@ -114,14 +120,14 @@ impl Prepared {
         Self::read_announced(scene_path, choice, &mut |_| ())
     }
 
-    /// The same, telling what memory stock and patches will take before it is taken.
+    /// The same, telling what memory the run will take before the stock is made.
     ///
     /// # Errors
     /// As [`Self::read`].
     pub fn read_announced(
         scene_path: &Path,
         choice: &Choice,
-        announce: &mut dyn FnMut(&StockMemory),
+        announce: &mut dyn FnMut(&Memory),
     ) -> Result<Self, SimError> {
         let start = Instant::now();
         let scene = Scene::read(scene_path)?;
@@ -143,17 +149,24 @@ impl Prepared {
         ];
         inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
 
+        let nc_settings = Self::running_settings(&scene, entry, &tools, &machine)?;
+        // All that the program names is there, before stock or motion take their time.
+        let place = scene.path.display().to_string();
+        let read = |look: &mut Look<'_>| Survey::of_file(&program_path, &nc_settings, look);
+        let mut survey = program_survey::survey(read, &nc_settings, &tools, &machine, &place)?;
+
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
-        let (stock, patches) = raw_stock::make(&scene, cells, STOCK_MEMORY, &mut inputs, announce)?;
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
+        let demand =
+            Demand { lines: lines_of(&program_path).unwrap_or(0) as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
+        let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);
         }
 
-        let nc_settings = Self::running_settings(&scene, entry, &tools, &machine)?;
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
         let made = match reschedule {
             None => None,
@@ -170,8 +183,15 @@ impl Prepared {
             Some(_) => NcSettings { dialect: Dialect::Siemens840d, ..nc_settings },
         };
         let program_lines = match &made {
-            Some(made) => made.text.lines().count(),
-            None => lines_of(&program_path)?,
+            Some(made) => {
+                let name = format!("{program_name}.mpf");
+                let read = |look: &mut Look<'_>| Survey::of_text(&name, made.text.as_str(), &nc_settings, look);
+                let original =
+                    std::mem::replace(&mut survey, program_survey::survey(read, &nc_settings, &tools, &machine, &place)?);
+                survey.not_run.extend(original.not_run);
+                made.text.lines().count()
+            }
+            None => ProgramText::open(&program_path)?.lines(),
         };
         let dynamics = choice.dynamics.or(entry.and_then(|e| e.dynamics)).unwrap_or(scene.file.control.dynamics);
         Ok(Self {
@@ -186,7 +206,7 @@ impl Prepared {
             holder_zones: holder_zones(&tools, scene.file.tolerances.near_miss_mm),
             tools,
             stock,
-            patches,
+            memory,
             part_mesh,
             fixtures,
             table_from_work,
@@ -201,6 +221,7 @@ impl Prepared {
             },
             digests,
             scene,
+            survey,
             read_time: start.elapsed().as_secs_f64(),
         })
     }
@@ -276,7 +297,7 @@ impl Prepared {
 
 /// Radii of the library as a control has them in its tool table; offset numbers are those of the tools.
 pub fn tool_radii(tools: &ToolLibrary) -> ToolRadii {
-    let mut radii = ToolRadii::default();
+    let mut radii = ToolRadii { offset_is_tool: true, ..ToolRadii::default() };
     for tool in &tools.tools {
         let radius = tool.cutting().map(|body| body.profile.max_radius()).fold(0.0, f64::max);
         radii.by_tool.insert(ToolName::Number(tool.number), radius);
@@ -319,12 +340,6 @@ fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
         holder.filter_map(|b| b.profile.widened(clearance).ok()).collect()
     };
     tools.tools.iter().map(zones).collect()
-}
-
-fn lines_of(path: &Path) -> Result<usize, ConfigError> {
-    let bytes =
-        std::fs::read(path).map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
-    Ok(bytes.iter().filter(|b| **b == b'\n').count())
 }
 
 fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Option<TriMesh>, SimError> {

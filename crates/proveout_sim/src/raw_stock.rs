@@ -6,13 +6,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Point, TriMesh, Vector, read_mesh};
+use proveout_geom::{Aabb, Point, TriMesh, Vector, read_mesh};
 use proveout_stock::{Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
 use serde_spanned::Spanned;
 
 use crate::{
     config::ConfigError,
     error::SimError,
+    memory::{self, Demand, GROWTH, HISTORY_MEMORY, Memory},
     prepare::{blade_mesh, read_solid},
     scene::{PatchFile, Scene, StockFile},
 };
@@ -25,24 +26,66 @@ pub fn patch_file(name: &str) -> String {
     format!("stock-patch-{name}.dexel")
 }
 
-/// What rays will take, told before they are made.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StockMemory {
-    /// The stock first, then each patch by its name, bytes.
-    pub parts: Vec<(String, u64)>,
-    /// Allowed for all together, bytes.
-    pub limit: u64,
+/// The raw stock of a run: where it lies, and its rays until the run takes them.
+#[derive(Debug)]
+pub struct RawStock {
+    bounds: Aabb,
+    cells: [f64; 3],
+    rays: Option<(TriDexel, Vec<Patch>)>,
 }
 
-/// Makes the stock and its patches; files that are read are added to `inputs`. Nothing is allocated before all of them together
-/// are known to fit into `limit_bytes` and `announce` was told.
+impl RawStock {
+    /// Its box, workpiece frame.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Edges of its cells along x, y and z, mm.
+    pub fn cells_mm(&self) -> [f64; 3] {
+        self.cells
+    }
+
+    /// Longest edge of a cell, mm.
+    pub fn cell_mm(&self) -> f64 {
+        self.cells.into_iter().fold(0.0, f64::max)
+    }
+
+    /// The stock and its patches, once.
+    ///
+    /// # Errors
+    /// When they were taken before.
+    pub fn take(&mut self) -> Result<(TriDexel, Vec<Patch>), StockError> {
+        self.rays.take().ok_or_else(|| StockError::Degenerate { what: "it was taken by another run".into() })
+    }
+}
+
+/// Cells along each side of the grid on which the intervals of the design are counted.
+const SAMPLED: f64 = 47.0;
+/// Intervals of the stock for one of the design: while it is cut it has more.
+const FOR_ONE: f64 = 1.25;
+
+/// Intervals of material that a ray will hold, as a mean.
+fn intervals(file: &StockFile, body: &RawBody, part: Option<&TriMesh>) -> f64 {
+    if let Some(told) = &file.intervals_per_ray {
+        return *told.get_ref();
+    }
+    let of_part = part.and_then(|mesh| {
+        let cells: [f64; 3] = (mesh.aabb().size() / SAMPLED).into();
+        TriDexel::from_mesh_repaired(mesh, cells, u64::MAX).ok().map(|few| few.intervals_per_ray())
+    });
+    (body.intervals_per_ray() + GROWTH).max(FOR_ONE * of_part.unwrap_or(0.0))
+}
+
+/// Makes the stock and its patches; files that are read are added to `inputs`. Nothing is allocated before the whole run
+/// is known to fit into `limit_bytes` and `announce` was told; that is given, too, in bytes.
 pub(crate) fn make(
     scene: &Scene,
     cells: [f64; 3],
     limit_bytes: u64,
+    demand: &Demand<'_>,
     inputs: &mut Vec<(String, PathBuf)>,
-    announce: &mut dyn FnMut(&StockMemory),
-) -> Result<(TriDexel, Vec<Patch>), SimError> {
+    announce: &mut dyn FnMut(&Memory),
+) -> Result<(RawStock, Memory), SimError> {
     let file = scene.file.stock.get_ref();
     let mut body = formed(scene, file, limit_bytes, inputs)?;
     let bounds = body.prepare(cells, !file.patch.is_empty())?;
@@ -50,71 +93,104 @@ pub(crate) fn make(
         let message = format!("patch {:?}: {e}", patch.get_ref().name);
         SimError::from(scene.fault(patch.span().start, message, e.remedy()))
     };
-    let mut plans = Vec::new();
-    for patch in &file.patch {
-        let p = patch.get_ref();
-        let plan = PatchPlan::new(&bounds, cells, &p.aabb(), p.cell_mm.edges()).map_err(|e| refused(patch, &e))?;
-        plans.push((p.name.as_str(), plan));
+    let plans_with = |factor: f64| -> Result<Vec<PatchPlan>, (&Spanned<PatchFile>, PatchError)> {
+        let plan = |patch| {
+            let p: &PatchFile = Spanned::get_ref(patch);
+            PatchPlan::new(&bounds, cells, &p.aabb(), p.cell_mm.edges().map(|c| c * factor)).map_err(|e| (patch, e))
+        };
+        file.patch.iter().map(plan).collect()
+    };
+    let plans = plans_with(1.0).map_err(|(patch, e)| refused(patch, &e))?;
+    let intervals = intervals(file, &body, demand.part);
+    let held = memory::resident();
+    let names = || file.patch.iter().map(|p| p.get_ref().name.clone());
+    let memory = |cells: [f64; 3], plans: &[PatchPlan]| {
+        let of_patches = plans.iter().map(|p| TriDexel::rays_in(p.grid_bounds(), p.cells_mm()));
+        let rays: Vec<f64> = std::iter::once(TriDexel::rays_in(&bounds, cells)).chain(of_patches).collect();
+        let names = std::iter::once("stock".to_owned()).chain(names());
+        Memory {
+            stocks: names.zip(&rays).map(|(n, r)| (n, memory::of_stock(*r, intervals) as u64)).collect(),
+            rest: held.saturating_add(memory::of_stages(&rays, intervals, demand) as u64),
+            history: if file.history { HISTORY_MEMORY } else { 0 },
+            limit: limit_bytes,
+        }
+    };
+    let announced = memory(cells, &plans);
+    if announced.working() > limit_bytes {
+        let fits = |factor: f64| match file.patch.is_empty() {
+            true => memory(cells.map(|c| c * factor), &[]).working() <= limit_bytes,
+            false => plans_with(factor).is_ok_and(|plans| memory(cells, &plans).working() <= limit_bytes),
+        };
+        return Err(too_large(scene, file, cells, &announced, fits));
     }
-    let of_stock = TriDexel::memory_estimate(&bounds, cells);
-    let room = limit_bytes.saturating_sub(of_stock);
-    let of_patches: u64 = plans.iter().map(|(_, plan)| plan.memory_estimate()).sum();
-    if of_stock <= limit_bytes && of_patches > room {
-        return Err(too_large(scene, file, [of_stock, of_patches, limit_bytes], |factor| {
-            let wider = |p: &Spanned<PatchFile>| {
-                let p = p.get_ref();
-                PatchPlan::new(&bounds, cells, &p.aabb(), p.cell_mm.edges().map(|c| c * factor))
-            };
-            let plans: Result<Vec<PatchPlan>, PatchError> = file.patch.iter().map(wider).collect();
-            plans.is_ok_and(|plans| plans.iter().map(PatchPlan::memory_estimate).sum::<u64>() <= room)
-        }));
-    }
-    let patches = plans.iter().map(|(name, plan)| ((*name).to_owned(), plan.memory_estimate()));
-    let parts = std::iter::once(("stock".to_owned(), of_stock)).chain(patches).collect();
-    announce(&StockMemory { parts, limit: limit_bytes });
-    let mut stock = body.stock(cells, limit_bytes)?;
+    announce(&announced);
+    let mut stock = body.stock(cells, u64::MAX)?;
     stock.watch_engagement(scene.file.engagement);
     let mut patches = Vec::new();
-    for (name, plan) in plans {
-        patches.push(Patch::new(name, plan, &body, limit_bytes)?);
+    for (patch, plan) in file.patch.iter().zip(plans) {
+        patches.push(Patch::new(&patch.get_ref().name, plan, &body, u64::MAX)?);
     }
     if file.history {
         stock.keep_history();
         patches.iter_mut().for_each(|p| p.stock_mut().keep_history());
     }
-    Ok((stock, patches))
+    let raw = RawStock { bounds: stock.bounds(), cells: stock.cells_mm(), rays: Some((stock, patches)) };
+    Ok((raw, announced))
 }
 
-/// The refusal of patches that do not fit beside the stock; `[stock, patches, limit]` in bytes, `fits` tells whether all cells of
-/// patches made longer by a factor fit.
-fn too_large(scene: &Scene, file: &StockFile, bytes: [u64; 3], fits: impl Fn(f64) -> bool) -> SimError {
-    let [of_stock, of_patches, limit] = bytes.map(|b| b as f64 / f64::from(1 << 20));
-    let message = format!(
-        "the stock needs {of_stock:.0} MiB and its patches {of_patches:.0} MiB, together more than the {limit:.0} MiB allowed"
-    );
+/// The refusal of a run that does not fit; `fits` tells whether it would with all cells of the patches, or of the stock where it has
+/// none, made longer by a factor.
+fn too_large(
+    scene: &Scene,
+    file: &StockFile,
+    cells: [f64; 3],
+    memory: &Memory,
+    fits: impl Fn(f64) -> bool,
+) -> SimError {
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let stocks: Vec<String> = memory.stocks.iter().map(|(name, b)| format!("{name} {:.0} MiB", mib(*b))).collect();
+    let limit = mib(memory.limit);
+    let longest = cells.into_iter().fold(0.0, f64::max);
     // Doubled until it fits, then halved between; a patch coarser than the stock does not fit either.
-    let highest = (1..40).map(|k| 1.05_f64.powi(k * k.min(8))).find(|f| fits(*f));
-    let help = highest.map_or_else(
+    let fitting = (1..40).map(|k| 1.05_f64.powi(k * k.min(8))).find(|f| fits(*f)).map(|highest| {
+        let (mut low, mut high) = (1.0, highest);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if fits(middle) { high = middle } else { low = middle }
+        }
+        high
+    });
+    let edge = |cell: f64, factor: f64| (cell * factor * 1e4).ceil() / 1e4;
+    let Some(first) = file.patch.first() else {
+        let message = format!(
+            "a run with {longest} mm cells needs {:.0} MiB ({}; the rest {:.0} MiB), more than the {limit:.0} MiB allowed",
+            mib(memory.working()),
+            stocks.join(", "),
+            mib(memory.rest)
+        );
+        let help = fitting.map_or_else(
+            || "take a machine, a part or fixtures with fewer triangles".to_owned(),
+            |f| format!("use cells of {:.4} mm or more", edge(longest, f)),
+        );
+        return scene.fault(scene.file.resolution_mm.span().start, message, help).into();
+    };
+    let message = format!(
+        "{} and the rest of the run {:.0} MiB need {:.0} MiB, together more than the {limit:.0} MiB allowed",
+        stocks.join(", "),
+        mib(memory.rest),
+        mib(memory.working())
+    );
+    let help = fitting.map_or_else(
         || "give the stock a coarser resolution_mm, or the patches less room".to_owned(),
-        |highest| {
-            let (mut low, mut high) = (1.0, highest);
-            for _ in 0..40 {
-                let middle = 0.5 * (low + high);
-                if fits(middle) { high = middle } else { low = middle }
-            }
-            let cells: Vec<String> = file
-                .patch
-                .iter()
-                .map(Spanned::get_ref)
-                .map(|p| {
-                    let longest = p.cell_mm.edges().into_iter().fold(0.0, f64::max);
-                    format!("{:.4} mm for {:?}", (longest * high * 1e4).ceil() / 1e4, p.name)
-                })
-                .collect();
-            format!("cells of {} fit, or boxes that hold less", cells.join(", "))
+        |factor| {
+            let cells = file.patch.iter().map(Spanned::get_ref).map(|p| {
+                let longest = p.cell_mm.edges().into_iter().fold(0.0, f64::max);
+                format!("{:.4} mm for {:?}", edge(longest, factor), p.name)
+            });
+            format!("cells of {} fit, or boxes that hold less", cells.collect::<Vec<_>>().join(", "))
         },
     );
-    scene.fault(file.patch.first().map_or(0, |p| p.span().start), message, help).into()
+    scene.fault(first.span().start, message, help).into()
 }
 
 fn formed(

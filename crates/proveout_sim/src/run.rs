@@ -4,19 +4,21 @@
 //! checked at the same time on two workers, since neither needs the other; reports are judged in order of time. The
 //! length of a stretch bounds memory and sets how often observers are called; it does not change any result.
 
-use std::{path::Path, time::Instant};
+use std::{path::Path, sync::PoisonError, time::Instant};
 
 use proveout_controller::{Chunk, Controller, RunError};
-use proveout_nc::{Command, Diagnostic, Location, Offset, Op, Settings};
-use proveout_stock::TriDexel;
+use proveout_nc::Diagnostic;
+use proveout_stock::{Patch, TriDexel};
 
 use crate::{
     engine::Engine,
     error::SimError,
     judge,
-    observer::{Batch, Observer, Outcome, Setup},
+    observer::{Batch, Observer, ObserverError, Outcome, Setup},
     prepare::Prepared,
-    surface_map::SurfaceMap,
+    program_survey::known_offset,
+    show_mesh::show_mesh,
+    surface_map::{SurfaceKeeper, SurfaceMap},
     verdict::Verdict,
 };
 
@@ -53,8 +55,8 @@ pub struct RunResult {
     pub wall: f64,
     /// Swept motion pieces.
     pub pieces: u64,
-    /// Surface of the cut part with what was measured on it.
-    pub surface: SurfaceMap,
+    /// Memory that was announced before the stock was made, bytes.
+    pub announced_memory: u64,
     /// Memory of the stock, and of each patch by its name, at the end, bytes.
     pub stock_memory: Vec<(String, u64)>,
 }
@@ -63,29 +65,15 @@ pub struct RunResult {
 ///
 /// # Errors
 /// [`SimError`] when program, control or an observer refuse; there is then no verdict.
-pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Path) -> Result<RunResult, SimError> {
+pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Path) -> Result<RunResult, SimError> {
     let begin = Instant::now();
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
-    let stock = &prepared.stock;
-    let mut engine = Engine::new(&prepared, stock.clone(), prepared.patches.clone())?;
-    let setup = Setup {
-        scene: &prepared.scene,
-        program: &prepared.program_name,
-        program_lines: prepared.program_lines,
-        made: prepared.made.as_ref(),
-        machine: &prepared.machine,
-        tools: &prepared.tools,
-        stock,
-        patches: &prepared.patches,
-        part: prepared.part_mesh.as_ref(),
-        fixtures: &prepared.fixtures,
-        table_from_work: prepared.table_from_work,
-        dynamics: prepared.dynamics,
-        plant: prepared.plant,
-    };
+    let (stock, patches) = prepared.stock.take()?;
+    let prepared = prepared;
+    let mut engine = Engine::new(&prepared, stock, patches)?;
     let told = Instant::now();
     for observer in observers.iter_mut() {
-        observer.begin(&setup, folder)?;
+        observer.begin(&setup(&prepared, engine.stock(), engine.patches()), folder)?;
     }
     stages.record += told.elapsed().as_secs_f64();
 
@@ -103,6 +91,7 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
         let Some(chunk) = chunk else { break };
         for stretch in stretches(&chunk) {
             let batch = engine.step(&stretch, &mut stages);
+            engine.check_memory()?;
             let telling = Instant::now();
             let batch = Batch {
                 samples: &stretch.samples,
@@ -118,49 +107,84 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
                 changed_in_patches: &batch.changed_in_patches,
             };
             for observer in observers.iter_mut() {
-                observer.batch(&setup, &batch)?;
+                observer.batch(&setup(&prepared, batch.stock, batch.patches), &batch)?;
             }
             stages.record += telling.elapsed().as_secs_f64();
         }
     }
 
     let judging = Instant::now();
+    let recorded = stages.record;
     let summary = controller.summary();
     let pieces = engine.pieces();
     let (stock, patches, facts) = engine.finish();
-    let (verdict, surface) = judge::judge(&prepared, &stock, &patches, &facts, &summary);
-    stages.surface += judging.elapsed().as_secs_f64();
+    let setup = setup(&prepared, &stock, &patches);
+    let (verdict, surveyed) = judge::judge(&prepared, &stock, &patches, &facts, &summary, &mut |band| {
+        tell(observers, &mut stages, |o| o.surface_points(&setup, band))
+    })?;
+    show_mesh(&stock, &patches, &surveyed, &mut |part| {
+        tell(observers, &mut stages, |o| o.surface_mesh(&setup, &surveyed.shape, part))
+    })?;
+    stages.surface += judging.elapsed().as_secs_f64() - (stages.record - recorded);
 
-    let telling = Instant::now();
-    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &surface, folder };
-    for observer in observers.iter_mut() {
-        observer.end(&setup, &outcome)?;
-    }
-    stages.record += telling.elapsed().as_secs_f64();
+    let shape = surveyed.shape;
+    drop(surveyed.deviations);
+    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &shape, folder };
+    tell(observers, &mut stages, |o| o.end(&setup, &outcome))?;
     let wall = prepared.read_time + begin.elapsed().as_secs_f64();
     let memory = |name: &str, s: &TriDexel| (name.to_owned(), s.memory_bytes());
     let stock_memory =
         std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
-    Ok(RunResult { verdict, stages, wall, pieces, surface, stock_memory })
+    Ok(RunResult { verdict, stages, wall, pieces, announced_memory: prepared.memory.total(), stock_memory })
 }
 
-/// Refuses a work offset that the scene does not give: it would silently count as zero.
-pub(crate) fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
-    let Op::Offset(Offset::Work { word }) = &command.op else { return Ok(command) };
-    if settings.work_offsets.contains_key(word) || word == "G500" {
-        return Ok(command);
+/// The same, with the whole surface of the cut part in memory.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with_surface(
+    prepared: Prepared,
+    mut observers: Vec<Box<dyn Observer>>,
+    folder: &Path,
+) -> Result<(RunResult, SurfaceMap), SimError> {
+    let (keeper, surface) = SurfaceKeeper::new();
+    observers.push(Box::new(keeper));
+    let result = run(prepared, &mut observers, folder)?;
+    let surface = std::mem::take(&mut *surface.lock().unwrap_or_else(PoisonError::into_inner));
+    Ok((result, surface))
+}
+
+/// Tells all observers something, and books the time.
+fn tell(
+    observers: &mut [Box<dyn Observer>],
+    stages: &mut Stages,
+    mut what: impl FnMut(&mut dyn Observer) -> Result<(), ObserverError>,
+) -> Result<(), SimError> {
+    let told = Instant::now();
+    for observer in observers.iter_mut() {
+        what(observer.as_mut())?;
     }
-    let Location { file, line, column, length, .. } = &command.location;
-    Err(Diagnostic {
-        code: "scene-work-offset",
-        message: format!("the scene gives no values for work offset {word}"),
-        file: file.clone(),
-        line: *line,
-        column: *column,
-        length: *length,
-        help: Some(format!("add [work_offsets.{word}] with X_mm, Y_mm, Z_mm to {scene}")),
-        source_line: String::new(),
-    })
+    stages.record += told.elapsed().as_secs_f64();
+    Ok(())
+}
+
+/// What stands still, and the stock as it stands.
+fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) -> Setup<'a> {
+    Setup {
+        scene: &prepared.scene,
+        program: &prepared.program_name,
+        program_lines: prepared.program_lines,
+        made: prepared.made.as_ref(),
+        machine: &prepared.machine,
+        tools: &prepared.tools,
+        stock,
+        patches,
+        part: prepared.part_mesh.as_ref(),
+        fixtures: &prepared.fixtures,
+        table_from_work: prepared.table_from_work,
+        dynamics: prepared.dynamics,
+        plant: prepared.plant,
+    }
 }
 
 pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {

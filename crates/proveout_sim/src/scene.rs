@@ -113,6 +113,10 @@ pub struct StockFile {
     /// bytes for each interval that a motion removes from a ray; given up, with a note, above 2 GiB.
     #[serde(default)]
     pub history: bool,
+    /// Intervals of material that a ray will hold, as a mean over all rays, for the memory that is announced. Counted on the raw
+    /// stock and the design when left out; parts with many fins or ribs cut from the full may need more.
+    #[schemars(with = "Option<f64>")]
+    pub intervals_per_ray: Option<Spanned<f64>>,
     /// Mends a `mesh` that is inside out or whose shells cross: faces are turned, and the union of the shells counts. Without it
     /// such a mesh is refused. A mesh with holes is refused in any case.
     #[serde(default)]
@@ -460,6 +464,10 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     if of_a_run && stock.from_run.is_none() || stock.repair && stock.mesh.is_none() {
         let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };
         return fault(file.stock.span().start, key.into(), "leave it out, or give the stock in that form");
+    }
+    if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {
+        let message = format!("intervals_per_ray = {} is no number of intervals", told.get_ref());
+        return fault(told.span().start, message, "write a number from 1 to 1000, or leave it out");
     }
     if let Some(b) = stock.block
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])

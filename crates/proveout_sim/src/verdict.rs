@@ -224,7 +224,8 @@ pub struct PatchUsed {
 pub struct Deviation {
     /// Deviations below this may come from the design mesh's own chord error or the sweep bound, mm.
     pub tolerance_floor_mm: Option<f64>,
-    /// Deepest gouge, mm, as a positive number.
+    /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is missing on a ray where that
+    /// is more (a wall that is gone counts with its thickness).
     pub gouge_max_mm: Option<f64>,
     /// Largest excess, mm.
     pub excess_max_mm: Option<f64>,
@@ -238,6 +239,18 @@ pub struct Deviation {
     pub samples: Option<u64>,
     /// Point of the largest absolute deviation in the workpiece frame, mm.
     pub worst_point: Option<[f64; 3]>,
+    /// Connected areas that are gouged deeper than allowed.
+    #[serde(default)]
+    pub gouges: Option<u64>,
+    /// Their volume, mm³.
+    #[serde(default)]
+    pub gouge_volume_mm3: Option<f64>,
+    /// Connected areas on which more material is left than allowed.
+    #[serde(default)]
+    pub excesses: Option<u64>,
+    /// Its volume, mm³.
+    #[serde(default)]
+    pub excess_volume_mm3: Option<f64>,
 }
 
 /// Smallest, mean and largest of a roughness parameter, micrometer.

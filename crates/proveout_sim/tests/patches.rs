@@ -8,12 +8,12 @@ use std::{
 
 use proveout_geom::{Aabb, Point, box_mesh, write_stl};
 use proveout_sim::{
-    Choice, MapPoint, Observer, Prepared, STOCK_FILE, SimError,
+    Choice, MapPoint, Observer, Prepared, STOCK_FILE, SimError, SurfaceMap,
     finding::{EXCESS, GOUGE},
     observer::{Batch, ObserverError, Outcome, Setup},
     patch_file,
-    run::{RunResult, run},
-    verdict::State,
+    run::run_with_surface,
+    verdict::{State, Verdict},
 };
 use tempfile::TempDir;
 
@@ -84,10 +84,18 @@ impl Shop {
         folder
     }
 
-    fn run(&self, scene: &Path, threads: usize) -> Result<RunResult, SimError> {
+    fn run(&self, scene: &Path, threads: usize) -> Result<Ran, SimError> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| run(Prepared::read(scene, &Choice::default())?, &mut [Box::new(Keeper)], scene))
+        let (result, surface) = pool
+            .install(|| run_with_surface(Prepared::read(scene, &Choice::default())?, vec![Box::new(Keeper)], scene))?;
+        Ok(Ran { verdict: result.verdict, surface })
     }
+}
+
+/// What a run gave.
+struct Ran {
+    verdict: Verdict,
+    surface: SurfaceMap,
 }
 
 /// Beside the slot, which the design does not know.
@@ -105,7 +113,7 @@ fn a_gouge_between_the_coarse_rays_is_found_with_the_patch_alone() {
     let plain = shop.scene("plain", "1.0", BLOCK, JUDGED, PROGRAM);
     let patched = shop.scene("patched", "1.0", &format!("{BLOCK}\n{PATCH}"), JUDGED, PROGRAM);
     let (plain, patched) = (shop.run(&plain, 2).unwrap(), shop.run(&patched, 2).unwrap());
-    let gate = |r: &RunResult, name: &str| r.verdict.gates.iter().find(|g| g.name == name).unwrap().state;
+    let gate = |r: &Ran, name: &str| r.verdict.gates.iter().find(|g| g.name == name).unwrap().state;
     assert_eq!((gate(&plain, "gouge"), gate(&patched, "gouge")), (State::Pass, State::Fail));
     let gouge = patched.verdict.findings.iter().find(|f| f.code == GOUGE.code).unwrap();
     // The deepest ray lies at most half a cell beside the bottom of the V.
@@ -114,7 +122,7 @@ fn a_gouge_between_the_coarse_rays_is_found_with_the_patch_alone() {
     assert_eq!(gouge.line, Some(17), "the block that engraves");
     assert!((gouge.point_mm.unwrap()[0] - 4.0).abs() < 0.0625);
     // Inspection reads the ray of the patch.
-    let floor = |r: &RunResult| r.verdict.inspection[0].measured_mm.unwrap();
+    let floor = |r: &Ran| r.verdict.inspection[0].measured_mm.unwrap();
     assert_eq!(floor(&plain), 0.0);
     assert!((floor(&patched) + 0.2).abs() <= 0.5 * 0.0625 + 1e-3, "{}", floor(&patched));
     let used = &patched.verdict.removal.patches[0];
@@ -130,7 +138,7 @@ fn outside_of_a_patch_nothing_changes_and_inside_it_is_a_run_with_fine_cells() {
     let patched = shop.scene("patched", "1.0", &format!("{BLOCK}\n{PATCH}"), "", PROGRAM);
     let fine = shop.scene("fine", "0.0625", BLOCK, "", PROGRAM);
     let [plain, patched, fine] = [plain, patched, fine].map(|s| shop.run(&s, 2).unwrap());
-    let of = |r: &RunResult, within: bool| -> Vec<MapPoint> {
+    let of = |r: &Ran, within: bool| -> Vec<MapPoint> {
         r.surface.points.iter().filter(|p| inside(p) == within).copied().collect()
     };
     assert_eq!(of(&patched, false), of(&plain, false), "bit for bit");
@@ -146,7 +154,7 @@ fn outside_of_a_patch_nothing_changes_and_inside_it_is_a_run_with_fine_cells() {
         assert!((a.deviation.unwrap() - b.deviation.unwrap()).abs() <= bound);
     }
     // Everything that is judged on the stock alone.
-    let stock = |r: &RunResult| {
+    let stock = |r: &Ran| {
         let mut removal = r.verdict.removal.clone();
         removal.patches.clear();
         let excess = r.verdict.findings.iter().filter(|f| f.code != GOUGE.code && f.code != EXCESS.code);
@@ -155,7 +163,7 @@ fn outside_of_a_patch_nothing_changes_and_inside_it_is_a_run_with_fine_cells() {
     };
     assert_eq!(stock(&patched), stock(&plain));
     // Figures over the area do not count a patch more than its area.
-    let rms = |r: &RunResult| r.verdict.deviation.rms_mm.unwrap();
+    let rms = |r: &Ran| r.verdict.deviation.rms_mm.unwrap();
     assert!((rms(&patched) / rms(&plain) - 1.0).abs() < 0.02, "{} {}", rms(&patched), rms(&plain));
     let (weights, points) =
         (patched.surface.weighted_points().map(|(_, w)| w).sum::<f64>(), plain.surface.points.len() as f64);
@@ -187,7 +195,7 @@ fn the_next_setup_takes_a_patch_over_exactly() {
     let next = shop.run(&second, 2).unwrap();
     let used = &next.verdict.removal.patches[0];
     assert_eq!((used.regrid_bound_mm, next.verdict.removal.regrid_bound_mm), (None, None));
-    let places = |r: &RunResult| r.surface.points.iter().map(|p| (p.position, p.deviation)).collect::<Vec<_>>();
+    let places = |r: &Ran| r.surface.points.iter().map(|p| (p.position, p.deviation)).collect::<Vec<_>>();
     assert_eq!(places(&next), places(&left));
     assert!(next.verdict.digests.contains_key("stock patch engraving"));
     // As it stood before the engraver came.

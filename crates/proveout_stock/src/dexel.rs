@@ -3,6 +3,8 @@ use proveout_geom::{Aabb, Point, Vector};
 use crate::{
     grid::{Grid, TILE, TILE_RAYS},
     history::History,
+    lost::Lost,
+    raw::Cells,
     regrid::Regrid,
     span::Span,
     surface::TileId,
@@ -23,6 +25,8 @@ pub struct TriDexel {
     pub(crate) regrid: Option<Regrid>,
     pub(crate) changed: Vec<bool>,
     pub(crate) history: Option<History>,
+    /// Who took whole intervals, one for each tile.
+    pub(crate) lost: Vec<Lost>,
     pub(crate) watch_engagement: bool,
 }
 
@@ -100,11 +104,24 @@ impl TriDexel {
         self.grid.rays()
     }
 
+    /// Intervals of material on a ray, as a mean over all rays.
+    pub fn intervals_per_ray(&self) -> f64 {
+        self.tiles.iter().map(Tile::ends).sum::<usize>() as f64 / (2 * self.rays().max(1)) as f64
+    }
+
+    /// Rays of the three sets that a stock of this box would have.
+    pub fn rays_in(bounds: &Aabb, cells: impl Into<Cells>) -> f64 {
+        let (size, cells) = (bounds.size(), cells.into().0);
+        let n = [0, 1, 2].map(|i| (size[i] / cells[i]).ceil().max(1.0));
+        n[1] * n[2] + n[2] * n[0] + n[0] * n[1]
+    }
+
     /// Memory in use, bytes.
     pub fn memory_bytes(&self) -> u64 {
         let tiles = (self.tiles.capacity() * size_of::<Tile>()) as u64;
         let rays = self.tiles.iter().map(Tile::heap_bytes).sum::<u64>();
-        tiles + rays + self.changed.len() as u64 + self.history_bytes()
+        let lost = self.lost.iter().map(|l| l.heap_bytes() + size_of::<Lost>() as u64).sum::<u64>();
+        tiles + rays + lost + self.changed.len() as u64 + self.history_bytes()
     }
 
     pub(crate) fn spans(&self, a: usize, i: usize, j: usize) -> &[Span] {

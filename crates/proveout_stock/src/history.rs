@@ -19,6 +19,7 @@ use thiserror::Error;
 use crate::{
     dexel::TriDexel,
     grid::TILE_RAYS,
+    lost::Lost,
     span::{End, Span},
     tile::Tile,
 };
@@ -230,6 +231,7 @@ impl TriDexel {
             regrid: self.regrid,
             changed: vec![true; self.changed.len()],
             history: None,
+            lost: vec![Lost::default(); self.tiles.len()],
             watch_engagement: self.watch_engagement,
         }
     }

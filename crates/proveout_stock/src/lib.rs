@@ -66,6 +66,7 @@
 //! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
+mod bands;
 mod clip;
 mod codec;
 mod contact;
@@ -86,6 +87,7 @@ mod lane_set;
 #[cfg(test)]
 mod lane_tests;
 mod lanes;
+mod lost;
 mod measure;
 mod meridian;
 mod mesh_rays;
@@ -100,6 +102,7 @@ mod ray_ball;
 mod ray_translate;
 mod ray_turn;
 mod regrid;
+mod rows;
 mod section;
 mod sheets;
 mod span;
@@ -113,6 +116,7 @@ mod tile_work;
 mod vec3;
 mod watch;
 
+pub use bands::MeshBand;
 pub use contact::Contact;
 pub use depth::{Depths, Measure};
 pub use dexel::{Interval, SurfacePoint, TriDexel};
@@ -125,5 +129,6 @@ pub use patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use raw::Cells;
 pub use raw_body::RawBody;
 pub use regrid::Regrid;
+pub use rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
 pub use surface::{SurfaceMesh, TileId};
 pub use sweep::{Action, SweepItem, SweepMotion, SweepReport};

@@ -7,6 +7,8 @@
 //! one of the triangles of a closed fan. Thus each ray enters as often as it leaves. The height of a crossing is computed
 //! from the unmoved corners.
 
+use std::ops::Range;
+
 use proveout_geom::{Point, TriMesh};
 
 use crate::{
@@ -51,6 +53,92 @@ fn side(a: [i64; 2], b: [i64; 2], p: [i64; 2]) -> i64 {
     if b[1] != a[1] { -(b[1] - a[1]).signum() } else { (b[0] - a[0]).signum() }
 }
 
+/// A closed mesh as the rays of one set see it.
+pub(crate) struct Seen<'a> {
+    mesh: &'a TriMesh,
+    grid: &'a Grid,
+    a: usize,
+    shells: Shells,
+    /// Corners in the plane of the rays, on the lattice.
+    flat: Vec<[i64; 2]>,
+    /// Places of the rays along u and v, on the lattice.
+    us: Vec<i64>,
+    vs: Vec<i64>,
+}
+
+impl<'a> Seen<'a> {
+    pub(crate) fn new(mesh: &'a TriMesh, grid: &'a Grid, a: usize, shells: Shells) -> Self {
+        let (u, v) = ((a + 1) % 3, (a + 2) % 3);
+        Self {
+            mesh,
+            grid,
+            a,
+            shells,
+            flat: mesh.positions.iter().map(|p| [snap(p[u]), snap(p[v])]).collect(),
+            us: (0..grid.n[u]).map(|i| snap(grid.center(u, i))).collect(),
+            vs: (0..grid.n[v]).map(|j| snap(grid.center(v, j))).collect(),
+        }
+    }
+
+    /// Rays along u (0) or v (1) that the box of a triangle holds.
+    pub(crate) fn range(&self, t: usize, axis: usize) -> Range<usize> {
+        let [p, q, r] = self.mesh.triangles[t].map(|c| self.flat[c as usize]);
+        let low = p[axis].min(q[axis]).min(r[axis]);
+        let high = p[axis].max(q[axis]).max(r[axis]);
+        let centers = if axis == 0 { &self.us } else { &self.vs };
+        centers.partition_point(|&c| c < low)..centers.partition_point(|&c| c <= high)
+    }
+
+    /// Material on the rays `rows` along v, u fastest; `triangles` are all that meet these rays, in rising order.
+    pub(crate) fn intervals(
+        &self,
+        triangles: impl Iterator<Item = usize>,
+        rows: Range<usize>,
+    ) -> Result<Vec<Vec<Span>>, StockError> {
+        let (a, grid) = (self.a, self.grid);
+        let (u, v) = ((a + 1) % 3, (a + 2) % 3);
+        let nu = grid.n[u];
+        let mut crossings: Vec<Vec<Crossing>> = Vec::new();
+        crossings.resize_with(nu * rows.len(), Vec::new);
+        for t in triangles {
+            let [p, q, r] = self.mesh.triangles[t].map(|c| self.flat[c as usize]);
+            // The triangle's own orientation is that of its exact area; seen edge-on it covers no point.
+            let area =
+                i128::from(q[0] - p[0]) * i128::from(r[1] - p[1]) - i128::from(q[1] - p[1]) * i128::from(r[0] - p[0]);
+            if area == 0 {
+                continue;
+            }
+            let (columns, lines) = (self.range(t, 0), self.range(t, 1));
+            let turn = area.signum() as i64;
+            let normal = self.mesh.area_normal(t);
+            let mark = Mark::new(INITIAL, normal.into());
+            let corner = self.mesh.corners(t);
+            for j in lines.start.max(rows.start)..lines.end.min(rows.end) {
+                for i in columns.clone() {
+                    let x = [self.us[i], self.vs[j]];
+                    if [(p, q), (q, r), (r, p)].iter().all(|&(from, to)| side(from, to, x) == turn) {
+                        let s = height(&corner, &normal.into(), a, [grid.center(u, i), grid.center(v, j)]);
+                        crossings[(j - rows.start) * nu + i].push(Crossing { s, leaves: turn as i32, mark });
+                    }
+                }
+            }
+        }
+        let mut rays = Vec::with_capacity(crossings.len());
+        for (k, mut list) in crossings.into_iter().enumerate() {
+            list.sort_by(|x, y| x.s.total_cmp(&y.s).then(x.leaves.cmp(&y.leaves)));
+            let place = [grid.center(u, k % nu), grid.center(v, rows.start + k / nu)];
+            rays.push(match self.shells {
+                Shells::Union => union_of(&list),
+                Shells::Apart => spans_of(&list).map_err(|s| StockError::SelfCrossing {
+                    point: Grid::point(a, s, place[0], place[1]),
+                    axis: ['x', 'y', 'z'][a],
+                })?,
+            });
+        }
+        Ok(rays)
+    }
+}
+
 /// Material on each ray of set `a`, u fastest.
 pub(crate) fn mesh_intervals(
     mesh: &TriMesh,
@@ -58,54 +146,7 @@ pub(crate) fn mesh_intervals(
     a: usize,
     shells: Shells,
 ) -> Result<Vec<Vec<Span>>, StockError> {
-    let (u, v) = ((a + 1) % 3, (a + 2) % 3);
-    let (nu, nv) = (grid.n[u], grid.n[v]);
-    let mut crossings: Vec<Vec<Crossing>> = Vec::new();
-    crossings.resize_with(nu * nv, Vec::new);
-    let flat: Vec<[i64; 2]> = mesh.positions.iter().map(|p| [snap(p[u]), snap(p[v])]).collect();
-    let (us, vs): (Vec<i64>, Vec<i64>) =
-        ((0..nu).map(|i| snap(grid.center(u, i))).collect(), (0..nv).map(|j| snap(grid.center(v, j))).collect());
-    for (t, corners) in mesh.triangles.iter().enumerate() {
-        let [p, q, r] = corners.map(|c| flat[c as usize]);
-        // The triangle's own orientation is that of its exact area; seen edge-on it covers no point.
-        let area =
-            i128::from(q[0] - p[0]) * i128::from(r[1] - p[1]) - i128::from(q[1] - p[1]) * i128::from(r[0] - p[0]);
-        if area == 0 {
-            continue;
-        }
-        let range = |axis: usize, centers: &[i64]| {
-            let low = p[axis].min(q[axis]).min(r[axis]);
-            let high = p[axis].max(q[axis]).max(r[axis]);
-            (centers.partition_point(|&c| c < low), centers.partition_point(|&c| c <= high))
-        };
-        let ((i0, i1), (j0, j1)) = (range(0, &us), range(1, &vs));
-        let turn = area.signum() as i64;
-        let normal = mesh.area_normal(t);
-        let mark = Mark::new(INITIAL, normal.into());
-        let corner = mesh.corners(t);
-        for j in j0..j1 {
-            for i in i0..i1 {
-                let x = [us[i], vs[j]];
-                if [(p, q), (q, r), (r, p)].iter().all(|&(from, to)| side(from, to, x) == turn) {
-                    let s = height(&corner, &normal.into(), a, [grid.center(u, i), grid.center(v, j)]);
-                    crossings[j * nu + i].push(Crossing { s, leaves: turn as i32, mark });
-                }
-            }
-        }
-    }
-    let mut rays = Vec::with_capacity(nu * nv);
-    for (k, mut list) in crossings.into_iter().enumerate() {
-        list.sort_by(|x, y| x.s.total_cmp(&y.s).then(x.leaves.cmp(&y.leaves)));
-        let place = [grid.center(u, k % nu), grid.center(v, k / nu)];
-        rays.push(match shells {
-            Shells::Union => union_of(&list),
-            Shells::Apart => spans_of(&list).map_err(|s| StockError::SelfCrossing {
-                point: Grid::point(a, s, place[0], place[1]),
-                axis: ['x', 'y', 'z'][a],
-            })?,
-        });
-    }
-    Ok(rays)
+    Seen::new(mesh, grid, a, shells).intervals(0..mesh.triangles.len(), 0..grid.n[(a + 2) % 3])
 }
 
 /// Where the plane of a triangle meets the ray, kept within the triangle's height.

@@ -6,6 +6,7 @@ use crate::{
     StockError,
     dexel::TriDexel,
     grid::{Grid, TILE, TILE_RAYS},
+    lost::Lost,
     mesh_rays::{Shells, mesh_intervals},
     span::{INITIAL, Mark, SLIVER, Span},
     tile::Tile,
@@ -37,9 +38,7 @@ const SPANS_PER_RAY: u64 = 2;
 impl TriDexel {
     /// Memory that a stock of this box will take, bytes: two intervals a ray and the lists of the tiles.
     pub fn memory_estimate(bounds: &Aabb, cells: impl Into<Cells>) -> u64 {
-        let (size, cells) = (bounds.size(), cells.into().0);
-        let n = [0, 1, 2].map(|i| (size[i] / cells[i]).ceil().max(1.0));
-        let rays = n[1] * n[2] + n[2] * n[0] + n[0] * n[1];
+        let rays = Self::rays_in(bounds, cells);
         let per_ray = (SPANS_PER_RAY * size_of::<Span>() as u64) as f64;
         let per_tile = size_of::<Tile>() as f64 / TILE_RAYS as f64;
         (rays * (per_ray + per_tile)) as u64
@@ -89,6 +88,7 @@ impl TriDexel {
         }
         let changed = vec![true; grid.blocks.iter().product()];
         let mut stock = Self {
+            lost: vec![Lost::default(); tiles.len()],
             grid,
             tiles,
             initial_volume: 0.0,

@@ -13,6 +13,9 @@ use crate::{
     span::{INITIAL, Mark, SLIVER, Span},
 };
 
+/// Cells along each side of the grid on which intervals are counted; odd, so that its rays do not meet what a drawing puts on halves.
+const SAMPLED: f64 = 47.0;
+
 /// A body that fills rays with material, any number of times: once for the stock, once for each of its patches.
 #[derive(Clone, Debug)]
 pub struct RawBody(Form);
@@ -103,6 +106,19 @@ impl RawBody {
                 }
             }
         })
+    }
+
+    /// Intervals of material on a ray, as a mean over all rays of its box: counted on some thousand of them, or on those of the
+    /// earlier stock.
+    pub fn intervals_per_ray(&self) -> f64 {
+        let bounds = match &self.0 {
+            Form::Block(_) => return 1.0,
+            Form::Earlier(e) => return e.stock.intervals_per_ray(),
+            Form::Bar(bar) => bar.bounds,
+            Form::Mesh(mesh, _) => mesh.aabb(),
+        };
+        let few = self.stock(Cells((bounds.size() / SAMPLED).into()), u64::MAX);
+        few.map_or(1.0, |few| few.intervals_per_ray())
     }
 
     /// The whole stock.

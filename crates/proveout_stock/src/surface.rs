@@ -46,7 +46,7 @@ pub struct SurfaceMesh {
 }
 
 /// Nodes of a level of detail, with one layer of empty nodes around: node p >= 1 is cell (p - 1) * step.
-struct Nodes<'a> {
+pub(crate) struct Nodes<'a> {
     stock: &'a TriDexel,
     step: usize,
     /// Nodes with cells along x, y, z.
@@ -73,12 +73,12 @@ struct Cell {
 
 /// The cells of one x index, sorted by j and k.
 #[derive(Default)]
-struct Slab {
+pub(crate) struct Slab {
     cells: Vec<Cell>,
     row: Vec<u32>,
-    positions: Vec<Point>,
-    normals: Vec<Vector>,
-    made_by: Vec<Option<u32>>,
+    pub positions: Vec<Point>,
+    pub normals: Vec<Vector>,
+    pub made_by: Vec<Option<u32>>,
     /// One a vertex where it is asked for.
     spread: Vec<Spread>,
 }
@@ -200,7 +200,8 @@ impl SurfaceMesh {
 }
 
 impl<'a> Nodes<'a> {
-    fn new(stock: &'a TriDexel, step: usize, m: [usize; 3], from: [usize; 3], to: [usize; 3]) -> Self {
+    /// Those of the range `from..to`.
+    pub(crate) fn new(stock: &'a TriDexel, step: usize, m: [usize; 3], from: [usize; 3], to: [usize; 3]) -> Self {
         let words = (to[2] - from[2]).div_ceil(64);
         let columns = to[1] - from[1];
         let mut bits = vec![0_u64; (to[0] - from[0]) * columns * words];
@@ -223,17 +224,19 @@ impl<'a> Nodes<'a> {
         Self { stock, step, m, from, to, bits, words, measured: false }
     }
 
-    fn row(&self, i: usize, j: usize) -> &[u64] {
+    /// Bits of the nodes with these x and y indices.
+    pub(crate) fn row(&self, i: usize, j: usize) -> &[u64] {
         let columns = self.to[1] - self.from[1];
         &self.bits[((i - self.from[0]) * columns + j - self.from[1]) * self.words..][..self.words]
     }
 
-    fn coordinate(&self, axis: usize, p: usize) -> f64 {
+    /// Coordinate of the nodes with this index along an axis, mm.
+    pub(crate) fn coordinate(&self, axis: usize, p: usize) -> f64 {
         self.stock.grid.bounds.min[axis] + ((p as f64 - 1.0) * self.step as f64 + 0.5) * self.stock.grid.cells[axis]
     }
 
     /// Cells with x index `i` and their vertices.
-    fn slab(&self, i: usize, sheets: &Sheets) -> Slab {
+    pub(crate) fn slab(&self, i: usize, sheets: &Sheets) -> Slab {
         let mut slab = Slab::default();
         for j in self.from[1]..self.to[1] - 1 {
             slab.row.push(slab.cells.len() as u32);
@@ -324,7 +327,9 @@ impl<'a> Nodes<'a> {
         (point, mark)
     }
 
-    fn triangles(
+    /// Triangles of the edges that start at nodes with x index `i` in `from..to`. The slabs begin at the first x index of the
+    /// nodes; `start` are the numbers of their first vertices.
+    pub(crate) fn triangles(
         &self,
         i: usize,
         from: [usize; 3],

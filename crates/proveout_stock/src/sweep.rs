@@ -233,6 +233,7 @@ impl TriDexel {
             .map(|(index, entries)| Work {
                 index,
                 tile: std::mem::take(&mut self.tiles[index]),
+                lost: std::mem::take(&mut self.lost[index]),
                 watch: Watch::new(undo.as_mut().map(|h| std::mem::take(&mut h.tiles[index]))),
                 entries,
                 found: Vec::new(),
@@ -280,6 +281,7 @@ impl TriDexel {
             if let (Some(history), Some(undo)) = (&mut self.history, work.watch.undo) {
                 history.tiles[work.index] = undo;
             }
+            self.lost[work.index] = work.lost;
             self.tiles[work.index] = work.tile;
         }
         laps

@@ -32,18 +32,26 @@ impl Tile {
         tile
     }
 
-    /// Writes all rays anew: `add(ray, before, list)` appends the spans of a ray, given those that it had. `before` is a buffer.
-    pub(crate) fn rewrite(&mut self, before: &mut Vec<Span>, mut add: impl FnMut(usize, &[Span], &mut Vec<Span>)) {
-        before.clear();
-        before.extend_from_slice(&self.spans);
-        self.spans.clear();
+    /// Writes all rays anew: `add(ray, before, list)` appends the spans of a ray, given those that it had. `buffer` holds them
+    /// until all are known.
+    pub(crate) fn rewrite(&mut self, buffer: &mut Vec<Span>, mut add: impl FnMut(usize, &[Span], &mut Vec<Span>)) {
+        buffer.clear();
         let mut first = 0;
         for r in 0..TILE_RAYS {
             let last = self.start[r + 1] as usize;
-            add(r, before.get(first..last).unwrap_or(&[]), &mut self.spans);
+            add(r, self.spans.get(first..last).unwrap_or(&[]), buffer);
             first = last;
-            self.start[r + 1] = self.spans.len() as u32;
+            self.start[r + 1] = buffer.len() as u32;
         }
+        // Memory stays near what is held: grown by an eighth, so that a tile that gains an interval now and then is not moved
+        // each time, and given back when less than half is in use.
+        let (need, have) = (buffer.len(), self.spans.capacity());
+        if need > have || need < have / 2 {
+            self.spans = Vec::with_capacity(if need > have { need + need / 8 } else { need });
+        } else {
+            self.spans.clear();
+        }
+        self.spans.extend_from_slice(buffer);
         self.update_range();
     }
 
@@ -61,6 +69,11 @@ impl Tile {
             self.lo = self.lo.min(s.lo);
             self.hi = self.hi.max(s.hi);
         }
+    }
+
+    /// Number of interval ends.
+    pub(crate) fn ends(&self) -> usize {
+        2 * self.spans.len()
     }
 
     /// Total length of material, mm, added in the order of the rays.

@@ -172,7 +172,7 @@ fn add(sums: &Sums, met_rows: u8, sum: &mut Partial) {
     }
 }
 
-/// Takes one interval from one lane.
+/// Takes one interval from one lane; true when nothing of its interval is left.
 pub(crate) fn cut_lane(
     field: &mut Field,
     (k, r): (usize, usize),
@@ -180,15 +180,15 @@ pub(crate) fn cut_lane(
     removes: bool,
     sum: &mut Partial,
     counted: &mut [f64; LANES],
-) {
+) -> bool {
     let layer = &mut field.layers_mut()[k];
     let strip = layer.lanes.strip(r);
-    let Some(left) = Left::of(&strip, cut) else { return };
+    let Some(left) = Left::of(&strip, cut) else { return false };
     sum.rays += u32::from(counted[r] == 0.0);
     counted[r] = 1.0;
     sum.add(&strip, left.met, left.gone);
     if !removes {
-        return;
+        return false;
     }
     match (left.below, left.above) {
         (Some(below), above) => {
@@ -202,8 +202,12 @@ pub(crate) fn cut_lane(
             layer.lanes.set(r, &above);
             layer.measure_row(r / ROW);
         }
-        (None, None) => field.close(k, r),
+        (None, None) => {
+            field.close(k, r);
+            return true;
+        }
     }
+    false
 }
 
 #[cfg(test)]

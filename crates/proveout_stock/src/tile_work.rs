@@ -8,6 +8,7 @@ use crate::{
     lane_rows::BodyOnRows,
     lane_search::{MORE_STEPS, STEPS},
     lane_set::{Cut, LANES, Lanes, Maker, ROW, Strip, TAKEN, UNPROVEN},
+    lost::Lost,
     ray::Ray,
     ray_ball::sweep_ball,
     ray_translate::sweep_translation,
@@ -24,6 +25,7 @@ use crate::{
 pub(crate) struct Work {
     pub index: usize,
     pub tile: Tile,
+    pub lost: Lost,
     pub watch: Watch,
     /// Range of the bin in the list of entries.
     pub entries: std::ops::Range<usize>,
@@ -106,7 +108,7 @@ impl Batch<'_> {
             if watched {
                 work.watch.before(&scratch.field);
             }
-            self.item(ready, a, scratch, &mut sum);
+            self.item(ready, a, scratch, &mut sum, &mut work.lost);
             if sum.rays > 0 {
                 for (strip, [lo, hi]) in scratch.met.drain(..) {
                     let r = usize::from(strip.ray);
@@ -172,7 +174,7 @@ impl Batch<'_> {
         }
     }
 
-    fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial) {
+    fn item(&self, ready: &Ready, a: usize, scratch: &mut Scratch, sum: &mut Partial, lost: &mut Lost) {
         let field = &mut scratch.field;
         let mut open = false;
         for &(_, l, rows) in &scratch.near {
@@ -211,13 +213,19 @@ impl Batch<'_> {
             for strip in torn.drain(..) {
                 field.insert_above(l, &strip);
             }
-            while gone != 0 && l + 1 < field.layers().len() {
-                field.close(l, gone.trailing_zeros() as usize);
+            while gone != 0 {
+                let r = gone.trailing_zeros() as usize;
+                lost.set(r, ready.id);
+                if l + 1 < field.layers().len() {
+                    field.close(l, r);
+                }
                 gone &= gone - 1;
             }
             // From above: what is left below stays in the lane.
             for (place, cut) in several.iter().rev().filter(|s| s.0.0 == l) {
-                cut_lane(field, *place, cut, removes, sum, &mut counted);
+                if cut_lane(field, *place, cut, removes, sum, &mut counted) {
+                    lost.set(place.1, ready.id);
+                }
             }
         }
         several.clear();

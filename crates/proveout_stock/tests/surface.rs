@@ -143,6 +143,34 @@ fn the_blocks_together_are_the_whole() {
 }
 
 #[test]
+fn the_bands_one_after_the_other_are_the_whole() {
+    // One band, several, thin boxes of one cell.
+    let thin = |size: [f64; 3]| TriDexel::from_box(&cuboid([0.0; 3], size), 1.0, GIB).unwrap();
+    for stock in [cut_block(0.2), cut_block(0.05), thin([1.0, 1.0, 1.0]), thin([1.0, 9.0, 4.0]), thin([7.0, 1.0, 2.0])]
+    {
+        let mut all = SurfaceMesh::default();
+        let (mut bands, mut highest) = (0, f64::NEG_INFINITY);
+        let run: Result<(), ()> = stock.surface_in_bands(|band| {
+            assert_eq!(band.first as usize, all.mesh.positions.len());
+            all.mesh.positions.extend(&band.positions);
+            all.normals.extend(&band.normals);
+            all.made_by.extend(&band.made_by);
+            let lowest = band.triangles.iter().flatten().map(|&i| all.mesh.positions[i as usize].x);
+            assert!(lowest.fold(f64::INFINITY, f64::min) >= band.from_x && band.from_x >= highest);
+            highest = band.from_x;
+            all.mesh.triangles.extend(&band.triangles);
+            bands += 1;
+            Ok(())
+        });
+        run.unwrap();
+        assert_eq!(all, stock.surface());
+        assert_eq!(stock.surface_triangles(), all.mesh.triangles.len() as u64);
+        assert!(bands > 1 || all.mesh.positions.len() < 1 << 17, "{bands}");
+    }
+    assert_eq!(cut_block(0.2).surface_in_bands(|_| Err(7)), Err(7));
+}
+
+#[test]
 fn only_blocks_that_were_cut_have_changed() {
     let mut stock = TriDexel::from_box(&cuboid([0.0; 3], [32.0, 32.0, 32.0]), 0.25, GIB).unwrap();
     assert_eq!(stock.take_changed_tiles().len(), stock.tile_count());

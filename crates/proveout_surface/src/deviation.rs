@@ -91,16 +91,87 @@ pub struct WorstPoint {
     pub made_by: Option<u32>,
 }
 
-enum Verdict {
+/// What one point gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Judged {
+    /// Region or settings leave it out.
     Masked,
+    /// The design does not answer for it, or is out of range.
     OutOfRange,
-    Counts { deviation: f64, weight: f64 },
+    /// It counts.
+    Counts {
+        /// Signed deviation, mm.
+        deviation: f64,
+        /// Area that the point stands for, mm².
+        weight: f64,
+    },
+}
+
+impl Judged {
+    /// The deviation, not a number where the point does not count.
+    pub fn deviation(&self) -> f64 {
+        match self {
+            Self::Counts { deviation, .. } => *deviation,
+            Self::Masked | Self::OutOfRange => f64::NAN,
+        }
+    }
+}
+
+/// Sums over points as they come, with the carry of Neumaier (1974).
+#[derive(Debug, Default)]
+pub struct Tally {
+    result: Deviation,
+    area: Sum,
+    first: Sum,
+    second: Sum,
+    gouged: Sum,
+}
+
+impl Tally {
+    /// Nothing yet; gouges up to `tolerance_floor` (mm) are not counted as area.
+    pub fn new(tolerance_floor: f64) -> Self {
+        Self { result: Deviation { tolerance_floor, ..Deviation::default() }, ..Self::default() }
+    }
+
+    /// Adds a point; the order of the points decides the last bits.
+    pub fn add(&mut self, sample: &SurfaceSample, judged: &Judged) {
+        let result = &mut self.result;
+        let (deviation, weight) = match *judged {
+            Judged::Masked => return result.masked += 1,
+            Judged::OutOfRange => return result.out_of_range += 1,
+            Judged::Counts { deviation, weight } => (deviation, weight),
+        };
+        result.samples += 1;
+        result.gouge_max = result.gouge_max.max(-deviation);
+        result.excess_max = result.excess_max.max(deviation);
+        self.area.add(weight);
+        self.first.add(weight * deviation);
+        self.second.add(weight * deviation * deviation);
+        if deviation < -result.tolerance_floor {
+            self.gouged.add(weight);
+        }
+        if result.worst.is_none_or(|w| deviation.abs() > w.deviation.abs()) {
+            result.worst = Some(WorstPoint { point: sample.point, deviation, made_by: sample.made_by });
+        }
+    }
+
+    /// The sums, without [`Deviation::values`].
+    pub fn finish(self) -> Deviation {
+        let mut result = self.result;
+        result.area = self.area.value();
+        result.gouge_area = self.gouged.value();
+        if result.area > 0.0 {
+            result.mean = self.first.value() / result.area;
+            result.rms = (self.second.value() / result.area).max(0.0).sqrt();
+        }
+        result
+    }
 }
 
 /// Measures points against a design.
 ///
-/// Distances are found in parallel and summed in the order of the points, with the carry of Neumaier (1974), so that the
-/// result does not depend on the number of threads.
+/// Distances are found in parallel and summed in the order of the points, so that the result does not depend on the number of
+/// threads.
 pub fn measure(
     samples: &[SurfaceSample],
     design: &(impl DesignSurface + ?Sized),
@@ -117,54 +188,15 @@ pub fn measure_where(
     settings: &DeviationSettings,
     counts: impl Fn(&SurfaceSample) -> bool,
 ) -> Deviation {
-    let verdicts: Vec<Verdict> = samples.par_iter().map(|s| judge(s, design, settings)).collect();
-    let mut result = Deviation {
-        tolerance_floor: settings.tolerance_floor,
-        values: Vec::with_capacity(samples.len()),
-        ..Deviation::default()
-    };
-    let (mut area, mut first, mut second, mut gouged) =
-        (Sum::default(), Sum::default(), Sum::default(), Sum::default());
-    for (sample, verdict) in samples.iter().zip(verdicts) {
-        let (deviation, weight) = match verdict {
-            Verdict::Masked => {
-                result.masked += 1;
-                result.values.push(f64::NAN);
-                continue;
-            }
-            Verdict::OutOfRange => {
-                result.out_of_range += 1;
-                result.values.push(f64::NAN);
-                continue;
-            }
-            Verdict::Counts { deviation, .. } if !counts(sample) => {
-                result.masked += 1;
-                result.values.push(deviation);
-                continue;
-            }
-            Verdict::Counts { deviation, weight } => (deviation, weight),
-        };
-        result.samples += 1;
-        result.values.push(deviation);
-        result.gouge_max = result.gouge_max.max(-deviation);
-        result.excess_max = result.excess_max.max(deviation);
-        area.add(weight);
-        first.add(weight * deviation);
-        second.add(weight * deviation * deviation);
-        if deviation < -settings.tolerance_floor {
-            gouged.add(weight);
-        }
-        if result.worst.is_none_or(|w| deviation.abs() > w.deviation.abs()) {
-            result.worst = Some(WorstPoint { point: sample.point, deviation, made_by: sample.made_by });
-        }
+    let judged: Vec<Judged> = samples.par_iter().map(|s| judge(s, design, settings)).collect();
+    let mut tally = Tally::new(settings.tolerance_floor);
+    let mut values = Vec::with_capacity(samples.len());
+    for (sample, judged) in samples.iter().zip(judged) {
+        values.push(judged.deviation());
+        let left_out = matches!(judged, Judged::Counts { .. }) && !counts(sample);
+        tally.add(sample, if left_out { &Judged::Masked } else { &judged });
     }
-    result.area = area.value();
-    result.gouge_area = gouged.value();
-    if result.area > 0.0 {
-        result.mean = first.value() / result.area;
-        result.rms = (second.value() / result.area).max(0.0).sqrt();
-    }
-    result
+    Deviation { values, ..tally.finish() }
 }
 
 impl Deviation {
@@ -189,22 +221,23 @@ impl Deviation {
     }
 }
 
-fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings: &DeviationSettings) -> Verdict {
+/// What a point gives against a design.
+pub fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings: &DeviationSettings) -> Judged {
     let outside = settings.region.is_some_and(|b| !b.contains(&s.point));
     if outside || settings.only_cut && s.made_by.is_none() {
-        return Verdict::Masked;
+        return Judged::Masked;
     }
-    let Some(nearest) = design.nearest(&s.point, settings.range) else { return Verdict::OutOfRange };
+    let Some(nearest) = design.nearest(&s.point, settings.range) else { return Judged::OutOfRange };
     // Without a normal of its own the point takes that of the design.
     let normal = s.normal.unwrap_or(nearest.normal);
     let axis = usize::from(s.axis.min(2));
     let area = settings.cells[(axis + 1) % 3] * settings.cells[(axis + 2) % 3];
     let weight = area * normal[axis].abs();
-    Verdict::Counts { deviation: nearest.distance, weight }
+    Judged::Counts { deviation: nearest.distance, weight }
 }
 
 /// Sum with carry of lost low-order parts.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Sum {
     total: f64,
     carry: f64,

@@ -5,22 +5,34 @@
 //!
 //! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`Plane`], [`Sphere`], [`ConeFrustum`]
 //!   and [`ConeFlank`] in closed form.
-//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`measure_where`] and
-//!   [`Deviation::joined`] where parts of a surface have finer cells.
+//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
+//! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
+//! * [`Areas`] – what is too deep or too high, area by area.
+//! * [`unseen`] – parts of the design that no ray tells.
 //!
 //! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by angle-weighted
 //! pseudo-normals (Baerentzen and Aanaes 2005).
 //!
-//! Known limits: the deviation of a cut point is its distance to the nearest design point. Design surface that has no cut
-//! point near it (a boss that was milled off) shows only as the gouge of the points that were cut in its place. A design
-//! mesh counts as exact; its chord error is the caller's tolerance floor.
+//! Known limits: the deviation of a cut point is its distance to the nearest design point; what it misses (walls that are
+//! thinner than a gouge is deep) is found on the rays, for designs that bound a solid. A groove of the cut part narrower than the cells, between
+//! all rays, is not seen. A design mesh counts as exact; its chord error is the caller's tolerance floor.
 
 mod analytic;
+mod areas;
+mod coverage;
 mod design;
 mod deviation;
+mod gaps;
 mod mesh;
+mod survey;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
+pub use areas::{Area, AreaPart, Areas, MOST_CELLS, Seed};
+pub use coverage::{Unseen, Watcher, unseen};
 pub use design::{DesignSurface, Nearest};
-pub use deviation::{Deviation, DeviationSettings, SurfaceSample, WorstPoint, measure, measure_where};
+pub use deviation::{
+    Deviation, DeviationSettings, Judged, SurfaceSample, Tally, WorstPoint, judge, measure, measure_where,
+};
+pub use gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps};
 pub use mesh::{DesignError, DesignMesh};
+pub use survey::{Band, FoundGap, Solid, Survey};

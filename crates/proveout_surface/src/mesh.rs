@@ -1,7 +1,7 @@
 //! Design mesh with signed distances.
 
 use parry3d_f64::math::Vector as ParryVector;
-use parry3d_f64::query::PointQueryWithLocation;
+use parry3d_f64::query::{PointQueryWithLocation, Ray, RayCast};
 use parry3d_f64::shape::{TriMesh as ParryMesh, TriMeshFlags, TrianglePointLocation};
 use proveout_geom::{Aabb, MeshError, Point, TriMesh, Vector};
 use thiserror::Error;
@@ -48,6 +48,54 @@ impl DesignMesh {
     /// Smallest box round the design.
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// Whether the straight line between two points meets no face.
+    pub fn is_free(&self, from: &Point, to: &Point) -> bool {
+        let way = to - from;
+        if way.norm_squared() == 0.0 {
+            return true;
+        }
+        let ray = Ray::new(to_parry(from), ParryVector::new(way.x, way.y, way.z));
+        self.mesh.cast_local_ray(&ray, 1.0, false).is_none()
+    }
+
+    /// The middle of every stretch of the straight line between two points that lies inside of the design and begins and ends on
+    /// its surface; at most eight.
+    pub fn middles_inside(&self, from: &Point, to: &Point) -> Vec<Point> {
+        const MOST: usize = 16;
+        /// Part of the line by which a search goes on behind a face.
+        const STEP: f64 = 1e-9;
+        let (way, mut at, mut last) = (to - from, 0.0, None);
+        let mut out = Vec::new();
+        for _ in 0..MOST {
+            let start = from + way * at;
+            let ray = Ray::new(to_parry(&start), ParryVector::new(way.x, way.y, way.z));
+            let Some(next) = self.mesh.cast_local_ray(&ray, 1.0 - at, false) else { break };
+            let hit = at + next;
+            if let Some(before) = last {
+                let middle = from + way * (0.5 * (before + hit));
+                if self.signed_distance(&middle).is_some_and(|d| d < 0.0) {
+                    out.push(middle);
+                }
+            }
+            last = Some(hit);
+            at = hit + STEP;
+            if at >= 1.0 {
+                break;
+            }
+        }
+        out
+    }
+
+    /// Thickness of the design below a point of its surface with outward normal `n`: way to the next face, mm; infinite where
+    /// there is none.
+    pub fn thickness(&self, p: &Point, n: &Vector) -> f64 {
+        // A nanometer below, so that the face itself is not met.
+        const UNDER: f64 = 1e-6;
+        let from = p - n * UNDER;
+        let ray = Ray::new(to_parry(&from), ParryVector::new(-n.x, -n.y, -n.z));
+        self.mesh.cast_local_ray(&ray, f64::MAX, false).map_or(f64::INFINITY, |s| s + UNDER)
     }
 }
 

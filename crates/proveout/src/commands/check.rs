@@ -1,11 +1,14 @@
 use std::path::{Path, PathBuf};
 
 use proveout_machine::Machine;
-use proveout_nc::{Program, Settings};
+use proveout_nc::{Settings, Survey};
 use proveout_sim::{Choice, Prepared, SimError, scene::Scene};
 use proveout_tool::ToolLibrary;
 
 use crate::failure::Failure;
+
+/// Most stretches of text that are not run and are told.
+const MAX_NOTES: usize = 20;
 
 /// What a path is.
 enum Kind {
@@ -21,11 +24,11 @@ pub(crate) fn check(paths: &[PathBuf]) -> Result<bool, Failure> {
     for path in paths {
         let result = match kind(path)? {
             Kind::Scene => check_scene(path),
-            Kind::Machine => check_machine(path),
-            Kind::Tools => {
-                ToolLibrary::read(path).map(|l| vec![format!("{} tools", l.tools.len())]).map_err(SimError::from)
-            }
-            Kind::Program => check_program(path),
+            Kind::Machine => check_machine(path).map_err(told),
+            Kind::Tools => ToolLibrary::read(path)
+                .map(|l| vec![format!("{} tools", l.tools.len())])
+                .map_err(|e| told(SimError::from(e))),
+            Kind::Program => check_program(&Survey::of_file(path, &Settings::default(), &mut |_, _| None)),
         };
         match result {
             Ok(notes) => {
@@ -34,13 +37,17 @@ pub(crate) fn check(paths: &[PathBuf]) -> Result<bool, Failure> {
                     say!("  {note}");
                 }
             }
-            Err(e) => {
+            Err(failure) => {
                 clean = false;
-                tell!("{}", Failure::from(&e).to_string().trim_end());
+                tell!("{}", failure.to_string().trim_end());
             }
         }
     }
     Ok(clean)
+}
+
+fn told(e: SimError) -> Failure {
+    Failure::from(&e)
 }
 
 fn kind(path: &Path) -> Result<Kind, Failure> {
@@ -64,20 +71,21 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
     })
 }
 
-fn check_scene(path: &Path) -> Result<Vec<String>, SimError> {
-    let scene = Scene::read(path)?;
+fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
+    let scene = Scene::read(path).map_err(|e| told(e.into()))?;
     let mut notes = Vec::new();
     for program in &scene.file.program {
         if program.file.is_none() && program.reschedule.is_none() {
             notes.push(format!("program {}: its text is not part of the scene, give it with --nc", program.name));
-            Machine::read(&scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine)))?;
-            ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
+            let machine = scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine));
+            Machine::read(&machine).map_err(|e| told(e.into()))?;
+            ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| told(e.into()))?;
             continue;
         }
         let choice = Choice { program: Some(program.name.clone()), ..Choice::default() };
-        let prepared = Prepared::read(path, &choice)?;
-        let commands = execute(prepared.program()?)?;
-        notes.push(format!("program {}: {commands} commands", program.name));
+        let prepared = Prepared::read(path, &choice).map_err(told)?;
+        let found = check_program(&prepared.survey)?;
+        notes.extend(found.into_iter().map(|note| format!("program {}: {note}", program.name)));
     }
     Ok(notes)
 }
@@ -88,17 +96,17 @@ fn check_machine(path: &Path) -> Result<Vec<String>, SimError> {
     Ok(all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect())
 }
 
-fn check_program(path: &Path) -> Result<Vec<String>, SimError> {
-    let commands = execute(Program::open(path, &Settings::default())?)?;
-    Ok(vec![format!("{commands} commands")])
-}
-
-/// Executes a program without a machine; gives the number of its commands.
-fn execute(program: Program) -> Result<u64, SimError> {
-    let mut commands = 0;
-    for command in program {
-        command?;
-        commands += 1;
+/// What there is to say of a program without a fault: its commands, and the text that is not run.
+fn check_program(survey: &Survey) -> Result<Vec<String>, Failure> {
+    let defects = survey.defects();
+    let faults = if survey.faults.is_empty() { &defects } else { &survey.faults };
+    if !faults.is_empty() {
+        return Err(Failure::of_program(faults, survey.more_faults));
     }
-    Ok(commands)
+    let mut notes = vec![format!("{} commands", survey.commands)];
+    notes.extend(survey.not_run.iter().take(MAX_NOTES).map(|part| format!("note: {part}")));
+    if let Some(more) = survey.not_run.len().checked_sub(MAX_NOTES).filter(|more| *more > 0) {
+        notes.push(format!("note: and {more} more stretches of text that are not run"));
+    }
+    Ok(notes)
 }

@@ -13,7 +13,7 @@ use proveout_record::{
 use proveout_sim::{
     Observer, RunFolder, SimError,
     compare::{CompareChoice, Compared, Comparing},
-    run::run as prove,
+    run::run_with_surface as prove,
     verdict::State,
 };
 
@@ -63,10 +63,10 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
             watchers.push(Box::new(observer));
             traces.push((name.clone(), trace));
         }
-        let result = pool.install(|| prove(prepared, &mut watchers, &place)).map_err(failure)?;
-        drop(watchers);
-        write_run_json(&place, &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
-        pool.install(|| comparing.add(&name, result));
+        let (result, surface) = pool.install(|| prove(prepared, watchers, &place)).map_err(failure)?;
+        write_run_json(&place, &run_info(&result, threads, false))
+            .map_err(|e| Failure::new(format!("run.json: {e}")))?;
+        pool.install(|| comparing.add(&name, result, &surface));
     }
     let Some(compared) = pool.install(|| comparing.finish()) else {
         return Err(Failure::new("a program of the comparison was not run"));

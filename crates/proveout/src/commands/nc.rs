@@ -3,7 +3,8 @@ use std::io::{self, BufWriter, Write};
 use proveout_machine::Machine;
 use proveout_nc::post::{Post, PostError, PostSettings, post_for};
 use proveout_nc::{
-    Command, Compensation, Dialect, JsonWriter, Op, Program, ReferencePoints, Settings, ToolAction, ToolName,
+    Command, Compensation, Dialect, JsonWriter, NotRun, Op, Program, ReferencePoints, Settings, ToolAction, ToolName,
+    Weight,
 };
 use proveout_sim::{SimError, tool_radii, with_machine};
 use proveout_tool::{ToolId, ToolLibrary};
@@ -107,7 +108,8 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
         None => Sink::Json(JsonWriter::new(), out),
         Some(to) => Sink::Post(post_for(to, format(args, program.dialect(), to), &mut out).map_err(unsaid)?),
     };
-    for command in program {
+    let mut program = program;
+    while let Some(command) = program.next() {
         let command = match command {
             Ok(command) => command,
             Err(e) => {
@@ -133,5 +135,17 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
         }
         sink.write(&command)?;
     }
-    sink.flush()
+    sink.flush()?;
+    not_run(&program.not_run())
+}
+
+/// Tells the text that is not among the commands; what belongs to the program is an error.
+fn not_run(parts: &[NotRun]) -> Result<(), Failure> {
+    for part in parts.iter().filter(|part| part.weight() < Weight::Lost) {
+        tell!("note: {part}");
+    }
+    match parts.iter().find(|part| part.weight() == Weight::Lost) {
+        Some(part) => Err(Failure::new(part).at(&part.file, part.lines[0] as usize, 1, 0, "").with_help(part.remedy())),
+        None => Ok(()),
+    }
 }

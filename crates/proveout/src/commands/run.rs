@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
-    Choice, Observer, Prepared, RunFolder, SimError, StockMemory,
+    Choice, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
     run::{RunResult, run as prove},
     scene::{DynamicsFile, PlantFile},
     verdict::{State, Verdict},
@@ -27,6 +27,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
             PlantArg::NewtonEuler => PlantFile::NewtonEuler,
             PlantArg::Rapier => PlantFile::Rapier,
         }),
+        recorded: match args.rerun {
+            RerunArg::Off => Recorded::Folder,
+            _ => Recorded::Recording,
+        },
     };
     let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
     let prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
@@ -38,18 +42,29 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
     watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
-    write_run_json(folder.path(), &run_info(&result, threads)).map_err(|e| Failure::new(format!("run.json: {e}")))?;
+    write_run_json(folder.path(), &run_info(&result, threads, true))
+        .map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
     print_summary(&result, &place);
     Ok(result.verdict.verdict == State::Pass)
 }
 
-/// Tells what the rays will take, before they are made.
-fn announce(memory: &StockMemory) {
+/// Tells what the run will hold, before the stock is made.
+fn announce(memory: &Memory) {
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    let parts: Vec<String> =
-        memory.parts.iter().map(|(name, bytes)| format!("{name} {:.1} MiB", mib(*bytes))).collect();
-    tell!("memory: {} of {:.0} MiB allowed", parts.join(", "), mib(memory.limit));
+    let stocks: Vec<String> =
+        memory.stocks.iter().map(|(name, bytes)| format!("{name} {:.1} MiB", mib(*bytes))).collect();
+    let history = match memory.history {
+        0 => String::new(),
+        most => format!(", history up to {:.0} MiB", mib(most)),
+    };
+    tell!(
+        "memory: {}, all else {:.1} MiB{history}; together {:.0} of {:.0} MiB allowed",
+        stocks.join(", "),
+        mib(memory.rest),
+        mib(memory.total()),
+        mib(memory.limit + memory.history)
+    );
 }
 
 /// Checks the cell and starts the workers.

@@ -149,12 +149,7 @@ pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
 /// parameter runs faster by one over that, and the joints accelerate by its square. The jerk is highest between middle and ends, about
 /// by its cube: at 90 degrees 2.4 times as much as at the ends of the blend where the parameter runs at the feed, cube 2.8; at
 /// 120 degrees 11 times, cube 8, within what the share of the limits leaves.
-fn needed_half_width(
-    frame: &Frame<'_>,
-    (way, end, start): (Way, &JointJet, &JointJet),
-    feed: f64,
-    rapid: bool,
-) -> f64 {
+fn needed_half_width(frame: &Frame<'_>, (way, end, start): (Way, &JointJet, &JointJet), feed: f64, rapid: bool) -> f64 {
     let (qa, qb) = (frame.kinematics.joints(end), frame.kinematics.joints(start));
     let l = frame.limits;
     let velocity = if rapid { &l.rapid } else { &l.velocity };

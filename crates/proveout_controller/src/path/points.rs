@@ -178,7 +178,8 @@ impl Fit {
                 continue;
             }
             let [left, right] = self.lengths(k);
-            let draft = |k: Option<usize>| k.and_then(|k| self.kinks.get(k)).map_or(JointValues::ZERO, |k| k.point.draft);
+            let draft =
+                |k: Option<usize>| k.and_then(|k| self.kinks.get(k)).map_or(JointValues::ZERO, |k| k.point.draft);
             for (other, length) in [(k.checked_sub(1), left), (Some(k + 1), right)] {
                 let pair = [draft(other), draft(Some(k))].map(|d| size(&d));
                 let per = if length > 0.0 { lift / length } else { 0.0 };
@@ -279,8 +280,13 @@ mod tests {
                 let slope = after - before;
                 let tolerance = Tolerance { tip: tolerance, angle: 1.0 };
                 let wanted = if short(k) { 1.23 * longest } else { 0.2 * longest };
-                let kink =
-                    Kink::new((k as u64 - 1, self.s[k]), [before, slope], planar(&slope), wanted, (tolerance, short(k)));
+                let kink = Kink::new(
+                    (k as u64 - 1, self.s[k]),
+                    [before, slope],
+                    planar(&slope),
+                    wanted,
+                    (tolerance, short(k)),
+                );
                 fit.push(kink);
                 if stream {
                     fit.settle(None, &planar);

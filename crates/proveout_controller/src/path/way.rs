@@ -130,7 +130,8 @@ mod tests {
         for (degrees, close) in [(5.0_f64, 1e-9), (90.0, 1e-8), (160.0, 1e-5)] {
             let piece = corner(&machine, degrees.to_radians());
             let at = |k: i32| piece.jet(-1.0 + f64::from(k) / 5000.0).0[0];
-            let chords: f64 = (0..10_000).map(|k| (at(k + 1) - at(k)).0.iter().map(|x| x * x).sum::<f64>().sqrt()).sum();
+            let chords: f64 =
+                (0..10_000).map(|k| (at(k + 1) - at(k)).0.iter().map(|x| x * x).sum::<f64>().sqrt()).sum();
             let length = Way::Tip.length(&machine, &piece, [-1.0, 1.0]);
             assert!((length - chords).abs() < close, "{degrees}: {length} {chords}");
             let parts = [[-1.0, -0.3], [-0.3, 0.9], [0.9, 1.0]];

@@ -11,7 +11,13 @@ impl Compensated {
         let radii = self.radii.as_ref();
         let by_offset = |d: u32| radii.and_then(|r| r.by_offset.get(&d).copied()).or((d == 0).then_some(0.0));
         let by_tool = || radii.and_then(|r| r.by_tool.get(&self.tool).copied());
-        let radius = comp.radius.or_else(|| comp.offset.and_then(by_offset)).or_else(by_tool);
+        let own = |d: u32| d == 0 || self.tool == ToolName::Number(d);
+        let radius = comp.radius.or_else(|| match comp.offset {
+            // The offset of another tool is not known, and not that of the tool in the spindle.
+            Some(d) if radii.is_some_and(|r| r.offset_is_tool) && !own(d) => by_offset(d),
+            Some(d) => by_offset(d).or_else(by_tool),
+            None => by_tool(),
+        });
         let tool = match &self.tool {
             ToolName::Empty => "no tool in the spindle".to_owned(),
             ToolName::Number(number) => format!("tool {number}"),

@@ -80,6 +80,7 @@ mod emit;
 mod faults;
 mod overcut;
 mod plane;
+mod recover;
 mod stretch;
 #[cfg(test)]
 mod tests;
@@ -170,6 +171,8 @@ pub(crate) struct Compensated {
     position: AxisValues,
     /// Motion handed out last, for the pieces of corners.
     last: Option<Motion>,
+    /// A fault was told, and the run goes on behind it.
+    broken: bool,
 }
 
 impl Compensated {
@@ -207,6 +210,7 @@ impl Compensated {
             feed: None,
             position: AxisValues::NONE,
             last: None,
+            broken: false,
         }
     }
 

@@ -22,7 +22,7 @@
 
 use super::contour::{Element, Point, cross, dot, norm, sub};
 use super::distance::{self, Part};
-use super::stretch::{Cut, Role, Stretch, Way};
+use super::stretch::{Cut, Role, Stretch, Wall, Way};
 use super::{Compensated, Fault};
 use crate::codes;
 use crate::{AXIS_LETTERS, Command, Location, Op, Overcut, OvercutKind};
@@ -31,6 +31,8 @@ use crate::{AXIS_LETTERS, Command, Location, Op, Overcut, OvercutKind};
 const TOUCH: f64 = 1e-3;
 /// Heights that differ by less are one, mm.
 const SAME_HEIGHT_MM: f64 = 1e-6;
+/// Blocks at each end of a contour that may be a way on or off it.
+const LEAD: usize = 3;
 /// Places of one kind that a stretch tells one by one; the rest is counted with the last.
 const MOST_TOLD: usize = 50;
 
@@ -106,11 +108,64 @@ fn lies_behind(stretch: &Stretch, index: usize, point: Point) -> bool {
 
 /// Whether two blocks cross away from their ends.
 fn cross_each_other(a: &Element, b: &Element) -> bool {
-    distance::crossings(a, b).into_iter().flatten().any(|x| {
-        let away = |e: &Element| distance::ends(e).iter().all(|end| norm(sub(x, *end)) > TOUCH);
-        let angle = cross(a.tangent_at(x), b.tangent_at(x)).abs();
-        away(a) && away(b) && angle > TOUCH
+    real_crossings(a, b).next().is_some()
+}
+
+/// Where two blocks cross away from their ends.
+fn real_crossings(a: &Element, b: &Element) -> impl Iterator<Item = Point> {
+    let (a, b) = (*a, *b);
+    distance::crossings(&a, &b).into_iter().flatten().filter(move |x| {
+        let away = |e: &Element| distance::ends(e).iter().all(|end| norm(sub(*x, *end)) > TOUCH);
+        let angle = cross(a.tangent_at(*x), b.tangent_at(*x)).abs();
+        away(&a) && away(&b) && angle > TOUCH
     })
+}
+
+/// A place of the contour: block, and way along it as [`Element::on_from_start`] counts it.
+type Place1d = (usize, f64);
+
+/// Ways on and off a contour that crosses itself there, as programs do that begin and end on the extensions of its sides:
+///
+/// ```text
+///              |     ^            Up to the crossing the first blocks, and from it on the last ones, are no wall
+///              |     |            that is to stand.
+///    end - - - X <---+---
+///              ^
+///              : start
+/// ```
+struct Tails {
+    /// The first blocks are a way on up to here.
+    start: Option<Place1d>,
+    /// The last ones are a way off from here on.
+    end: Option<Place1d>,
+}
+
+impl Tails {
+    fn of(walls: &[Wall]) -> Self {
+        let mut tails = Self { start: None, end: None };
+        let (count, place) = (walls.len(), |index: usize, e: &Element, x: Point| (index, e.on_from_start(x, 0.0)));
+        for (index, own) in walls.iter().enumerate().filter(|(i, _)| *i < LEAD || i + LEAD >= count) {
+            for (other, wall) in walls.iter().enumerate().filter(|(k, _)| k.abs_diff(index) > 1) {
+                for x in real_crossings(&own.element, &wall.element) {
+                    let at: Place1d = place(index, &own.element, x);
+                    if index < LEAD && other > index && tails.start.is_none_or(|start| at > start) {
+                        tails.start = Some(at);
+                    }
+                    if index + LEAD >= count && other < index && tails.end.is_none_or(|end| at < end) {
+                        tails.end = Some(at);
+                    }
+                }
+            }
+        }
+        tails
+    }
+
+    /// Whether a cut lies on the way on or off.
+    fn hold(&self, walls: &[Wall], cut: &Cut) -> bool {
+        let Some(wall) = walls.get(cut.wall) else { return false };
+        let at: Place1d = (cut.wall, wall.element.on_from_start(cut.point, 0.0));
+        self.start.is_some_and(|start| at < start) || self.end.is_some_and(|end| at > end)
+    }
 }
 
 /// Blocks between the one that the tool follows and the one that it cuts, counted as a control reads them.
@@ -142,9 +197,15 @@ impl Compensated {
     fn judge(&self, stretch: &Stretch) -> Result<Vec<Command>, Fault> {
         let mut places: Vec<Place> = Vec::new();
         let mut refused: Option<Cut> = None;
+        let mut tails: Option<Tails> = None;
         for cut in stretch.cuts() {
             let Some(way) = stretch.ways.get(cut.way) else { continue };
-            let Some(kind) = kind(stretch, way, &cut) else { continue };
+            let Some(mut kind) = kind(stretch, way, &cut) else { continue };
+            if kind == OvercutKind::Narrow
+                && tails.get_or_insert_with(|| Tails::of(&stretch.walls)).hold(&stretch.walls, &cut)
+            {
+                kind = OvercutKind::ContourEnd;
+            }
             if kind == OvercutKind::Narrow {
                 let later = stretch.walls.get(way.wall.max(cut.wall));
                 if later.is_some_and(|wall| apart(way, &cut) <= wall.look_ahead) {
@@ -234,7 +295,6 @@ impl Compensated {
 mod tests {
     use super::*;
     use crate::compensation::contour::Shape;
-    use crate::compensation::stretch::Wall;
     use std::sync::Arc;
 
     fn stretch(points: &[Point], offset: f64) -> Stretch {
@@ -264,6 +324,22 @@ mod tests {
         assert!(!lies_behind(&outside, 0, [12.0, -1.0]) && !lies_behind(&outside, 1, [12.0, -1.0]));
         // On the contour nothing is behind.
         assert!(!lies_behind(&inside, 0, [5.0, -1e-4]) && lies_behind(&inside, 0, [5.0, -0.01]));
+    }
+
+    #[test]
+    fn extensions_of_sides_are_ways_on_and_off() {
+        // A boss from the extension of its first side to that of its last: they cross in (-15, -15).
+        let points = [[-15.0, -25.0], [-15.0, 15.0], [15.0, 15.0], [15.0, -15.0], [-25.0, -15.0]];
+        let boss = stretch(&points, 5.0);
+        let tails = Tails::of(&boss.walls);
+        assert_eq!((tails.start, tails.end), (Some((0, 10.0)), Some((3, 30.0))));
+        let cut = |wall, point| Cut { way: 0, wall, depth: 1.0, center: point, point };
+        assert!(tails.hold(&boss.walls, &cut(0, [-15.0, -20.0])) && tails.hold(&boss.walls, &cut(3, [-20.0, -15.0])));
+        assert!(!tails.hold(&boss.walls, &cut(0, [-15.0, 0.0])) && !tails.hold(&boss.walls, &cut(1, [0.0, 15.0])));
+        // Closed in a corner, nothing is a way on.
+        let closed = stretch(&[[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [0.0, 0.0]], 2.0);
+        let tails = Tails::of(&closed.walls);
+        assert_eq!((tails.start, tails.end), (None, None));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The languages of programs. Each reader lives in a folder of its own and gives the same canonical commands.
 
 mod apt;
+pub(crate) mod coverage;
 mod detect;
+pub(crate) mod doubt;
 mod heidenhain;
 mod iso;
 mod passes;
@@ -14,6 +16,7 @@ use crate::Command;
 use crate::codes;
 use crate::compensation::CompStyle;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 
@@ -34,6 +37,36 @@ pub(crate) trait Reader: Debug {
     fn source_line(&self, _file: &str, _line: u32) -> Option<String> {
         None
     }
+
+    /// What is wrong with the structure of the main file: opening words without closing ones. Such a program is not run.
+    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
+        Vec::new()
+    }
+
+    /// Goes on behind the block of the fault that was handed out last; false where nothing can follow.
+    fn recover(&mut self) -> bool {
+        false
+    }
+
+    /// True where this fault may be there only because of one before: what a block with a fault would have set is not known.
+    fn follows(&self, _fault: &Diagnostic) -> bool {
+        false
+    }
+
+    /// The files that were read so far, the main program first.
+    fn sources(&self) -> Vec<&Source> {
+        Vec::new()
+    }
+
+    /// Text of these files that was not run, once the run is over.
+    fn not_run(&self) -> Vec<NotRun> {
+        Vec::new()
+    }
+
+    /// The text is that of a subprogram, which need not move and does not end with M30.
+    fn is_subprogram(&self) -> bool {
+        false
+    }
 }
 
 /// The reader of a program. `folder`: where the main program lies, if it is a file. `dialect` is not [`Dialect::Auto`].
@@ -43,15 +76,15 @@ pub(crate) fn open(
     folder: Option<PathBuf>,
     settings: &Settings,
 ) -> Result<Box<dyn Reader>, Diagnostics> {
-    match dialect {
+    Ok(match dialect {
         Dialect::Siemens840d => siemens::open(source, folder, settings),
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
             iso::open(dialect, source, folder, settings)
         }
         Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::open(dialect, source, folder, settings),
         Dialect::Apt => apt::open(source, folder, settings),
-        Dialect::Auto => Err(unknown(&source)),
-    }
+        Dialect::Auto => return Err(unknown(&source)),
+    })
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.

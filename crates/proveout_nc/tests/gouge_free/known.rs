@@ -216,6 +216,20 @@ fn leading_in_and_out_on_arcs_is_no_fault() {
 }
 
 #[test]
+fn beginning_and_ending_on_extensions_of_the_sides_is_no_fault() {
+    let blocks = [[-15.0, 15.0], [15.0, 15.0], [15.0, -15.0], [-25.0, -15.0]].map(Block::Line).to_vec();
+    for dialect in DIALECTS {
+        for ahead in [false, true] {
+            let c = contour([-20.0, -31.0], [-15.0, -25.0], blocks.clone(), [-31.0, -31.0], true, 5.0);
+            let all = inner(&taken(&Form { ahead, ..Form::plain(dialect) }, &c));
+            // Each of both extensions is cut by the tool on the other side; nothing else is.
+            assert!(all.contains(&OvercutKind::ContourEnd), "{dialect:?} {all:?}");
+            assert!(all.iter().all(|k| *k == OvercutKind::ContourEnd), "{dialect:?} {all:?}");
+        }
+    }
+}
+
+#[test]
 fn a_spiral_that_opens_a_pocket_is_no_fault() {
     // Half circles, each 1 mm farther out: the tool of 4 mm cuts what the passes before left, as it should.
     let (mut x, mut blocks) = (5.0f64, Vec::new());

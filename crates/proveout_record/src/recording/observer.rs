@@ -5,9 +5,9 @@ use std::path::Path;
 use proveout_controller::{Dynamics, Event, MoveKind};
 use proveout_machine::{Attachment, JointValues};
 use proveout_sim::{
-    Observer,
+    Observer, SurfaceShape,
     finding::{Finding, Severity},
-    observer::{Batch, ObserverError, Outcome, Setup},
+    observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 use proveout_stock::{Patch, TriDexel};
 use proveout_tool::Tool;
@@ -16,8 +16,9 @@ use rerun::{EntityPath, RecordingStreamBuilder};
 use crate::{
     color::{Rgba, STEEL},
     error::RecordError,
+    gather::SurfacePicture,
     mode::{RECORDING_FILE, RerunMode},
-    part::{colors_of, map_of, picture_of, range_floor},
+    part::{colors_of, range_floor},
     picture::Picture,
     recording::{
         about::{about, boxes},
@@ -97,6 +98,7 @@ struct Open {
     trace: Trace,
     marks: Vec<([f64; 3], String)>,
     last_joints: Option<(f64, JointValues)>,
+    surface: SurfacePicture,
 }
 
 fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, RecordError> {
@@ -142,6 +144,21 @@ impl Observer for RerunObserver {
             Some(open) => Ok(open.batch(setup, batch)?),
             None => Ok(()),
         }
+    }
+
+    fn surface_points(&mut self, setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
+        self.open.iter_mut().for_each(|open| open.surface.points(setup, band));
+        Ok(())
+    }
+
+    fn surface_mesh(
+        &mut self,
+        _setup: &Setup<'_>,
+        shape: &SurfaceShape,
+        part: &MeshPart<'_>,
+    ) -> Result<(), ObserverError> {
+        self.open.iter_mut().for_each(|open| open.surface.mesh(shape, part));
+        Ok(())
     }
 
     fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
@@ -229,6 +246,7 @@ impl Open {
             trace: Trace::default(),
             marks: Vec::new(),
             last_joints: None,
+            surface: SurfacePicture::new(SURFACE_TRIANGLES),
         };
         open.stock_frame(0.0, true, setup.stock, setup.patches)?;
         Ok(open)
@@ -307,7 +325,8 @@ impl Open {
         }
         let verdict = format!("Verdict: {:?}", outcome.verdict.verdict).to_lowercase();
         self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
-        self.surface(setup, outcome, end)?;
+        let surface = std::mem::replace(&mut self.surface, SurfacePicture::new(SURFACE_TRIANGLES));
+        self.surface(setup, surface, end)?;
         self.sink.finish()
     }
 
@@ -410,13 +429,13 @@ impl Open {
     }
 
     /// Puts the measured surface in the place of the stock's tiles.
-    fn surface(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>, end: f64) -> Result<(), RecordError> {
-        let (picture, _) = picture_of(outcome.surface, SURFACE_TRIANGLES);
-        if picture.triangles.is_empty() {
+    fn surface(&self, setup: &Setup<'_>, surface: SurfacePicture, end: f64) -> Result<(), RecordError> {
+        let shown = surface.finish();
+        if shown.picture.triangles.is_empty() {
             return Ok(());
         }
-        let colors = colors_of(&picture, map_of(outcome.surface, range_floor(setup)));
-        self.sink.mesh(path(["machine", "table", "work", "surface"]), Some(end), &picture, STEEL, &colors)?;
+        let colors = colors_of(&shown.picture, shown.map(range_floor(setup)));
+        self.sink.mesh(path(["machine", "table", "work", "surface"]), Some(end), &shown.picture, STEEL, &colors)?;
         for group in self.tiles.iter().flat_map(StockTiles::groups) {
             let entity = stock_path(group, &self.patches);
             self.sink.mesh(entity, Some(end), &Picture::default(), STEEL, &[])?;

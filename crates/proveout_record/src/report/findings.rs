@@ -70,6 +70,9 @@ fn id(index: usize) -> String {
 fn remedy(code: &str) -> &'static str {
     match code {
         "program-stopped" => "Correct the named block; nothing after it was run.",
+        "program-text-lost" => "Take the end word out where the program goes on, or take the text behind it out.",
+        "program-text-unproven" => "Give each main program a file of its own, and prove each of them.",
+        "program-text-skipped" => "Run the program with the other values too, or take the text out.",
         "limits-overtravel" => {
             "Move the workpiece on the table, turn the other way round the rotary axis, or shorten the tool; then run again."
         }
@@ -104,7 +107,9 @@ fn remedy(code: &str) -> &'static str {
         "collision-bodies" => "Change approach or retract, the mounting, or the rotary solution before this block.",
         "collision-near-miss" => "Check the real clamping here before the first part.",
         "geometry-overcut" => "Use a smaller tool for this part of the contour, or leave the narrow place out.",
-        "geometry-contour-touched" => "Begin and end beside the contour by the tool radius, or lead in and out on arcs.",
+        "geometry-contour-touched" => {
+            "Begin and end beside the contour by the tool radius, or lead in and out on arcs."
+        }
         "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
         "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",
         "geometry-inspection" => "Compare the block that made the feature with the drawing.",

@@ -13,15 +13,16 @@ use std::{fs, path::Path};
 
 use proveout_controller::{Dynamics, Event, LimitKind, MoveKind, servo::Plant};
 use proveout_sim::{
-    Observer, SurfaceMap,
-    observer::{Batch, ObserverError, Outcome, Setup},
+    Observer, SurfaceShape,
+    observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 
 use self::data::{JointSignals, Page, PartView, ProcessSignals};
 use crate::{
     color::DeviationMap,
     error::RecordError,
-    part::{map_of, picture_of, range_floor},
+    gather::{ShownSurface, SurfacePicture},
+    part::range_floor,
     units::{JointUnit, PER_MINUTE},
 };
 
@@ -38,6 +39,13 @@ pub struct ReportObserver {
     units: Vec<JointUnit>,
     joints: Vec<JointSignals>,
     process: ProcessSignals,
+    surface: Option<SurfacePicture>,
+}
+
+impl ReportObserver {
+    fn surface(&mut self) -> &mut SurfacePicture {
+        self.surface.get_or_insert_with(|| SurfacePicture::new(VIEW_TRIANGLES))
+    }
 }
 
 impl Observer for ReportObserver {
@@ -58,6 +66,7 @@ impl Observer for ReportObserver {
         };
         self.joints = self.units.iter().zip(&setup.machine.joints).map(signals).collect();
         self.process = ProcessSignals::default();
+        self.surface = None;
         Ok(())
     }
 
@@ -106,8 +115,24 @@ impl Observer for ReportObserver {
         Ok(())
     }
 
+    fn surface_points(&mut self, setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
+        self.surface().points(setup, band);
+        Ok(())
+    }
+
+    fn surface_mesh(
+        &mut self,
+        _setup: &Setup<'_>,
+        shape: &SurfaceShape,
+        part: &MeshPart<'_>,
+    ) -> Result<(), ObserverError> {
+        self.surface().mesh(shape, part);
+        Ok(())
+    }
+
     fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
-        let part = part_view(outcome.surface, range_floor(setup));
+        let shown = self.surface.take().map(SurfacePicture::finish).unwrap_or_default();
+        let part = part_view(shown, outcome.surface, range_floor(setup));
         let text = page::render(&Page {
             verdict: outcome.verdict,
             machine: &setup.machine.name,
@@ -123,15 +148,15 @@ impl Observer for ReportObserver {
     }
 }
 
-fn part_view(surface: &SurfaceMap, floor: f64) -> PartView {
-    let map = map_of(surface, floor);
-    let (picture, cell) = picture_of(surface, VIEW_TRIANGLES);
+fn part_view(shown: ShownSurface, shape: &SurfaceShape, floor: f64) -> PartView {
+    let map = shown.map(floor);
+    let ShownSurface { picture, cell, classes } = shown;
     let position = |map: DeviationMap, v: f32| if v.is_nan() { f64::NAN } else { map.position(f64::from(v)) };
     let shades = map.map_or_else(Vec::new, |m| picture.values.iter().map(|v| position(m, *v)).collect());
-    let mut view = PartView { triangles: surface.triangles(), picture, shades, map, cell, ..PartView::default() };
+    let triangles = shape.all_triangles() as usize;
+    let mut view = PartView { triangles, picture, shades, map, cell, ..PartView::default() };
     if let Some(map) = map {
-        (view.shares, view.outside) =
-            shares(map, surface.weighted_points().filter_map(|(p, weight)| Some((p.deviation?, weight))));
+        (view.shares, view.outside) = shares(map, classes.weights());
     }
     view
 }

@@ -33,6 +33,9 @@ pub(crate) fn finding(severity: Severity, code: &str, message: &str) -> Finding 
         value: None,
         limit: None,
         unit: None,
+        area_mm2: None,
+        volume_mm3: None,
+        areas: None,
         repeats: 3,
         message: message.into(),
     }

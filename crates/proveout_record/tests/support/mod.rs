@@ -175,8 +175,11 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
     shown.verdict.findings = findings;
     shown.verdict.findings.push(finding_of(&finding::NOTE, &state, "COOLON has no effect in the twin"));
     shown.surface = measure(&stock);
-    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, patches: &[], surface: &shown.surface, folder };
+    let shape = shown.surface.shape();
+    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, patches: &[], surface: &shape, folder };
     for o in observers.iter_mut() {
+        shown.surface.point_bands().for_each(|band| o.surface_points(&setup, &band).expect("points"));
+        shown.surface.mesh_parts().for_each(|part| o.surface_mesh(&setup, &shape, &part).expect("mesh"));
         o.end(&setup, &outcome).expect("end");
     }
     shown
@@ -366,6 +369,9 @@ fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {
         value: None,
         limit: None,
         unit: None,
+        area_mm2: None,
+        volume_mm3: None,
+        areas: None,
         repeats: 2,
         message: message.into(),
     }

@@ -53,6 +53,7 @@ use crate::{
     prepare::{Choice, Prepared},
     run::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
+    surface_map::SurfaceMap,
     verdict::Verdict,
 };
 
@@ -142,6 +143,7 @@ impl Comparing {
                 resolution_mm: choice.resolution_mm,
                 dynamics: choice.dynamics,
                 plant: None,
+                ..Choice::default()
             };
             Entry::new(Prepared::read(path, &choice)?, name)
         };
@@ -302,10 +304,10 @@ impl Comparing {
         format!("@{}", place + 1)
     }
 
-    /// Takes the result of a program's run; the baseline comes first.
-    pub fn add(&mut self, name: &str, result: RunResult) {
+    /// Takes the result of a program's run and the surface that it left; the baseline comes first.
+    pub fn add(&mut self, name: &str, result: RunResult, surface: &SurfaceMap) {
         let Some(index) = self.entries.iter().position(|e| e.name == name) else { return };
-        let RunResult { verdict, surface, .. } = result;
+        let RunResult { verdict, .. } = result;
         if index == self.baseline && !surface.vertex_deviation.is_empty() {
             let (mesh, normals) = surface.whole_mesh();
             let deviation = surface.whole_deviation();
@@ -319,9 +321,9 @@ impl Comparing {
                 difference: vec![Vec::new(); self.entries.len()],
             });
         }
-        let deviation = self.part.as_ref().map_or_else(Vec::new, |part| deviation_on(&part.mesh.positions, &surface));
+        let deviation = self.part.as_ref().map_or_else(Vec::new, |part| deviation_on(&part.mesh.positions, surface));
         let entry = &mut self.entries[index];
-        let surface = scallop(&verdict.surface, &surface, entry.judged);
+        let surface = scallop(&verdict.surface, surface, entry.judged);
         entry.run = Some(Ran { verdict, surface, deviation });
     }
 }

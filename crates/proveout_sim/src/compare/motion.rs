@@ -22,11 +22,7 @@ use proveout_machine::{Joint, JointKind, JointValues, MAX_JOINTS, Machine};
 use proveout_nc::{Command, Op, PathMode, Program, Settings as NcSettings};
 use proveout_tool::{Tool, ToolLibrary};
 
-use crate::{
-    error::SimError,
-    prepare::Prepared,
-    run::{from_run_error, known_offset},
-};
+use crate::{error::SimError, prepare::Prepared, program_survey::known_offset, run::from_run_error};
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
 const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);

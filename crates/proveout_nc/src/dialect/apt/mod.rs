@@ -14,6 +14,7 @@ mod circle;
 mod drilling;
 mod path;
 mod reader;
+mod recover;
 mod statement;
 mod technology;
 mod words;
@@ -22,7 +23,8 @@ use std::path::PathBuf;
 
 use super::Reader;
 use crate::Command;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::Diagnostic;
+use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
@@ -30,17 +32,29 @@ use reader::AptReader;
 use statement::Statement;
 
 /// The reader of a program.
-pub(crate) fn open(
-    source: Source,
-    _folder: Option<PathBuf>,
-    settings: &Settings,
-) -> Result<Box<dyn Reader>, Diagnostics> {
-    Ok(Box::new(AptReader::new(source, settings)))
+pub(crate) fn open(source: Source, _folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(AptReader::new(source, settings))
 }
 
 impl Reader for AptReader {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn recover(&mut self) -> bool {
+        Self::recover(self)
+    }
+
+    fn follows(&self, fault: &Diagnostic) -> bool {
+        self.may_follow(fault)
+    }
+
+    fn sources(&self) -> Vec<&Source> {
+        vec![self.source.as_ref()]
+    }
+
+    fn not_run(&self) -> Vec<NotRun> {
+        self.leftover()
     }
 }
 

@@ -4,10 +4,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use super::drilling::Cycle;
+use super::recover::Recovery;
 use super::statement::{self, Bad, Item, Place, Statement, Token};
 use super::words::{self, Class};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Span, column_and_length};
+use crate::dialect::coverage::Coverage;
+use crate::dialect::doubt::Stage;
 use crate::frame::Frame;
 use crate::source::{Mark, Source};
 use crate::state::Position;
@@ -40,8 +43,10 @@ pub(crate) struct AptReader {
     queue: VecDeque<Command>,
     location: Location,
     started: bool,
-    done: bool,
+    pub(crate) done: bool,
     failure: Option<Box<Diagnostic>>,
+    pub(crate) recovery: Recovery,
+    pub(crate) coverage: Coverage,
     pub(crate) arc_tolerance: f64,
     max_names: usize,
     names: BTreeMap<String, f64>,
@@ -92,6 +97,8 @@ impl AptReader {
             started: false,
             done: false,
             failure: None,
+            recovery: Recovery::default(),
+            coverage: Coverage::default(),
             arc_tolerance: settings.arc_tolerance_mm,
             max_names: settings.limits.max_array_elements.min(MAX_NAMES),
             names: settings.variables.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect(),
@@ -144,9 +151,16 @@ impl AptReader {
                 self.done = true;
                 continue;
             };
+            self.coverage.mark(0, self.cursor.line, next.line);
             self.cursor = next;
-            if let Err(bad) = result.and_then(|()| self.run(&source, statement)) {
-                self.failure = Some(Box::new(bad.diagnostic(&source)));
+            self.recovery.faults.stage = Stage::Unread;
+            match result.and_then(|()| self.run(&source, statement)) {
+                Ok(()) => self.settle_doubt(),
+                Err(bad) => {
+                    let diagnostic = bad.diagnostic(&source);
+                    self.recovery.failed = Some((statement.major.clone(), statement.assignment));
+                    self.failure = Some(Box::new(diagnostic));
+                }
             }
         }
     }
@@ -163,6 +177,7 @@ impl AptReader {
     pub(crate) fn finish(&mut self) {
         self.emit(Op::End);
         self.done = true;
+        self.coverage.end(0, self.cursor.line);
     }
 
     fn run(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
@@ -176,6 +191,7 @@ impl AptReader {
         let end = end.max(st.literal.span.end).max(st.head.span.end);
         let (column, length) = column_and_length(line, Span { start: st.head.span.start, end });
         (self.location.line, self.location.column, self.location.length) = (mark.line, column, length);
+        self.recovery.faults.stage = Stage::Acting;
         if !self.started {
             self.started = true;
             self.work_offset("G54");

@@ -50,6 +50,10 @@ impl Interpreter {
                 self.call_label(loaded, at, &label, repeat, span)
             }
             Statement::Din(din) => self.din(&din, block),
+            Statement::Begin { .. } if self.follows_code(loaded, at) => {
+                Err(Fault::new(codes::NO_END, span, "another program begins here, and the one before has no end")
+                    .help("write END PGM in front of it, and give each program a file of its own"))
+            }
             other => {
                 self.settle_contour(span)?;
                 self.settled(other, block)

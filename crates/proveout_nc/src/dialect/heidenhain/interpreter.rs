@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::recover::Recovery;
 use super::state::State;
 use super::text;
 use super::variables::Variables;
@@ -14,6 +15,8 @@ use super::words::{Block, Label, Statement};
 use super::{din, parser};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::dialect::coverage::Coverage;
+use crate::dialect::doubt::Stage;
 use crate::dialect::passes::Passes;
 use crate::settings::Dialect;
 use crate::source::{Mark, Source};
@@ -25,7 +28,11 @@ use crate::{Command, Location, Op, Settings};
 pub(crate) struct Loaded {
     pub(crate) source: Source,
     pub(crate) din: bool,
-    labels: BTreeMap<String, Mark>,
+    pub(crate) labels: BTreeMap<String, Mark>,
+    /// Its number among the files of the run.
+    pub(crate) file: usize,
+    /// A line that may hold a label cannot be read.
+    pub(crate) unreadable: bool,
 }
 
 /// Key of a label: numbers and names live in one space.
@@ -34,9 +41,11 @@ pub(crate) fn label_key(number: f64) -> String {
 }
 
 impl Loaded {
-    pub(crate) fn new(source: Source, din: bool) -> Result<Self, Diagnostics> {
+    /// The file, and what is wrong with its labels.
+    pub(crate) fn new(source: Source, din: bool, file: usize) -> (Self, Vec<Diagnostic>) {
         let mut labels = BTreeMap::new();
         let mut faults = Vec::new();
+        let mut unreadable = false;
         let mut at = Mark::START;
         let mut block = Block::default();
         while let Some((line, next)) = source.line(at) {
@@ -44,6 +53,7 @@ impl Loaded {
             let found = if din { line.contains("G98") || line.contains("g98") } else { has_label(line) };
             if found {
                 let parsed = if din { din::parse(line, &mut block) } else { parser::parse(line, &mut block) };
+                unreadable |= parsed.is_err();
                 let key = match (&parsed, &block.statement) {
                     (Ok(()), Statement::Label(Label::Number(super::words::Value::Number(n)))) if *n != 0.0 => {
                         Some(label_key(*n))
@@ -66,7 +76,7 @@ impl Loaded {
             }
             at = next;
         }
-        if faults.is_empty() { Ok(Self { source, din, labels }) } else { Err(Diagnostics(faults)) }
+        (Self { source, din, labels, file, unreadable }, faults)
     }
 }
 
@@ -77,9 +87,9 @@ fn has_label(line: &str) -> bool {
 
 /// One level of the call stack.
 #[derive(Debug)]
-struct Level {
-    loaded: Arc<Loaded>,
-    cursor: Mark,
+pub(crate) struct Level {
+    pub(crate) loaded: Arc<Loaded>,
+    pub(crate) cursor: Mark,
     /// A program called with CALL PGM, not a label.
     program: bool,
     /// Repetitions still to do, by the place of their CALL LBL block.
@@ -92,16 +102,21 @@ struct Level {
 pub(crate) struct Interpreter {
     pub(crate) settings: Settings,
     folders: Vec<PathBuf>,
-    files: BTreeMap<PathBuf, Arc<Loaded>>,
-    stack: Vec<Level>,
+    pub(crate) main: Arc<Loaded>,
+    pub(crate) files: BTreeMap<PathBuf, Arc<Loaded>>,
+    pub(crate) stack: Vec<Level>,
     /// Boxed, because it is taken out for every block.
-    block: Option<Box<Block>>,
+    pub(crate) block: Option<Box<Block>>,
     buffer: String,
     pub(crate) queue: VecDeque<Command>,
     pub(crate) location: Location,
     pub(crate) done: bool,
     failure: Option<Box<Diagnostic>>,
-    passes: Passes,
+    /// What is wrong with the labels of the main file.
+    pub(crate) structure: Vec<Diagnostic>,
+    pub(crate) recovery: Recovery,
+    pub(crate) coverage: Coverage,
+    pub(crate) passes: Passes,
     calls: u64,
     selected: Option<String>,
     pub(crate) variables: Variables,
@@ -113,16 +128,19 @@ pub(crate) struct Interpreter {
 
 impl Interpreter {
     /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(
-        dialect: Dialect,
-        source: Source,
-        folder: Option<PathBuf>,
-        settings: &Settings,
-    ) -> Result<Self, Diagnostics> {
-        let loaded = Arc::new(Loaded::new(source, dialect == Dialect::HeidenhainIso)?);
+    pub(crate) fn new(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Self {
+        let (loaded, structure) = Loaded::new(source, dialect == Dialect::HeidenhainIso, 0);
+        let loaded = Arc::new(loaded);
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
-        let level = Level { loaded, cursor: Mark::START, program: true, repetitions: BTreeMap::new(), inch: false };
-        Ok(Self {
+        let level = Level {
+            loaded: Arc::clone(&loaded),
+            cursor: Mark::START,
+            program: true,
+            repetitions: BTreeMap::new(),
+            inch: false,
+        };
+        Self {
+            main: loaded,
             folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
             files: BTreeMap::new(),
             stack: vec![level],
@@ -132,6 +150,9 @@ impl Interpreter {
             location,
             done: false,
             failure: None,
+            structure,
+            recovery: Recovery::default(),
+            coverage: Coverage::default(),
             passes: Passes::default(),
             calls: 0,
             selected: None,
@@ -140,7 +161,7 @@ impl Interpreter {
             state: State::new(settings),
             din_now: false,
             settings: settings.clone(),
-        })
+        }
     }
 
     /// Hands a command out with the place of the block.
@@ -161,7 +182,9 @@ impl Interpreter {
     pub(crate) fn end_of_program(&mut self) {
         self.emit(Op::End);
         self.done = true;
-        self.stack.clear();
+        for level in self.stack.drain(..) {
+            self.coverage.end(level.loaded.file, level.cursor.line);
+        }
     }
 
     fn step(&mut self) -> Result<(), Box<Diagnostic>> {
@@ -173,14 +196,21 @@ impl Interpreter {
         let loaded = Arc::clone(&level.loaded);
         let mut buffer = std::mem::take(&mut self.buffer);
         let mut block = self.block.take().unwrap_or_default();
+        self.recovery.faults.stage = Stage::Unread;
         let result = match text::block(&loaded.source, at, &mut buffer) {
-            None => self.end_of_text().map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, ""))),
+            None => self.end_of_text().map_err(|fault| self.failed(&loaded, at, "", fault)),
             Some(found) => {
                 if let Some(level) = self.stack.last_mut() {
                     level.cursor = found.next;
                 }
-                self.run(&loaded, &found, at, &mut block)
-                    .map_err(|fault| Box::new(text::locate(fault, &loaded.source, at, found.text)))
+                self.coverage.mark(loaded.file, at.line, found.next.line);
+                match self.run(&loaded, &found, at, &mut block) {
+                    Ok(()) => {
+                        self.settle_doubt();
+                        Ok(())
+                    }
+                    Err(fault) => Err(self.failed(&loaded, at, found.text, fault)),
+                }
             }
         };
         self.buffer = buffer;
@@ -230,14 +260,21 @@ impl Interpreter {
             return Ok(());
         }
         // The place of a joined block is that of its first line.
+        self.recovery.faults.stage = Stage::Acting;
         let first = if found.joined { text.split('\n').next().unwrap_or(text) } else { text };
         let (column, length) = column_and_length(first, block.span);
         let depth = self.stack.len().saturating_sub(1) as u32;
         // What an earlier block left open is told with the place of that block.
         if self.state.pending_cycle.is_some()
             && !matches!(block.statement, Statement::OldCycle { part: 1.., .. } | Statement::OldCycleProgram(_))
+            && let Err(fault) = self.finish_old_cycle()
         {
-            self.finish_old_cycle()?;
+            // The block itself is run when the run goes on.
+            self.recovery.earlier = Some(self.location.line);
+            if let Some(level) = self.stack.last_mut() {
+                level.cursor = at;
+            }
+            return Err(fault);
         }
         self.location.move_to(&loaded.source.name, at.line, column, length, depth);
         if let Statement::Path(path) = block.statement {
@@ -402,8 +439,10 @@ impl Interpreter {
             let source =
                 Source::read(&path).map_err(|d| failed(format!("the program `{file}` cannot be read: {d}")))?;
             let din = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
-            let loaded =
-                Loaded::new(source, din).map_err(|d| failed(format!("the program `{file}` is broken: {d}")))?;
+            let (loaded, faults) = Loaded::new(source, din, self.files.len() + 1);
+            if !faults.is_empty() {
+                return Err(failed(format!("the program `{file}` is broken: {}", Diagnostics(faults))));
+            }
             let loaded = Arc::new(loaded);
             self.files.insert(path, Arc::clone(&loaded));
             return Ok(loaded);
@@ -433,7 +472,6 @@ impl Iterator for Interpreter {
             if let Err(diagnostic) = self.step() {
                 // Commands of the block before the fault stay in the queue and are given out first.
                 self.done = true;
-                self.stack.clear();
                 self.failure = Some(diagnostic);
             }
         }

@@ -22,6 +22,7 @@ mod expr;
 mod frames;
 mod functions;
 mod interpreter;
+mod leftover;
 mod lexer;
 mod motion;
 mod parser;
@@ -30,6 +31,7 @@ mod plane;
 mod plane_words;
 mod positioning;
 mod q_functions;
+mod recover;
 mod state;
 mod statements;
 mod text;
@@ -43,18 +45,14 @@ use interpreter::Interpreter;
 use super::Reader;
 use crate::Command;
 use crate::compensation::CompStyle;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::Diagnostic;
+use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
-pub(crate) fn open(
-    dialect: Dialect,
-    source: Source,
-    folder: Option<PathBuf>,
-    settings: &Settings,
-) -> Result<Box<dyn Reader>, Diagnostics> {
-    Ok(Box::new(Interpreter::new(dialect, source, folder, settings)?))
+pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(Interpreter::new(dialect, source, folder, settings))
 }
 
 impl Reader for Interpreter {
@@ -64,6 +62,26 @@ impl Reader for Interpreter {
 
     fn comp_style(&self) -> Option<CompStyle> {
         Some(CompStyle { look_ahead: self.state.look_ahead, ..CompStyle::PLAIN })
+    }
+
+    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.structure)
+    }
+
+    fn recover(&mut self) -> bool {
+        Self::recover(self)
+    }
+
+    fn follows(&self, fault: &Diagnostic) -> bool {
+        self.may_follow(fault)
+    }
+
+    fn sources(&self) -> Vec<&Source> {
+        self.loaded().map(|loaded| &loaded.source).collect()
+    }
+
+    fn not_run(&self) -> Vec<NotRun> {
+        self.leftover()
     }
 }
 

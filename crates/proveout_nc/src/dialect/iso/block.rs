@@ -12,6 +12,7 @@ use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::doubt::Stage;
 use crate::{Dwell, Op};
 
 impl Interpreter {
@@ -29,7 +30,9 @@ impl Interpreter {
         if block.words.is_empty() {
             return Ok(());
         }
+        self.recovery.faults.stage = Stage::Acting;
         self.act(&mut p, block)?;
+        self.recovery.faults.stage = Stage::Acted;
         if let Some(letter) = p.left_over() {
             return Err(left_over(letter, block, line));
         }

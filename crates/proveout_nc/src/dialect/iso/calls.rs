@@ -12,7 +12,7 @@ use super::parser::Block;
 use super::statement::Label;
 use crate::Op;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Diagnostics, Fault, Span};
 use crate::source::{Mark, Source};
 
 /// What a level of the call stack was entered by.
@@ -308,8 +308,10 @@ impl Interpreter {
             let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
             let source =
                 Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
-            let loaded = Loaded::new(source, self.flavor)
-                .map_err(|d| failed(format!("the subprogram `{name}` is broken: {d}")))?;
+            let (loaded, faults) = Loaded::new(source, self.flavor, self.files.len() + 1);
+            if !faults.is_empty() {
+                return Err(failed(format!("the subprogram `{name}` is broken: {}", Diagnostics(faults))));
+            }
             let loaded = Arc::new(loaded);
             self.files.insert(path, Arc::clone(&loaded));
             return Ok(Some(loaded));

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::calls::CallKind;
 use super::expr::Expr;
 use super::index::{self, Partner};
 use super::interpreter::{Interpreter, Loaded};
@@ -22,7 +23,16 @@ impl Interpreter {
     ) -> Result<(), Fault> {
         let span = block.span;
         match statement {
-            Statement::Header(_) => {}
+            // A LinuxCNC runs through the heads of numbered programs, but not from a subprogram of O words.
+            Statement::Header(name) => {
+                let in_sub = self.stack.last().is_some_and(|level| level.kind == CallKind::OSub);
+                if self.flavor.is_linuxcnc() && in_sub {
+                    let message = format!("a subprogram of O words runs into the head of the numbered program {name}");
+                    return Err(
+                        Fault::new(codes::STRUCTURE, span, message).help("close it with endsub before the head")
+                    );
+                }
+            }
             Statement::Output(text) => self.note(text),
             Statement::IfGoto(condition, target) => {
                 if self.truth(&condition, span)? {

@@ -9,8 +9,9 @@
 //! ```
 //!
 //! Sources: Fanuc, *Series 30i operator's manual*, "Canned cycle for drilling"; Haas, *Mill operator's manual*; `LinuxCNC`,
-//! *G-code reference*, "Canned cycles". With G91, R counts from the initial level and Z from R; on a `LinuxCNC` R counts from
-//! where the tool stands.
+//! *G-code reference*, "Canned cycles", and its interpreter (`convert_cycle_xy` in `interp_cycles.cc`, which keeps the initial
+//! level in `cycle_il` until another motion mode or G80). With G91, R counts from the initial level and Z from R, however often
+//! the cycle is repeated and whatever level the tool has come back to.
 
 use super::block::g_name;
 use super::flavor::Flavor;
@@ -71,13 +72,12 @@ impl Interpreter {
             }
             return Ok(());
         }
-        let before = self.position.work.get(normal);
-        let reference = if self.flavor.is_linuxcnc() { before } else { self.cycle.initial };
-        let levels = self.levels(code, reference, span)?;
+        let levels = self.levels(code, self.cycle.initial, span)?;
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
-            if self.flavor.is_linuxcnc() && self.position.work.get(normal).is_some_and(|now| now < levels.r) {
+            // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
+            if self.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
                 self.along(levels.r, true, span)?;
             }
             let (end, programmed) = self.targets(p, span)?;

@@ -21,6 +21,17 @@ pub(crate) struct Section {
     pub(crate) end: usize,
 }
 
+/// A stretch of the text: a program, or what stands around the tape.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// First line, and the line behind the last.
+    pub(crate) lines: [u32; 2],
+    /// Number or name of the program.
+    pub(crate) name: Option<String>,
+    /// No control reads it: in front of the first `%`, or behind the last.
+    pub(crate) outside: bool,
+}
+
 /// Lines that belong to a structuring line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Partner {
@@ -39,6 +50,24 @@ pub(crate) struct Index {
     /// Subprograms of O words: the line with SUB and the program it stands in.
     pub(crate) subs: BTreeMap<String, (Mark, Section)>,
     pub(crate) partners: BTreeMap<usize, Partner>,
+    /// All of the text that holds code, in order.
+    pub(crate) parts: Vec<Part>,
+    /// A line that may structure the program cannot be read: what seems to be missing may stand in it.
+    pub(crate) unreadable: bool,
+}
+
+/// One pass over a file.
+struct Pass<'a> {
+    source: &'a Source,
+    faults: &'a mut Vec<Diagnostic>,
+    open: Vec<Open>,
+    subs: Vec<(String, Mark)>,
+    /// Begin and name of the part that is read.
+    start: Mark,
+    name: Option<String>,
+    /// Heads of programs in it, on a control that runs through them.
+    heads: Vec<(String, Mark)>,
+    seen_code: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,85 +132,184 @@ fn may_structure(line: &str) -> bool {
     }
 }
 
-impl Index {
-    /// Reads the structure of a file; faults of structure are added to the list.
-    pub(crate) fn new(source: &Source, flavor: Flavor, faults: &mut Vec<Diagnostic>) -> Self {
-        let mut index = Self::default();
-        let mut open: Vec<Open> = Vec::new();
-        let mut block = Block::default();
-        let mut pending_subs = Vec::new();
-        let (mut at, mut start, mut name) = (Mark::START, Mark::START, None::<String>);
-        let (mut seen_code, mut closed) = (false, false);
-        while let Some((line, next)) = source.line(at) {
-            let trimmed = line.trim_start();
-            if trimmed.starts_with('%') {
-                if seen_code && !closed {
-                    index.close(source, start, at.offset, name.take(), &mut open, &mut pending_subs, faults);
-                    closed = true;
-                }
-                if closed {
-                    start = next;
-                    seen_code = false;
-                }
-            } else if may_structure(line) && parser::parse_line(line, flavor, &mut block).is_ok() {
-                match block.statement.take() {
-                    Some(Statement::Header(header)) => {
-                        if seen_code && !closed {
-                            index.close(source, start, at.offset, name.take(), &mut open, &mut pending_subs, faults);
-                        }
-                        if seen_code || closed {
-                            start = at;
-                        }
-                        closed = false;
-                        name = Some(header);
-                        seen_code = true;
-                    }
-                    Some(statement) => {
-                        seen_code = true;
-                        let span = block.span;
-                        if let Err((message, help)) =
-                            index.structure(at, span, &statement, &mut open, &mut pending_subs)
-                        {
-                            let fault = Fault::new(codes::STRUCTURE, span, message).help(help);
-                            faults.push(fault.at(&source.name, at.line, line));
-                        }
-                    }
-                    None => seen_code = true,
-                }
-            } else {
-                seen_code = seen_code || !trimmed.is_empty() && !trimmed.starts_with(['(', ';']);
+/// Where a line stands on the tape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tape {
+    /// No `%` yet.
+    Before,
+    Inside,
+    /// Behind the `%` that closes it.
+    Behind,
+}
+
+impl Pass<'_> {
+    /// The text that the first `%` ends is no program: it has no head and no end, and a program follows.
+    fn is_leader(&self, percent: Mark, behind: Mark) -> bool {
+        if !self.seen_code || self.name.is_some() {
+            return false;
+        }
+        let mut at = self.start;
+        while let Some((line, next)) = self.source.line(at) {
+            if at == percent {
+                break;
+            }
+            if has_end(line) {
+                return false;
             }
             at = next;
         }
-        if !closed || seen_code && name.is_some() {
-            index.close(source, start, at.offset, name, &mut open, &mut pending_subs, faults);
+        at = behind;
+        while let Some((line, next)) = self.source.line(at) {
+            if !line.trim().is_empty() && !line.trim_start().starts_with(['%', '(', ';']) {
+                return true;
+            }
+            at = next;
+        }
+        false
+    }
+}
+
+/// The number behind each M of a line, outside of comments.
+fn m_words(line: &str) -> impl Iterator<Item = u32> + '_ {
+    let mut depth = 0;
+    let bytes = line.as_bytes();
+    (0..bytes.len()).filter_map(move |at| {
+        match bytes[at] {
+            b'(' => depth += 1,
+            b')' => depth = 0,
+            b'M' | b'm' if depth == 0 => {
+                let mut s = Scanner::new(line);
+                s.set_pos(at + 1);
+                s.skip_blanks();
+                return s.integer();
+            }
+            _ => {}
+        }
+        None
+    })
+}
+
+/// M2, M30 or M99 stands in the line.
+pub(crate) fn has_end(line: &str) -> bool {
+    m_words(line).any(|m| matches!(m, 2 | 30 | 99))
+}
+
+/// M99 stands in the line.
+pub(crate) fn has_return(line: &str) -> bool {
+    m_words(line).any(|m| m == 99)
+}
+
+impl Index {
+    /// Reads the structure of a file; faults of structure are added to the list.
+    ///
+    /// A Fanuc and a Haas keep each program by itself: its head ends the one before. A `LinuxCNC` runs through the heads of
+    /// numbered programs, so that its text is one program from `%` to `%`. Text in front of the first `%` is the leader of a
+    /// tape (which a `LinuxCNC` does not know), text behind the closing one is read by no control unless it has a head.
+    pub(crate) fn new(source: &Source, flavor: Flavor, faults: &mut Vec<Diagnostic>) -> Self {
+        let mut index = Self::default();
+        let mut block = Block::default();
+        let mut pass = Pass {
+            source,
+            faults,
+            open: Vec::new(),
+            subs: Vec::new(),
+            start: Mark::START,
+            name: None,
+            heads: Vec::new(),
+            seen_code: false,
+        };
+        let (mut at, mut tape) = (Mark::START, Tape::Before);
+        while let Some((line, next)) = source.line(at) {
+            let trimmed = line.trim_start();
+            if trimmed.starts_with('%') {
+                let leader = tape == Tape::Before && !flavor.is_linuxcnc() && pass.is_leader(at, next);
+                let behind = tape == Tape::Behind && (pass.name.is_none() || flavor.is_linuxcnc());
+                tape = match tape {
+                    Tape::Before if leader || !pass.seen_code => Tape::Inside,
+                    _ => Tape::Behind,
+                };
+                index.close(&mut pass, at, leader || behind);
+                (pass.start, pass.name) = (next, None);
+            } else if may_structure(line) {
+                let readable = parser::parse_line(line, flavor, &mut block).is_ok();
+                index.unreadable |= !readable;
+                match block.statement.take().filter(|_| readable) {
+                    Some(Statement::Header(header)) if flavor.is_linuxcnc() => {
+                        pass.heads.push((header, at));
+                        pass.seen_code = true;
+                    }
+                    Some(Statement::Header(header)) => {
+                        if pass.seen_code {
+                            let outside = tape == Tape::Behind && pass.name.is_none();
+                            index.close(&mut pass, at, outside);
+                        }
+                        (pass.start, pass.name) = (if index.parts.is_empty() { pass.start } else { at }, Some(header));
+                        pass.seen_code = true;
+                    }
+                    Some(statement) => {
+                        pass.seen_code = true;
+                        let span = block.span;
+                        if let Err((message, help)) =
+                            index.structure(at, span, &statement, &mut pass.open, &mut pass.subs)
+                        {
+                            let fault = Fault::new(codes::STRUCTURE, span, message).help(help);
+                            pass.faults.push(fault.at(&source.name, at.line, line));
+                        }
+                    }
+                    None => pass.seen_code = true,
+                }
+            } else {
+                pass.seen_code = pass.seen_code || !trimmed.is_empty() && !trimmed.starts_with(['(', ';']);
+            }
+            at = next;
+        }
+        let behind = tape == Tape::Behind && (pass.name.is_none() || flavor.is_linuxcnc());
+        let start = pass.start;
+        index.close(&mut pass, at, behind);
+        if index.unreadable {
+            pass.faults.clear();
+        }
+        if index.parts.is_empty() {
+            // Comments can speak to the control.
+            index.main = Some(Section { start, end: at.offset });
         }
         index
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the state of one pass over the file")]
-    fn close(
-        &mut self,
-        source: &Source,
-        start: Mark,
-        end: usize,
-        name: Option<String>,
-        open: &mut Vec<Open>,
-        subs: &mut Vec<(String, Mark)>,
-        faults: &mut Vec<Diagnostic>,
-    ) {
-        for open in open.drain(..) {
+    /// Ends the part that is read in front of a line.
+    fn close(&mut self, pass: &mut Pass<'_>, end: Mark, outside: bool) {
+        for open in pass.open.drain(..) {
             let (word, end_word) = open.kind.words();
-            let line = source.line(open.mark).map_or("", |(line, _)| line);
+            let line = pass.source.line(open.mark).map_or("", |(line, _)| line);
             let fault = Fault::new(codes::STRUCTURE, open.span, format!("`{word} {}` has no `{end_word}`", open.label))
                 .help(format!("write {end_word} where it ends"));
-            faults.push(fault.at(&source.name, open.mark.line, line));
+            pass.faults.push(fault.at(&pass.source.name, open.mark.line, line));
         }
-        let section = Section { start, end };
-        self.main.get_or_insert(section);
-        for (label, mark) in subs.drain(..) {
+        if !std::mem::take(&mut pass.seen_code) {
+            return;
+        }
+        let section = Section { start: pass.start, end: end.offset };
+        for (label, mark) in pass.subs.drain(..).filter(|_| !outside) {
             self.subs.entry(label).or_insert((mark, section));
         }
+        let name = pass.name.take();
+        // Numbered programs of a LinuxCNC: each a part of its own, and every one runs on to the end of the text.
+        let mut first = pass.start.line;
+        let mut part_name = name.clone();
+        for (head, mark) in pass.heads.drain(..) {
+            if mark.line > first {
+                self.parts.push(Part { lines: [first, mark.line], name: part_name.take(), outside });
+            }
+            (first, part_name) = (mark.line, Some(head.clone()));
+            if !outside {
+                self.programs.entry(head).or_insert(Section { start: mark, end: end.offset });
+            }
+        }
+        self.parts.push(Part { lines: [first, end.line], name: part_name, outside });
+        if outside {
+            return;
+        }
+        self.main.get_or_insert(section);
         if let Some(name) = name {
             self.programs.entry(name).or_insert(section);
         }

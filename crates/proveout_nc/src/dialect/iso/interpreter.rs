@@ -12,9 +12,12 @@ use super::flavor::{Flavor, Told};
 use super::index::{Index, Section};
 use super::modal::{CycleValues, Modal, Technology};
 use super::parser::{self, Block, Remark};
+use super::recover::Recovery;
 use super::variables::Variables;
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
+use crate::dialect::coverage::Coverage;
+use crate::dialect::doubt::Stage;
 use crate::dialect::passes::Passes;
 use crate::source::{Mark, Source};
 use crate::state::Position;
@@ -25,13 +28,16 @@ use crate::{ASSUMED, Command, Location, Offset, Op, Settings, WorkOffset};
 pub(crate) struct Loaded {
     pub(crate) source: Source,
     pub(crate) index: Index,
+    /// Its number among the files of the run.
+    pub(crate) file: usize,
 }
 
 impl Loaded {
-    pub(crate) fn new(source: Source, flavor: Flavor) -> Result<Self, Diagnostics> {
+    /// The file, and what is wrong with its structure.
+    pub(crate) fn new(source: Source, flavor: Flavor, file: usize) -> (Self, Vec<Diagnostic>) {
         let mut faults = Vec::new();
         let index = Index::new(&source, flavor, &mut faults);
-        if faults.is_empty() { Ok(Self { source, index }) } else { Err(Diagnostics(faults)) }
+        (Self { source, index, file }, faults)
     }
 }
 
@@ -56,15 +62,20 @@ pub(crate) struct Interpreter {
     /// The flavor is only the default: nothing tells it.
     pub(crate) assumed: bool,
     pub(crate) folders: Vec<PathBuf>,
+    pub(crate) main: Arc<Loaded>,
     pub(crate) files: BTreeMap<PathBuf, Arc<Loaded>>,
     pub(crate) stack: Vec<Level>,
-    block: Block,
+    pub(crate) block: Block,
     pub(crate) queue: VecDeque<Command>,
     location: Location,
     pub(crate) done: bool,
     /// What ended the run, to be told behind the commands before it.
     failure: Option<Box<Diagnostic>>,
-    passes: Passes,
+    /// What is wrong with the structure of the main file.
+    pub(crate) structure: Vec<Diagnostic>,
+    pub(crate) recovery: Recovery,
+    pub(crate) coverage: Coverage,
+    pub(crate) passes: Passes,
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
     pub(crate) variables: Variables,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
@@ -98,18 +109,14 @@ pub(crate) struct Interpreter {
 
 impl Interpreter {
     /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(
-        source: Source,
-        folder: Option<PathBuf>,
-        settings: &Settings,
-        told: Told,
-    ) -> Result<Self, Diagnostics> {
+    pub(crate) fn new(source: Source, folder: Option<PathBuf>, settings: &Settings, told: Told) -> Self {
         let flavor = told.flavor;
-        let loaded = Arc::new(Loaded::new(source, flavor)?);
+        let (loaded, structure) = Loaded::new(source, flavor, 0);
+        let loaded = Arc::new(loaded);
         let section = loaded.index.main.unwrap_or(Section { start: Mark::START, end: 0 });
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
         let level = Level {
-            loaded,
+            loaded: Arc::clone(&loaded),
             section,
             cursor: section.start,
             first: section.start,
@@ -121,6 +128,7 @@ impl Interpreter {
             flavor,
             assumed: !told.certain,
             folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
+            main: loaded,
             files: BTreeMap::new(),
             stack: vec![level],
             block: Block::default(),
@@ -128,6 +136,9 @@ impl Interpreter {
             location,
             done: false,
             failure: None,
+            structure,
+            recovery: Recovery::default(),
+            coverage: Coverage::default(),
             passes: Passes::default(),
             block_numbers: BTreeMap::new(),
             variables: Variables::new(flavor, &settings.variables),
@@ -153,7 +164,7 @@ impl Interpreter {
         interpreter.load_offset("G54");
         let total = interpreter.modal.frames.total(flavor);
         interpreter.position.set_frame(total);
-        Ok(interpreter)
+        interpreter
     }
 
     /// Hands a command out with the place of the block.
@@ -213,23 +224,50 @@ impl Interpreter {
         let loaded = Arc::clone(&level.loaded);
         let line = loaded.source.line(at).filter(|_| at.offset < end);
         let Some((line, next)) = line else {
-            // The end of the text ends the program as M30 and the subprogram as M99 do.
-            if self.stack.len() > 1 {
-                self.leave(Span::default()).map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, "")))?;
-            } else {
-                self.done = true;
-            }
-            return Ok(());
+            return self.end_of_text(&loaded, at);
         };
         level.cursor = next;
+        self.coverage.mark(loaded.file, at.line, next.line);
         let mut block = std::mem::take(&mut self.block);
         let result = self.run_line(&loaded, line, at, &mut block);
         self.block = block;
-        result.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, line)))
+        match result {
+            Ok(()) => {
+                self.settle_doubt();
+                Ok(())
+            }
+            Err(fault) => Err(self.failed(&loaded, at, line, fault)),
+        }
+    }
+
+    /// The end of the text ends the program as M30 and the subprogram as M99 do. On a Fanuc and a Haas no program runs into the
+    /// next one of its file.
+    fn end_of_text(&mut self, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
+        if let Some((line, _)) = loaded.source.line(at)
+            && let Some(part) = loaded.index.parts.iter().find(|p| p.lines[0] == at.line && !p.outside)
+            && let Some(name) = &part.name
+        {
+            let (first, last) = (part.lines[0], part.lines[1].saturating_sub(1).max(part.lines[0]));
+            let fault = Fault::new(
+                codes::NO_END,
+                Span::new(0, line.trim_end().len()),
+                format!("the program before runs into the head of program {name} without an end: lines {first} to {last} would not be run"),
+            )
+            .help("write M30 (M99 in a subprogram) before it; where it is the number of this program, write it first");
+            return Err(self.failed(loaded, at, line, fault));
+        }
+        if self.stack.len() > 1 {
+            let line = "";
+            return self.leave(Span::default()).map_err(|fault| self.failed(loaded, at, line, fault));
+        }
+        self.done = true;
+        Ok(())
     }
 
     fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
+        self.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, self.flavor, block)?;
+        self.recovery.faults.stage = Stage::Read;
         if block.is_empty() || block.skip.is_some_and(|level| self.is_skipped(level)) {
             return Ok(());
         }
@@ -276,7 +314,9 @@ impl Interpreter {
     pub(crate) fn end_of_program(&mut self) {
         self.emit(Op::End);
         self.done = true;
-        self.stack.clear();
+        for level in self.stack.drain(..) {
+            self.coverage.end(level.loaded.file, level.cursor.line);
+        }
     }
 }
 
@@ -308,7 +348,6 @@ impl Iterator for Interpreter {
             if let Err(diagnostic) = self.step() {
                 // Commands of the block before the fault stay in the queue and are given out first.
                 self.done = true;
-                self.stack.clear();
                 self.failure = Some(diagnostic);
             }
         }

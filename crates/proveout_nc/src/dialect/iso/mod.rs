@@ -16,6 +16,7 @@ mod expr;
 mod flavor;
 mod index;
 mod interpreter;
+mod leftover;
 mod length;
 mod machine;
 mod modal;
@@ -23,6 +24,7 @@ mod motion;
 mod offsets;
 mod parser;
 mod pending;
+mod recover;
 mod statement;
 mod system;
 mod technology;
@@ -36,24 +38,44 @@ use interpreter::Interpreter;
 
 use super::Reader;
 use crate::Command;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::Diagnostic;
+use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
-pub(crate) fn open(
-    dialect: Dialect,
-    source: Source,
-    folder: Option<PathBuf>,
-    settings: &Settings,
-) -> Result<Box<dyn Reader>, Diagnostics> {
+pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
     let told = flavor::tell(dialect, &source);
-    Ok(Box::new(Interpreter::new(source, folder, settings, told)?))
+    Box::new(Interpreter::new(source, folder, settings, told))
 }
 
 impl Reader for Interpreter {
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
         self.next()
+    }
+
+    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.structure)
+    }
+
+    fn recover(&mut self) -> bool {
+        Self::recover(self)
+    }
+
+    fn follows(&self, fault: &Diagnostic) -> bool {
+        self.may_follow(fault)
+    }
+
+    fn sources(&self) -> Vec<&Source> {
+        self.loaded().map(|loaded| &loaded.source).collect()
+    }
+
+    fn not_run(&self) -> Vec<NotRun> {
+        self.leftover()
+    }
+
+    fn is_subprogram(&self) -> bool {
+        self.main_is_subprogram()
     }
 }
 
@@ -63,13 +85,20 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> 
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
+    let outside = index::Index::new(source, flavor, &mut Vec::new()).parts;
+    let outside: Vec<[u32; 2]> = outside.into_iter().filter(|part| part.outside).map(|part| part.lines).collect();
     while let Some((line, next)) = source.line(at) {
-        let fault = match parser::parse_line(line, flavor, &mut block) {
-            Err(fault) => Some(fault),
-            Ok(()) => block.words.iter().find_map(|word| block::refused_word(flavor, word)),
-        };
-        if let Some(fault) = fault {
-            faults.push(fault.at(&source.name, at.line, line));
+        if outside.iter().any(|lines| (lines[0]..lines[1]).contains(&at.line)) {
+            // No control reads it.
+            at = next;
+            continue;
+        }
+        match parser::parse_line(line, flavor, &mut block) {
+            Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
+            Ok(()) => {
+                let refused = block.words.iter().filter_map(|word| block::refused_word(flavor, word));
+                faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
+            }
         }
         at = next;
     }

@@ -171,11 +171,13 @@ pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Resul
 fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     let shown = s.peek_char().unwrap_or(' ');
     let (code, help) = match shown {
+        c if c.is_control() => (codes::SYNTAX, "take the control character out"),
         ',' => (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3"),
         '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
         '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),
         _ => (codes::SYNTAX, "take it out"),
     };
+    let shown = if shown.is_control() { shown.escape_default().to_string() } else { shown.to_string() };
     Fault::new(code, s.here(), format!("`{shown}` has no meaning here for the {} reader", flavor.name())).help(help)
 }
 

@@ -68,6 +68,11 @@ pub(crate) fn keyword(s: &Scanner<'_>) -> Option<&'static str> {
 pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Result<Option<Statement>, Fault> {
     let byte = s.peek();
     if matches!(byte, b'O' | b'o' | b':') {
+        if byte == b':' && flavor.is_linuxcnc() {
+            let message = "`:` is a program number of Fanuc and Haas and not a word of LinuxCNC";
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, s.here(), message)
+                .help("write N for a block number, O for a program number"));
+        }
         if first {
             return o_line(s, flavor).map(Some);
         }
@@ -237,6 +242,18 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
 
 fn optional(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Expr>, Fault> {
     s.skip_blanks();
+    // Comments may stand between the arguments.
+    let mut behind = s.clone();
+    while behind.peek() == b'(' {
+        while !behind.at_end() && behind.peek() != b')' {
+            behind.bump();
+        }
+        behind.take(b')');
+        behind.skip_blanks();
+    }
+    if behind.peek() == b'[' {
+        s.set_pos(behind.pos());
+    }
     if s.peek() == b'[' { expr::bracket(s, flavor).map(Some) } else { Ok(None) }
 }
 

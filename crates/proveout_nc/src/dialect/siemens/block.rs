@@ -9,6 +9,7 @@ use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::words::{self, Class};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::doubt::Stage;
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
 /// Bits of X, Y and Z.
@@ -21,6 +22,7 @@ impl Interpreter {
         for (at, word) in block.words.iter().enumerate() {
             self.collect(&mut pending, word, at, line)?;
         }
+        self.recovery.faults.stage = Stage::Acting;
         self.act(&mut pending, block)
     }
 

@@ -19,9 +19,23 @@ pub(crate) struct Section {
     pub(crate) end: usize,
 }
 
+/// A stretch of the text: a program or subprogram.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// First line, and the line behind the last.
+    pub(crate) lines: [u32; 2],
+    pub(crate) name: Option<String>,
+    /// It begins with PROC, or its header line ends with `_SPF`.
+    pub(crate) subprogram: bool,
+}
+
 #[derive(Debug)]
 pub(crate) struct Index {
     pub(crate) main: Section,
+    /// All of the text, in order.
+    pub(crate) parts: Vec<Part>,
+    /// A PROC line cannot be read: a subprogram that seems to be missing may be this one.
+    pub(crate) unreadable: bool,
     /// Further programs of the same file, by upper-case name.
     pub(crate) procs: BTreeMap<String, Section>,
     /// From the offset of a line to the line that belongs to it: IF to ELSE or ENDIF, ELSE to ENDIF, the opening word of a
@@ -116,6 +130,8 @@ impl Index {
     pub(crate) fn new(source: &Source, faults: &mut Vec<Diagnostic>) -> Self {
         let mut index = Self {
             main: Section { start: Mark::START, end: source.text.len() },
+            parts: Vec::new(),
+            unreadable: false,
             procs: BTreeMap::new(),
             partners: BTreeMap::new(),
             labels: BTreeMap::new(),
@@ -123,7 +139,7 @@ impl Index {
         let mut open: Vec<(Open, Mark, Span)> = Vec::new();
         let mut block = Block::default();
         let (mut at, mut name, mut start) = (Mark::START, None::<String>, Mark::START);
-        let (mut sections, mut seen_code) = (0usize, false);
+        let (mut seen_code, mut subprogram) = (false, false);
         while let Some((line, next)) = source.line(at) {
             let header = if line.trim_start().starts_with('%') { header_name(line) } else { None };
             let head = if header.is_none() { head(line) } else { None };
@@ -134,14 +150,18 @@ impl Index {
                         Some(Statement::Proc { name, .. }) => Some(name.clone()),
                         _ => None,
                     },
-                    Err(_) => None,
+                    Err(_) => {
+                        index.unreadable = true;
+                        None
+                    }
                 });
                 // A PROC line that follows a header line, or that is the first line with code, names the section it is in.
                 if seen_code {
-                    index.close_section(source, sections, name.take(), start, at, &mut open, faults);
-                    sections += 1;
+                    index.close_section(source, name.take(), subprogram, start, at, &mut open, faults);
                     start = at;
+                    subprogram = false;
                 }
+                subprogram |= proc || line.trim().to_ascii_uppercase().ends_with("_SPF");
                 name = new_name.or(name);
                 seen_code = proc;
                 at = next;
@@ -158,7 +178,7 @@ impl Index {
             }
             at = next;
         }
-        index.close_section(source, sections, name, start, at, &mut open, faults);
+        index.close_section(source, name, subprogram, start, at, &mut open, faults);
         index
     }
 
@@ -166,8 +186,8 @@ impl Index {
     fn close_section(
         &mut self,
         source: &Source,
-        number: usize,
         name: Option<String>,
+        subprogram: bool,
         start: Mark,
         end: Mark,
         open: &mut Vec<(Open, Mark, Span)>,
@@ -180,9 +200,10 @@ impl Index {
             faults.push(fault.at(&source.name, mark.line, line));
         }
         let section = Section { start, end: end.offset };
-        if number == 0 {
+        if self.parts.is_empty() {
             self.main = section;
         }
+        self.parts.push(Part { lines: [start.line, end.line], name: name.clone(), subprogram });
         if let Some(name) = name {
             self.procs.entry(name).or_insert(section);
         }
@@ -241,7 +262,12 @@ impl Index {
         let complete = matches!(kind, Open::If | Open::Repeat)
             && match parser::parse_line(line, block) {
                 Ok(()) => !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat)),
-                Err(_) => line.to_ascii_uppercase().contains("GOTO"),
+                Err(_) if kind == Open::If => line.to_ascii_uppercase().contains("GOTO"),
+                // A label behind it.
+                Err(_) => {
+                    let rest = line.get(head.word_span.end as usize..).unwrap_or_default();
+                    rest.trim_start().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+                }
             };
         if !complete {
             open.push((kind, at, head.word_span));

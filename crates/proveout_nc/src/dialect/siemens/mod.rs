@@ -20,11 +20,13 @@ mod frame_values;
 mod frames;
 mod index;
 mod interpreter;
+mod leftover;
 mod modal;
 mod motion;
 mod parser;
 mod pending;
 mod polar;
+mod recover;
 mod statement;
 mod system;
 mod tapping;
@@ -38,17 +40,14 @@ use interpreter::Interpreter;
 use super::Reader;
 use crate::Command;
 use crate::compensation::CompStyle;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::Diagnostic;
+use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
-pub(crate) fn open(
-    source: Source,
-    folder: Option<PathBuf>,
-    settings: &Settings,
-) -> Result<Box<dyn Reader>, Diagnostics> {
-    Ok(Box::new(Interpreter::new(source, folder, settings)?))
+pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(Interpreter::new(source, folder, settings))
 }
 
 impl Reader for Interpreter {
@@ -63,6 +62,30 @@ impl Reader for Interpreter {
     fn source_line(&self, file: &str, line: u32) -> Option<String> {
         self.line_of(file, line)
     }
+
+    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
+        std::mem::take(&mut self.structure)
+    }
+
+    fn recover(&mut self) -> bool {
+        Self::recover(self)
+    }
+
+    fn follows(&self, fault: &Diagnostic) -> bool {
+        self.may_follow(fault)
+    }
+
+    fn sources(&self) -> Vec<&Source> {
+        self.loaded().map(|loaded| &loaded.source).collect()
+    }
+
+    fn not_run(&self) -> Vec<NotRun> {
+        self.leftover()
+    }
+
+    fn is_subprogram(&self) -> bool {
+        self.main_is_subprogram()
+    }
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
@@ -71,12 +94,12 @@ pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
     let mut block = parser::Block::default();
     let mut at = Mark::START;
     while let Some((line, next)) = source.line(at) {
-        let fault = match parser::parse_line(line, &mut block) {
-            Err(fault) => Some(fault),
-            Ok(()) => block.words.iter().find_map(block::refused_word),
-        };
-        if let Some(fault) = fault {
-            faults.push(fault.at(&source.name, at.line, line));
+        match parser::parse_line(line, &mut block) {
+            Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
+            Ok(()) => {
+                let refused = block.words.iter().filter_map(block::refused_word);
+                faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
+            }
         }
         at = next;
     }

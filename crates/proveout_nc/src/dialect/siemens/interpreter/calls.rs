@@ -10,7 +10,7 @@ use super::super::parser::{self, Block, Call, Parameter, Statement};
 use super::{Interpreter, Level, Loaded};
 use crate::Op;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Diagnostics, Fault, Span};
 use crate::source::{Mark, Source};
 
 impl Interpreter {
@@ -153,8 +153,10 @@ impl Interpreter {
                 let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
                 let source =
                     Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
-                let loaded =
-                    Loaded::new(source).map_err(|d| failed(format!("the subprogram `{name}` is broken: {d}")))?;
+                let (loaded, faults) = Loaded::new(source, self.files.len() + 1);
+                if !faults.is_empty() {
+                    return Err(failed(format!("the subprogram `{name}` is broken: {}", Diagnostics(faults))));
+                }
                 let loaded = Arc::new(loaded);
                 let section = loaded.index.main;
                 self.files.insert(path, Arc::clone(&loaded));
@@ -178,7 +180,14 @@ fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, 
         if at.offset >= section.end {
             break;
         }
-        parser::parse_line(line, &mut block)?;
+        if let Err(fault) = parser::parse_line(line, &mut block) {
+            // A fault of another line than PROC is told when that line is run.
+            let word = line.trim_start().get(..4).unwrap_or_default();
+            if word.eq_ignore_ascii_case("PROC") {
+                return Err(fault);
+            }
+            break;
+        }
         if let Some(Statement::Proc { parameters, save, .. }) = block.statement.take() {
             return Ok((parameters, save, next));
         }

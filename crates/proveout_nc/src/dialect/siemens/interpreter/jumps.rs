@@ -19,7 +19,7 @@ impl Interpreter {
     }
 
     /// Continues behind a line.
-    pub(super) fn continue_after(&mut self, loaded: &Loaded, line: Mark) {
+    pub(crate) fn continue_after(&mut self, loaded: &Loaded, line: Mark) {
         let next = loaded.source.line(line).map_or(line, |(_, next)| next);
         self.set_cursor(next);
     }

@@ -17,7 +17,10 @@ use super::expr::Expr;
 use super::index::{Index, Section};
 use super::modal::{Modal, Technology};
 use super::parser::{self, Block, Call, Statement};
-use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
+use super::recover::Recovery;
+use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
+use crate::dialect::coverage::Coverage;
+use crate::dialect::doubt::Stage;
 use crate::dialect::passes::Passes;
 use crate::frame::Frame;
 use crate::source::{Mark, Source};
@@ -30,14 +33,17 @@ pub(crate) use calls::missing_subprogram;
 #[derive(Debug)]
 pub(crate) struct Loaded {
     pub(crate) source: Source,
-    index: Index,
+    pub(super) index: Index,
+    /// Its number among the files of the run.
+    pub(crate) file: usize,
 }
 
 impl Loaded {
-    pub(crate) fn new(source: Source) -> Result<Self, Diagnostics> {
+    /// The file, and what is wrong with its structure.
+    pub(crate) fn new(source: Source, file: usize) -> (Self, Vec<Diagnostic>) {
         let mut faults = Vec::new();
         let index = Index::new(&source, &mut faults);
-        if faults.is_empty() { Ok(Self { source, index }) } else { Err(Diagnostics(faults)) }
+        (Self { source, index, file }, faults)
     }
 }
 
@@ -53,7 +59,7 @@ struct Repetition {
 
 /// One level of the call stack.
 #[derive(Debug)]
-struct Level {
+pub(super) struct Level {
     loaded: Arc<Loaded>,
     section: Section,
     cursor: Mark,
@@ -78,10 +84,10 @@ pub(crate) struct ModalCall {
 pub(crate) struct Interpreter {
     pub(crate) settings: Settings,
     folders: Vec<PathBuf>,
-    files: BTreeMap<PathBuf, Arc<Loaded>>,
-    main: Arc<Loaded>,
-    stack: Vec<Level>,
-    block: Block,
+    pub(super) files: BTreeMap<PathBuf, Arc<Loaded>>,
+    pub(super) main: Arc<Loaded>,
+    pub(super) stack: Vec<Level>,
+    pub(super) block: Block,
     queue: VecDeque<(Command, Option<Box<CornerMark>>)>,
     /// Commands that have passed the corners.
     pub(crate) ready: VecDeque<Command>,
@@ -92,12 +98,16 @@ pub(crate) struct Interpreter {
     /// A motion that waits for the block behind it.
     pub(crate) corner: Option<Box<Corner>>,
     location: Location,
-    done: bool,
+    pub(super) done: bool,
     /// What ended the run, to be told behind the commands before it.
     failure: Option<Box<Diagnostic>>,
-    passes: Passes,
+    /// What is wrong with the structure of the main file.
+    pub(super) structure: Vec<Diagnostic>,
+    pub(super) recovery: Recovery,
+    pub(super) coverage: Coverage,
+    pub(super) passes: Passes,
     /// The FOR line is reached from its ENDFOR.
-    next_pass_of_for: bool,
+    pub(super) next_pass_of_for: bool,
     block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
     pub(crate) variables: Variables,
     /// Settable frames by the G word that calls them.
@@ -120,8 +130,9 @@ pub(crate) struct Interpreter {
 
 impl Interpreter {
     /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Result<Self, Diagnostics> {
-        let loaded = Arc::new(Loaded::new(source)?);
+    pub(crate) fn new(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Self {
+        let (loaded, structure) = Loaded::new(source, 0);
+        let loaded = Arc::new(loaded);
         let section = loaded.index.main;
         let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
         let main = Arc::clone(&loaded);
@@ -135,7 +146,7 @@ impl Interpreter {
             references: Vec::new(),
             saved: None,
         };
-        Ok(Self {
+        Self {
             folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
             files: BTreeMap::new(),
             main,
@@ -149,6 +160,9 @@ impl Interpreter {
             location,
             done: false,
             failure: None,
+            structure,
+            recovery: Recovery::default(),
+            coverage: Coverage::default(),
             passes: Passes::default(),
             next_pass_of_for: false,
             block_numbers: BTreeMap::new(),
@@ -168,7 +182,7 @@ impl Interpreter {
             orientation_tolerance: None,
             rounding: 0.0,
             settings: settings.clone(),
-        })
+        }
     }
 
     /// Hands a command out with the place of the block.
@@ -210,7 +224,9 @@ impl Interpreter {
         if self.stack.len() <= 1 {
             self.emit(Op::End);
             self.done = true;
-            self.stack.clear();
+            for level in self.stack.drain(..) {
+                self.coverage.end(level.loaded.file, level.cursor.line);
+            }
         } else {
             self.leave();
         }
@@ -233,7 +249,7 @@ impl Interpreter {
                 let line = loaded.source.line(at).map_or("", |(line, _)| line);
                 return self
                     .count_pass(Span::new(0, line.len()))
-                    .map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, line)));
+                    .map_err(|fault| self.failed(&loaded, at, line, fault));
             }
             level.cursor = repetition.resume;
             level.repetitions.pop();
@@ -251,14 +267,23 @@ impl Interpreter {
             return Ok(());
         };
         level.cursor = next;
+        self.coverage.mark(loaded.file, at.line, next.line);
         let mut block = std::mem::take(&mut self.block);
         let result = self.run_line(&loaded, line, at, &mut block);
         self.block = block;
-        result.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line, line)))
+        match result {
+            Ok(()) => {
+                self.settle_doubt();
+                Ok(())
+            }
+            Err(fault) => Err(self.failed(&loaded, at, line, fault)),
+        }
     }
 
     fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
+        self.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, block)?;
+        self.recovery.faults.stage = Stage::Read;
         if block.is_empty() || block.skip.is_some_and(|level| self.settings.skipped_levels >> level & 1 == 1) {
             return Ok(());
         }
@@ -396,7 +421,7 @@ impl Iterator for Interpreter {
                 if let Err(fault) = self.through_corners(command, mark) {
                     self.queue.clear();
                     self.done = true;
-                    self.stack.clear();
+                    self.corner_failed();
                     self.failure = Some(fault);
                 }
                 continue;
@@ -416,7 +441,6 @@ impl Iterator for Interpreter {
             if let Err(diagnostic) = self.step() {
                 // Commands of the block before the fault stay in the queue and are given out first.
                 self.done = true;
-                self.stack.clear();
                 self.failure = Some(diagnostic);
             }
         }

@@ -1,0 +1,172 @@
+//! What the text that was not run is: programs, subprograms, branches, text behind the end.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::expr::Expr;
+use super::flavor::Flavor;
+use super::index::{Index, Section, has_end, has_return};
+use super::interpreter::{Interpreter, Loaded};
+use super::parser::{self, Block, Value, Word};
+use super::pending::AXES;
+use super::statement::{Label, OWord, Statement};
+use crate::dialect::coverage::{Flow, Layout, Role, Stretch};
+use crate::not_run::{NotRun, NotRunKind};
+use crate::source::{Mark, Source};
+
+impl Interpreter {
+    /// The files that were read, the main program first.
+    pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded>> {
+        std::iter::once(&self.main).chain(self.files.values())
+    }
+
+    /// The main file is a subprogram: it returns with M99 and has no other end, or defines the O word of its own name.
+    pub(crate) fn main_is_subprogram(&self) -> bool {
+        let (source, index) = (&self.main.source, &self.main.index);
+        let stem = Path::new(&*source.name).file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
+        if let Some(stem) = stem.filter(|_| self.flavor.is_linuxcnc())
+            && index.subs.contains_key(&format!("<{stem}>"))
+        {
+            return true;
+        }
+        let Some(part) = index.parts.iter().find(|part| !part.outside) else { return false };
+        let (mut at, mut returns) = (Mark::START, false);
+        while let Some((line, next)) = source.line(at).filter(|_| at.line < part.lines[1]) {
+            if at.line >= part.lines[0] && has_end(line) {
+                if !has_return(line) {
+                    return false;
+                }
+                returns = true;
+            }
+            at = next;
+        }
+        returns
+    }
+
+    pub(crate) fn leftover(&self) -> Vec<NotRun> {
+        let mut found = Vec::new();
+        for loaded in self.loaded() {
+            let targets = Targets::of(&loaded.source, self.flavor);
+            let layout = Layout {
+                source: &loaded.source,
+                parts: parts(&loaded.source, &loaded.index),
+                regions: regions(&loaded.source, &loaded.index),
+                role: &|line, at| role(line, at, &loaded.index, self.flavor, &targets),
+            };
+            found.extend(self.coverage.not_run(loaded.file, &layout));
+        }
+        found
+    }
+}
+
+/// A part with M99 is a subprogram; every other is a program that an operator can choose.
+fn parts(source: &Source, index: &Index) -> Vec<Stretch> {
+    let mut at = Mark::START;
+    let mut out = Vec::with_capacity(index.parts.len());
+    for part in &index.parts {
+        let mut returns = false;
+        while let Some((line, next)) = source.line(at).filter(|_| at.line < part.lines[1]) {
+            returns |= at.line >= part.lines[0] && has_return(line);
+            at = next;
+        }
+        let name = part.name.clone().map_or_else(|| "without a number".to_owned(), |name| format!("O{name}"));
+        let kind = match (part.outside, returns) {
+            (true, _) => NotRunKind::Outside,
+            (false, true) => NotRunKind::Subprogram(name),
+            (false, false) => NotRunKind::Program(name),
+        };
+        out.push(Stretch { lines: part.lines, kind });
+    }
+    out
+}
+
+/// Subprograms of O words, from SUB to ENDSUB; the line of SUB is run where the flow steps over the definition.
+fn regions(source: &Source, index: &Index) -> Vec<Stretch> {
+    let region = |(label, (mark, _)): (&String, &(Mark, Section))| {
+        let (_, first) = source.line(*mark)?;
+        let end = index.partners.get(&mark.offset)?.end;
+        // The line of ENDSUB itself is stepped over too.
+        Some(Stretch { lines: [first.line, end.line], kind: NotRunKind::Subprogram(format!("o{label}")) })
+    };
+    index.subs.iter().filter_map(region).collect()
+}
+
+/// Block numbers that a jump of the text names; none where a target is computed, so that it can be any.
+struct Targets(Option<Vec<u32>>);
+
+impl Targets {
+    fn of(source: &Source, flavor: Flavor) -> Self {
+        let mut numbers = Vec::new();
+        let (mut block, mut at) = (Block::default(), Mark::START);
+        while let Some((line, next)) = source.line(at) {
+            at = next;
+            let upper = |b: &u8| b.to_ascii_uppercase();
+            // Plain blocks have neither.
+            let jumps =
+                line.as_bytes().windows(2).any(|w| matches!((upper(&w[0]), upper(&w[1])), (b'G', b'O') | (b'M', b'9')));
+            if !jumps || parser::parse_line(line, flavor, &mut block).is_err() {
+                continue;
+            }
+            let target = match &block.statement {
+                Some(Statement::Goto(target) | Statement::IfGoto(_, target)) => Some(target.clone()),
+                _ => block
+                    .words
+                    .iter()
+                    .any(|w| w.letter == b'M' && matches!(w.value, Value::Number { value: 97.0 | 99.0, .. }))
+                    .then(|| block.words.iter().find(|w| w.letter == b'P'))
+                    .flatten()
+                    .map(|word| match &word.value {
+                        Value::Number { value, .. } => Expr::Number(*value),
+                        Value::Expr(expr) => expr.clone(),
+                    }),
+            };
+            match target {
+                None => {}
+                Some(Expr::Number(number)) => numbers.push(number as u32),
+                Some(_) => return Self(None),
+            }
+        }
+        Self(Some(numbers))
+    }
+
+    fn holds(&self, number: u32) -> bool {
+        self.0.as_ref().is_none_or(|numbers| numbers.contains(&number))
+    }
+}
+
+fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) -> Role {
+    let mut block = Block::default();
+    if parser::parse_line(line, flavor, &mut block).is_err() {
+        // Faults are told by themselves.
+        return Role { code: !line.trim().is_empty(), ..Role::default() };
+    }
+    let flow = match (&block.statement, block.number) {
+        (Some(Statement::While(..)), _) => Flow::Opens,
+        (Some(Statement::End(_)), _) => Flow::Closes,
+        (Some(Statement::OWord(Label::Fixed(_), word)), _) => match word {
+            OWord::While(_) if index.partners.get(&at.offset).is_some_and(|p| p.next < at) => Flow::Closes,
+            OWord::If(_) | OWord::Repeat(_) | OWord::Do | OWord::While(_) | OWord::Sub => Flow::Opens,
+            OWord::ElseIf(_) | OWord::Else => Flow::Between,
+            OWord::EndIf | OWord::EndWhile | OWord::EndRepeat | OWord::EndSub(_) => Flow::Closes,
+            _ => Flow::On,
+        },
+        (_, Some(number)) if targets.holds(number) => Flow::Target,
+        _ => Flow::On,
+    };
+    let is = |letter: u8, numbers: &[f64], word: &Word| {
+        word.letter == letter && matches!(word.value, Value::Number { value, .. } if numbers.contains(&value))
+    };
+    // End words behind each other do nothing that could be missed.
+    let closing = block.words.iter().all(|w| w.letter == b'N' || is(b'M', &[2.0, 30.0, 99.0], w));
+    let calls = matches!(block.statement, Some(Statement::OWord(_, OWord::Call(_))))
+        || block.words.iter().any(|w| is(b'M', &[97.0, 98.0, 198.0], w) || is(b'G', &[65.0, 66.0], w));
+    let steers = matches!(
+        block.statement,
+        Some(Statement::Goto(_) | Statement::IfGoto(..) | Statement::IfThen(..) | Statement::While(..))
+    );
+    Role {
+        code: !closing || calls || steers || !block.assignments.is_empty(),
+        moves: calls || block.words.iter().any(|w| AXES.contains(&w.letter)),
+        flow,
+    }
+}

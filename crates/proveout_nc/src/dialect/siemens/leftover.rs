@@ -1,0 +1,182 @@
+//! What the text that was not run is: programs, subprograms, branches, text behind the end.
+
+use std::sync::Arc;
+
+use super::expr::Expr;
+use super::interpreter::{Interpreter, Loaded};
+use super::parser::{self, Block, Jump, Statement, Value, WordKind};
+use super::words::{self, Class};
+use crate::AxisValues;
+use crate::dialect::coverage::{Flow, Layout, Role, Stretch};
+use crate::not_run::{NotRun, NotRunKind};
+use crate::source::{Mark, Source};
+
+impl Interpreter {
+    /// The files that were read, the main program first.
+    pub(super) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded>> {
+        std::iter::once(&self.main).chain(self.files.values())
+    }
+
+    /// The main file is a subprogram: by its ending, its header line or PROC.
+    pub(super) fn main_is_subprogram(&self) -> bool {
+        let ending = self.main.source.name.to_ascii_lowercase().ends_with(".spf");
+        ending || self.main.index.parts.first().is_some_and(|part| part.subprogram)
+    }
+
+    pub(super) fn leftover(&self) -> Vec<NotRun> {
+        let mut found = Vec::new();
+        for loaded in self.loaded() {
+            let targets = Targets::of(&loaded.source);
+            let parts = loaded.index.parts.iter().map(|part| {
+                let name = part.name.clone().unwrap_or_else(|| "without a name".to_owned());
+                let kind = if part.subprogram { NotRunKind::Subprogram(name) } else { NotRunKind::Program(name) };
+                Stretch { lines: part.lines, kind }
+            });
+            let layout = Layout {
+                source: &loaded.source,
+                parts: parts.collect(),
+                regions: Vec::new(),
+                role: &|line, at| role(line, at, &targets),
+            };
+            found.extend(self.coverage.not_run(loaded.file, &layout));
+        }
+        found
+    }
+}
+
+/// Labels and block numbers that a jump of the text names; none where a target is computed, so that it can be any.
+struct Targets(Option<Vec<String>>);
+
+impl Targets {
+    fn of(source: &Source) -> Self {
+        let mut names = Vec::new();
+        let (mut block, mut at) = (Block::default(), Mark::START);
+        while let Some((line, next)) = source.line(at) {
+            at = next;
+            // Plain blocks hold none of the words.
+            let longer = line.as_bytes().windows(4).any(|w| w.iter().all(u8::is_ascii_alphabetic));
+            if !longer || parser::parse_line(line, &mut block).is_err() {
+                continue;
+            }
+            let mut take = |jump: &Jump| match &jump.target {
+                Expr::Name(name) => {
+                    names.push(name.clone());
+                    true
+                }
+                Expr::Text(text) => {
+                    names.push(text.to_ascii_uppercase());
+                    true
+                }
+                _ => false,
+            };
+            let known = match &block.statement {
+                Some(Statement::Goto(jump) | Statement::IfGoto(_, jump)) => take(jump),
+                Some(Statement::Case { branches, default, .. }) => {
+                    branches.iter().map(|(_, jump)| jump).chain(default).all(take)
+                }
+                Some(Statement::RepeatLabel { first, last, .. }) => {
+                    names.push(first.clone());
+                    names.extend(last.clone());
+                    true
+                }
+                _ => true,
+            };
+            if !known {
+                return Self(None);
+            }
+        }
+        Self(Some(names))
+    }
+
+    fn holds(&self, name: &str) -> bool {
+        self.0.as_ref().is_none_or(|names| names.iter().any(|n| n == name))
+    }
+}
+
+fn role(line: &str, _: Mark, targets: &Targets) -> Role {
+    let mut block = Block::default();
+    if parser::parse_line(line, &mut block).is_err() {
+        // Faults are told by themselves.
+        return Role { code: !line.trim().is_empty(), ..Role::default() };
+    }
+    let named = block.label.as_ref().is_some_and(|label| targets.holds(label))
+        || block.number.is_some_and(|number| targets.holds(&format!("N{number}")));
+    let flow = match &block.statement {
+        Some(Statement::If(_) | Statement::For { .. } | Statement::While(_) | Statement::Repeat | Statement::Loop) => {
+            Flow::Opens
+        }
+        Some(Statement::Else) => Flow::Between,
+        Some(Statement::EndIf | Statement::EndFor | Statement::EndWhile | Statement::Until(_) | Statement::EndLoop) => {
+            Flow::Closes
+        }
+        _ if named => Flow::Target,
+        _ => Flow::On,
+    };
+    let end = |kind: &WordKind| {
+        matches!(kind, WordKind::Address { letter: b'M', extension: None, value: Value::Number(2.0 | 17.0 | 30.0) })
+    };
+    let code = match &block.statement {
+        None => !block.words.iter().all(|word| end(&word.kind)),
+        Some(
+            Statement::Proc { .. }
+            | Statement::Extern
+            | Statement::Return
+            | Statement::EndIf
+            | Statement::EndFor
+            | Statement::EndWhile
+            | Statement::EndLoop
+            | Statement::Else,
+        ) => false,
+        Some(_) => true,
+    };
+    let moves = matches!(block.statement, Some(Statement::CallText(_) | Statement::RepeatLabel { .. }))
+        || block.words.iter().any(|word| match &word.kind {
+            WordKind::Address { letter: b'L', extension: None, .. } => true,
+            WordKind::Address { letter, extension: None | Some(2 | 3), .. } => {
+                AxisValues::index(char::from(*letter)).is_some()
+            }
+            WordKind::Assign { name, .. } => matches!(name.as_str(), "AP" | "RP" | "POS"),
+            WordKind::Name(name) | WordKind::Call(parser::Call { name, .. }) => {
+                is_call(name) && words::classify_name(name) == Class::Unknown
+            }
+            WordKind::Address { .. } => false,
+        });
+    Role { code, moves, flow }
+}
+
+/// Names that the reader does not do as words of their own: cycles and subprograms.
+fn is_call(name: &str) -> bool {
+    const WORDS: [&str; 30] = [
+        "MSG",
+        "TRAORI",
+        "TRAFOOF",
+        "SUPA",
+        "CIP",
+        "CT",
+        "ORIAXES",
+        "ORIVECT",
+        "ORIPLANE",
+        "ORIVECTPATH",
+        "ORIWKS",
+        "ORIMKS",
+        "ORIRPY",
+        "ORIEULER",
+        "TRANS",
+        "ATRANS",
+        "ROT",
+        "AROT",
+        "SCALE",
+        "ASCALE",
+        "MIRROR",
+        "AMIRROR",
+        "CYCLE832",
+        "CFC",
+        "CFIN",
+        "CFTCP",
+        "NORM",
+        "KONT",
+        "CUT2D",
+        "CUT2DF",
+    ];
+    !WORDS.contains(&name)
+}

@@ -1,0 +1,90 @@
+//! Text of a program that its run does not reach.
+
+use std::fmt;
+use std::sync::Arc;
+
+/// Lines that stand in the files of a program and that its run has not reached.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotRun {
+    /// File as given by the caller.
+    pub file: Arc<str>,
+    /// First and last line, from 1. Every line between them that holds a block was not run.
+    pub lines: [u32; 2],
+    /// Why they were not run.
+    pub kind: NotRunKind,
+    /// Some of them move an axis.
+    pub moves: bool,
+    /// Text of the first line.
+    pub text: String,
+}
+
+/// Why text is not run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NotRunKind {
+    /// It stands behind the end of the program (M30, FINI, an M30 in a subprogram), and no jump leads there.
+    BehindEnd,
+    /// It is another main program of the file.
+    Program(String),
+    /// It is a subprogram that no block calls.
+    Subprogram(String),
+    /// Conditions and jumps lead around it.
+    Branch,
+    /// It stands in front of the first or behind the last `%`, where no control reads.
+    Outside,
+}
+
+/// What text that is not run means for a prove-out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Weight {
+    /// The machine does not run it either: nothing is missing.
+    Harmless,
+    /// The machine may be asked to run it, and the run says nothing of it.
+    Unproven,
+    /// Motion of the program itself that is lost.
+    Lost,
+}
+
+impl NotRun {
+    /// What it means for a prove-out.
+    ///
+    /// Motion behind the end belongs to the program and is lost, on the machine as well. Another main program is one that an
+    /// operator can choose. Subprograms that are not called and branches that are not taken do nothing on the machine.
+    pub fn weight(&self) -> Weight {
+        match self.kind {
+            NotRunKind::BehindEnd if self.moves => Weight::Lost,
+            NotRunKind::Program(_) | NotRunKind::Outside if self.moves => Weight::Unproven,
+            _ => Weight::Harmless,
+        }
+    }
+
+    /// What can be done about it.
+    pub fn remedy(&self) -> &'static str {
+        match self.kind {
+            NotRunKind::BehindEnd => "take the end word out where the program goes on, or take the text behind it out",
+            NotRunKind::Program(_) => "give each main program a file of its own and prove each of them",
+            NotRunKind::Subprogram(_) => "call it, or take it out",
+            NotRunKind::Branch => "prove the other values of the condition too, or take the text out",
+            NotRunKind::Outside => "write it between the two `%`, or take it out",
+        }
+    }
+}
+
+impl fmt::Display for NotRun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, last] = self.lines;
+        let (is, belongs) = if first == last {
+            write!(f, "line {first} of {}", self.file)?;
+            ("is", "belongs")
+        } else {
+            write!(f, "lines {first} to {last} of {}", self.file)?;
+            ("are", "belong")
+        };
+        match &self.kind {
+            NotRunKind::BehindEnd => write!(f, " {is} never run: the program ends before"),
+            NotRunKind::Program(name) => write!(f, " {is} not run: {belongs} to another main program, {name}"),
+            NotRunKind::Subprogram(name) => write!(f, " {is} not run: nothing calls {name}"),
+            NotRunKind::Branch => write!(f, " {is} not run: conditions and jumps lead around"),
+            NotRunKind::Outside => write!(f, " {is} not read: outside of the two `%` of the program"),
+        }
+    }
+}

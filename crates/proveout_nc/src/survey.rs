@@ -1,0 +1,224 @@
+//! A whole program read before anything is done with it: every fault, and what of its text is not run.
+//!
+//! Readers make millions of blocks a second, so that a pass of their own costs little against planning motion. It runs the
+//! program as the control would, branches and loops included, and goes on behind each fault. What a block with a fault would
+//! have set is in doubt (see the readers); a fault that may follow from it is not told.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::codes;
+use crate::diagnostic::Diagnostic;
+use crate::dialect;
+use crate::not_run::{NotRun, Weight};
+use crate::program::Program;
+use crate::settings::{Dialect, Settings};
+use crate::{Command, Op};
+
+/// Most faults that are kept; further ones are counted.
+const MAX_FAULTS: usize = 1000;
+/// Blocks with a fault behind which the run goes on: a loop of many passes can run into one again and again.
+const MAX_RECOVERIES: u32 = 200_000;
+
+/// Sees every command of a survey with the dialect that is read, and may find fault with it.
+pub type Look<'a> = dyn FnMut(&Command, Dialect) -> Option<Diagnostic> + 'a;
+
+/// What a reading pass over a whole program has found.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The dialect that was read; [`Dialect::Auto`] where it could not be told.
+    pub dialect: Dialect,
+    /// Commands of the run.
+    pub commands: u64,
+    /// Motions among them.
+    pub motions: u64,
+    /// The program told its end.
+    pub ended: bool,
+    /// The text is that of a subprogram: it need not move, nor end as a main program does.
+    pub subprogram: bool,
+    /// What is wrong, each fault once, in the order of the files and lines.
+    pub faults: Vec<Diagnostic>,
+    /// Further faults that were counted only.
+    pub more_faults: usize,
+    /// Text that the run has not reached; empty where faults have kept it from its end.
+    pub not_run: Vec<NotRun>,
+    /// Place of the last command, or of the begin of the text.
+    last: Option<(Arc<str>, u32, String)>,
+}
+
+impl Survey {
+    /// Surveys a program file. `look` sees every command of the run and may find fault with it.
+    pub fn of_file(path: impl AsRef<Path>, settings: &Settings, look: &mut Look<'_>) -> Self {
+        match Program::open_leniently(path.as_ref(), settings) {
+            Ok(program) => Self::of(program, look),
+            Err(fault) => Self::refused(fault),
+        }
+    }
+
+    /// Surveys a text; `name` stands in for the file name.
+    pub fn of_text(name: &str, text: impl Into<String>, settings: &Settings, look: &mut Look<'_>) -> Self {
+        match Program::text_leniently(name, text.into(), settings) {
+            Ok(program) => Self::of(program, look),
+            Err(fault) => Self::refused(fault),
+        }
+    }
+
+    fn empty(dialect: Dialect) -> Self {
+        Self {
+            dialect,
+            commands: 0,
+            motions: 0,
+            ended: false,
+            subprogram: false,
+            faults: Vec::new(),
+            more_faults: 0,
+            not_run: Vec::new(),
+            last: None,
+        }
+    }
+
+    fn refused(fault: Diagnostic) -> Self {
+        Self { faults: vec![fault], ..Self::empty(Dialect::Auto) }
+    }
+
+    fn of(mut program: Program, look: &mut Look<'_>) -> Self {
+        let mut survey = Self::empty(program.dialect());
+        let mut list = Faults::default();
+        for fault in program.take_structure_faults() {
+            list.put(fault);
+        }
+        let mut recoveries = 0;
+        let mut last = None;
+        loop {
+            match program.next() {
+                None => break,
+                Some(Ok(command)) => {
+                    survey.commands += 1;
+                    survey.motions += u64::from(moves(&command.op));
+                    survey.ended |= command.op == Op::End;
+                    if let Some(fault) = look(&command, survey.dialect) {
+                        list.put(fault);
+                    }
+                    last = Some(command.location);
+                }
+                Some(Err(fault)) => {
+                    if !program.follows(&fault) {
+                        list.put(fault);
+                    }
+                    recoveries += 1;
+                    if recoveries > MAX_RECOVERIES || !program.recover() {
+                        break;
+                    }
+                }
+            }
+        }
+        // Faults of lines, whether they were run or not.
+        for source in program.sources() {
+            for fault in dialect::line_faults(program.dialect(), source) {
+                list.put(fault);
+            }
+        }
+        let order: Vec<Arc<str>> = program.sources().iter().map(|source| Arc::clone(&source.name)).collect();
+        survey.last =
+            last.map(|l| (l.file.clone(), l.line)).or_else(|| Some((order.first()?.clone(), 1))).map(|(file, line)| {
+                let text =
+                    program.sources().iter().find(|s| s.name == file).and_then(|s| s.text_of(line)).unwrap_or_default();
+                (file, line, text.to_owned())
+            });
+        survey.subprogram = program.is_subprogram();
+        if list.all.is_empty() {
+            survey.not_run = program.not_run();
+        }
+        let place = |fault: &Diagnostic| order.iter().position(|name| *name == fault.file).unwrap_or(order.len());
+        list.all.sort_by_key(|fault| (place(fault), fault.line, fault.column));
+        survey.faults = list.all;
+        survey.more_faults = list.more;
+        survey
+    }
+
+    /// What is wrong with the program as a whole where its blocks are in order: no motion, no end, text that is lost.
+    pub fn defects(&self) -> Vec<Diagnostic> {
+        if !self.faults.is_empty() {
+            return Vec::new();
+        }
+        let mut list = Vec::new();
+        if let Some((file, line, text)) = &self.last {
+            let at = |code: &'static str, message: String, help: &str| Diagnostic {
+                code,
+                message,
+                file: Arc::clone(file),
+                line: *line,
+                column: 1,
+                length: characters(text),
+                help: Some(help.to_owned()),
+                source_line: text.clone(),
+            };
+            if self.motions == 0 && !self.subprogram {
+                let message = format!("the program moves no axis: it was read as {}", self.dialect.name());
+                list.push(at(
+                    codes::NO_MOTION,
+                    message,
+                    "check that the file holds the whole program, and name its dialect",
+                ));
+            }
+            if !self.ended {
+                let word = match self.dialect {
+                    Dialect::Siemens840d => "M30, or M17 in a subprogram",
+                    Dialect::Heidenhain | Dialect::HeidenhainIso => "END PGM or M30",
+                    Dialect::Apt => "FINI",
+                    _ => "M30, or M99 in a subprogram",
+                };
+                list.push(at(
+                    codes::NO_END,
+                    "the text ends without an end of the program: it may be cut off".to_owned(),
+                    &format!("write {word} at its end"),
+                ));
+            }
+        }
+        list.extend(self.not_run.iter().filter(|part| part.weight() > Weight::Harmless).map(|part| Diagnostic {
+            code: codes::NOT_RUN,
+            message: part.to_string(),
+            file: Arc::clone(&part.file),
+            line: part.lines[0],
+            column: 1,
+            length: characters(&part.text),
+            help: Some(part.remedy().to_owned()),
+            source_line: part.text.clone(),
+        }));
+        list
+    }
+}
+
+/// Faults, each once.
+#[derive(Default)]
+struct Faults {
+    all: Vec<Diagnostic>,
+    more: usize,
+    seen: BTreeSet<(Arc<str>, u32, u32, &'static str)>,
+}
+
+impl Faults {
+    fn put(&mut self, fault: Diagnostic) {
+        // One fault of a block is told with one place: what is found when the line is read and again when it is run.
+        if !self.seen.insert((Arc::clone(&fault.file), fault.line, fault.column, fault.code)) {
+            return;
+        }
+        if self.all.len() < MAX_FAULTS {
+            self.all.push(fault);
+        } else {
+            self.more += 1;
+        }
+    }
+}
+
+fn characters(text: &str) -> u32 {
+    u32::try_from(text.chars().count()).unwrap_or(u32::MAX)
+}
+
+fn moves(op: &Op) -> bool {
+    matches!(
+        op,
+        Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_) | Op::Thread(_) | Op::Retract(_)
+    )
+}

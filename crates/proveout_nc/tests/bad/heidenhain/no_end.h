@@ -1,0 +1,6 @@
+; nc-no-end
+BEGIN PGM A MM
+L X+1 Y+2 Z+3 FMAX
+BEGIN PGM B MM
+L X+9 FMAX
+END PGM B MM

@@ -1,0 +1,146 @@
+//! What a run will hold in memory, told before the stock is made.
+//!
+//! ```text
+//!    MiB |                                      .--. pictures
+//!        |                              .------'|  |__ writing
+//!        |          motion, tables      | points|  |
+//!        |      .-----------------------'- - - -|- | - announced
+//!        |  ____| stock, patches, what the process holds already
+//!        +----------------------------------------------> time
+//! ```
+//!
+//! The largest of the stages counts, on top of what lasts: what the process holds already (machine, meshes, the program itself), the
+//! stock with its patches, and the list of blocks. Points and meshes of the surface pass in bands, so that the surface costs four bytes a
+//! point, a band, and the pictures, which are bounded.
+//!
+//! How many intervals of material a ray will hold is not known before the program has run. Counted are those of the raw stock and
+//! [`GROWTH`] more, as a mean over all rays, or those of the design and a quarter more where it has many (fins, ribs); a scene
+//! may say better (`[stock] intervals_per_ray`). The run holds the stock to what was announced ([`crate::SimError::Memory`]), so that no
+//! more is taken than was told. The measured figures behind the constants are in `docs/memory.md`.
+//!
+//! The history of a stock grows with what is removed, which is not known either: it is announced with the most that it may take.
+
+use std::fs;
+
+use proveout_geom::TriMesh;
+
+/// Intervals of material that a ray may gain, as a mean over all rays.
+pub(crate) const GROWTH: f64 = 0.35;
+/// Memory that the history of the stock may take, bytes.
+pub(crate) const HISTORY_MEMORY: u64 = 2 << 30;
+/// Bytes by which a stock may pass what it was announced with: small ones are not worth a word.
+pub(crate) const ALLOWANCE: u64 = 12 << 20;
+/// Bytes of a ray beside its intervals: its share of its tile, and who emptied it.
+const RAY: f64 = 10.0;
+/// Bytes of an interval, with the room to grow that a tile keeps.
+const INTERVAL: f64 = 34.0;
+/// Bytes of a ray while the parts of the stock are told apart.
+const PARTS: f64 = 40.0;
+/// Bytes of an end of material that stay until the mesh has its colors.
+const END: f64 = 4.0;
+/// Bytes of an end of material in `stock.dexel`, which is put together before it is written.
+const SAVED: f64 = 16.0;
+/// Bytes of a triangle of a picture, and most of them: in the glTF files, on the page, in the recording.
+const TRIANGLE: f64 = 30.0;
+const GLB_TRIANGLES: f64 = 2e6;
+const PAGE_TRIANGLES: f64 = 3e5;
+const RECORDED_TRIANGLES: f64 = 4e5;
+/// Bytes of a triangle of the design with its tree.
+const PART_TRIANGLE: f64 = 400.0;
+/// Bytes of a line of the program: its place, and the pieces of its motion.
+const LINE: f64 = 64.0;
+
+const MIB: f64 = (1 << 20) as f64;
+/// Look-ahead of the control, a stretch of motion on its way through stock, bodies and tables.
+const MOTION: f64 = 40.0 * MIB;
+/// A band of rays with all that is found on it.
+const BAND: f64 = 30.0 * MIB;
+/// Bytes of a band for each ray of the stock, where it is smaller than that.
+const BAND_RAY: f64 = 900.0;
+/// What a process holds where the host does not tell.
+const PROCESS: u64 = 40 << 20;
+
+/// What the observers of a run hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Recorded {
+    /// There are none.
+    Nothing,
+    /// The files of a run folder.
+    #[default]
+    Folder,
+    /// The same and a recording.
+    Recording,
+}
+
+/// What a run needs beside its stock.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Demand<'a> {
+    /// Lines of the program.
+    pub(crate) lines: u64,
+    /// The design, where it is a mesh.
+    pub(crate) part: Option<&'a TriMesh>,
+    pub(crate) recorded: Recorded,
+}
+
+/// What a run will hold, told before the stock is made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Memory {
+    /// The stock first, then each patch by its name, bytes.
+    pub stocks: Vec<(String, u64)>,
+    /// The rest: what the process holds already, and the largest of the stages on top of the stock.
+    pub rest: u64,
+    /// How far the history of the stock may grow, where it is kept.
+    pub history: u64,
+    /// Allowed for all together, bytes.
+    pub limit: u64,
+}
+
+impl Memory {
+    /// All together, bytes.
+    pub fn total(&self) -> u64 {
+        self.working().saturating_add(self.history)
+    }
+
+    /// The same without the history, which is given up where it grows too large.
+    pub(crate) fn working(&self) -> u64 {
+        self.of_stocks().saturating_add(self.rest)
+    }
+
+    /// Stock and patches, bytes.
+    pub(crate) fn of_stocks(&self) -> u64 {
+        self.stocks.iter().fold(0, |sum: u64, s| sum.saturating_add(s.1))
+    }
+}
+
+/// Bytes of a stock of some rays.
+pub(crate) fn of_stock(rays: f64, intervals: f64) -> f64 {
+    rays * (RAY + INTERVAL * intervals)
+}
+
+/// Bytes of the largest stage on top of what lasts; `rays` of the stock and of each patch.
+pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f64 {
+    let all: f64 = rays.iter().sum();
+    let ends = 2.0 * intervals * all;
+    let triangles = 4.0 * all;
+    let pictures = match demand.recorded {
+        Recorded::Nothing => 0.0,
+        Recorded::Folder => GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles),
+        Recorded::Recording => {
+            GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles) + 2.0 * RECORDED_TRIANGLES.min(triangles)
+        }
+    };
+    let band = BAND.min(BAND_RAY * all);
+    let surface = END * ends + band + PART_TRIANGLE * demand.part.map_or(0.0, |m| m.triangles.len() as f64);
+    let meshes = END * ends + band + TRIANGLE * pictures;
+    let written = TRIANGLE * pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
+    let parts = PARTS * rays.first().copied().unwrap_or(0.0);
+    LINE * demand.lines as f64 + MOTION + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
+}
+
+/// What the process holds now, bytes.
+pub(crate) fn resident() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"));
+    let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
+    kib.map_or(PROCESS, |k| k << 10)
+}

@@ -1,0 +1,353 @@
+//! The cut part held against its design, band by band: points to the observers, sums, areas and what is not known to the judge.
+//!
+//! Memory: the points of a band, the areas (bounded), and four bytes a point, from which the mesh gets its colors later.
+
+use proveout_geom::{Aabb, Point, Vector};
+use proveout_stock::{Patch, TriDexel};
+use proveout_surface::{
+    Area, AreaPart, Areas, Band, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Seed, Side, Solid, Survey,
+    Tally, Unseen, Watcher, unseen,
+};
+
+use crate::{
+    design::{Design, design},
+    error::SimError,
+    observer::PointBand,
+    prepare::Prepared,
+    surface_map::{MapPoint, PatchShape, SurfaceShape},
+    verdict::Deviation,
+};
+
+/// A face with a closed form counts as measured when at least this part of its area has points. The area that points
+/// stand for is known to about one percent on curved faces.
+const FULL_COVER: f64 = 0.97;
+
+/// What the measurement says.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    pub(crate) deviation: Deviation,
+    /// Connected areas beyond the tolerances, the worst first.
+    pub(crate) gouges: Vec<Area>,
+    pub(crate) excesses: Vec<Area>,
+    /// What was measured, in words.
+    pub(crate) extent: String,
+    /// Parts of the design that were not measured.
+    pub(crate) left_out: Vec<String>,
+    /// Parts of the design of which the rays cannot tell whether they stand.
+    pub(crate) unseen: Option<String>,
+}
+
+/// What is left of a survey.
+pub(crate) struct Surveyed {
+    pub(crate) shape: SurfaceShape,
+    pub(crate) measured: Option<Measured>,
+    /// Deviation of each point of the stock, then of each patch, in the order of their points; not a number where it has none.
+    pub(crate) deviations: Vec<Vec<f32>>,
+}
+
+/// Receives the points.
+pub(crate) type ShowPoints<'a> = dyn FnMut(&PointBand<'_>) -> Result<(), SimError> + 'a;
+
+/// Measures the surface of the cut part where the scene has a design: in the windows of the patches on their points, elsewhere on
+/// those of the stock.
+pub(crate) fn survey(
+    prepared: &Prepared,
+    stock: &TriDexel,
+    patches: &[Patch],
+    show: &mut ShowPoints<'_>,
+) -> Result<Surveyed, SimError> {
+    let design = design(prepared);
+    let bound = |s: &TriDexel| s.sweep_bound_mm() + s.regrid_bound().map_or(0.0, |r| r.surface_mm);
+    let finest = patches.iter().map(|p| bound(p.stock())).fold(bound(stock), f64::max);
+    let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
+    let tolerances = &prepared.scene.file.tolerances;
+    let floor = design.as_ref().map_or(0.0, |d| d.floor) + finest;
+    let solid_floor = design.as_ref().map_or(0.0, |d| d.solid_floor) + finest;
+    let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb());
+    let part = |s: &TriDexel, window| AreaPart { corner: s.bounds().min, cells: s.cells_mm(), window };
+    let parts: Vec<AreaPart> =
+        std::iter::once(part(stock, None)).chain(patches.iter().map(|p| part(p.stock(), Some(*p.window())))).collect();
+    let mut sums = Sums {
+        limits: [tolerances.gouge_mm + floor, tolerances.excess_mm + floor],
+        missing: Areas::new(parts.clone(), tolerances.gouge_mm),
+        left: Areas::new(parts, tolerances.excess_mm),
+        deepest: None,
+    };
+    let mut result: Option<proveout_surface::Deviation> = None;
+    let mut shape = SurfaceShape { cells_mm: stock.cells_mm(), judged: design.is_some(), ..SurfaceShape::default() };
+    let mut deviations = Vec::new();
+    let stocks = std::iter::once((None, stock)).chain(patches.iter().enumerate().map(|(k, p)| (Some(k), p.stock())));
+    for (patch, rays) in stocks {
+        let settings = DeviationSettings {
+            range: design.as_ref().map_or(f64::INFINITY, |d| d.reach),
+            region,
+            only_cut: false,
+            tolerance_floor: floor,
+            cells: rays.cells_mm(),
+        };
+        let gaps = GapSettings {
+            missing: tolerances.gouge_mm + solid_floor,
+            left: tolerances.excess_mm + floor,
+            floor: solid_floor,
+        };
+        let solid = design.as_ref().and_then(Design::solid);
+        let window = patch.map(|k| windows[k]);
+        // The first patch has a point on the face between two.
+        let finer = &windows[..patch.unwrap_or(windows.len())];
+        let part = Survey {
+            stock: rays,
+            design: design.as_ref().map(|d| d.surface.as_ref()),
+            solid: solid.map(|(mesh, tree)| Solid { mesh, tree, gaps }),
+            settings,
+            window,
+            finer,
+        };
+        let shown = |p: &Point| window.is_none_or(|w| w.contains(p)) && !finer.iter().any(|w| w.contains(p));
+        let mut of_part = OfPart {
+            number: patch.map_or(0, |k| k + 1),
+            cells: rays.cells_mm(),
+            tally: Tally::new(floor),
+            points: 0,
+            area: 0.0,
+            deviations: Vec::new(),
+        };
+        part.run(|band| {
+            let points = of_part.take(&band, &shown, &mut sums);
+            show(&PointBand { patch, points: &points })
+        })?;
+        let own = of_part.tally.finish();
+        match patch {
+            None => {
+                (shape.points, shape.triangles, shape.area_mm2) =
+                    (of_part.points, rays.surface_triangles(), of_part.area)
+            }
+            Some(k) => shape.patches.push(PatchShape {
+                name: patches[k].name().into(),
+                window: windows[k],
+                cells_mm: rays.cells_mm(),
+                points: of_part.points,
+                triangles: rays.surface_triangles(),
+                area_mm2: of_part.area,
+            }),
+        }
+        deviations.push(of_part.deviations);
+        result = Some(match result {
+            None => own,
+            Some(all) => all.joined(&own),
+        });
+    }
+    let measured = design.zip(result).map(|(design, result)| {
+        let seen = sees(&design, stock, patches, region.as_ref());
+        sums.measured(&design, &result, floor, &shape, seen)
+    });
+    Ok(Surveyed { shape, measured, deviations })
+}
+
+/// What is gathered over all parts.
+struct Sums {
+    /// Depth and height from which on points count, mm.
+    limits: [f64; 2],
+    missing: Areas,
+    left: Areas,
+    /// Deepest gap: depth and place.
+    deepest: Option<(f64, Point)>,
+}
+
+/// What is gathered of the stock or of a patch.
+struct OfPart {
+    number: usize,
+    cells: [f64; 3],
+    tally: Tally,
+    points: u64,
+    area: f64,
+    deviations: Vec<f32>,
+}
+
+impl OfPart {
+    /// Books a band; gives the points that are shown.
+    fn take(&mut self, band: &Band, shown: &dyn Fn(&Point) -> bool, sums: &mut Sums) -> Vec<MapPoint> {
+        let mut points = Vec::with_capacity(band.points.len());
+        let none = Judged::Masked;
+        for (sample, judged) in band.points.iter().zip(&band.judged) {
+            let deviation = judged.deviation();
+            self.deviations.push(deviation as f32);
+            if !shown(&sample.point) {
+                // Points of the stock under a patch are told as left out; those of a patch beyond its window are nobody's.
+                if self.number == 0 {
+                    self.tally.add(sample, &none);
+                }
+                continue;
+            }
+            self.tally.add(sample, judged);
+            let normal = sample.normal.unwrap_or_else(Vector::zeros);
+            self.area += self.ray_area(usize::from(sample.axis)) * normal[usize::from(sample.axis)].abs();
+            points.push(MapPoint {
+                position: sample.point.coords.into(),
+                normal: normal.into(),
+                deviation: deviation.is_finite().then_some(deviation),
+                scallop: None,
+                made_by: sample.made_by,
+            });
+            if let Judged::Counts { deviation, weight } = *judged {
+                let seed = |depth: f64| Seed {
+                    depth,
+                    point: sample.point,
+                    made_by: sample.made_by,
+                    cut_area: weight,
+                    ..Seed::default()
+                };
+                if -deviation > sums.limits[0] {
+                    sums.missing.add(self.number, &seed(-deviation));
+                } else if deviation > sums.limits[1] {
+                    sums.left.add(self.number, &seed(deviation));
+                }
+            }
+        }
+        self.points += points.len() as u64;
+        for found in band.gaps.iter().filter(|f| f.length > 0.0) {
+            self.gap(band, found, shown, sums);
+        }
+        points
+    }
+
+    fn ray_area(&self, axis: usize) -> f64 {
+        self.cells[(axis + 1) % 3] * self.cells[(axis + 2) % 3]
+    }
+
+    /// Puts a gap into the areas: its worst point, with its volume, and its ends that count.
+    fn gap(&self, band: &Band, found: &FoundGap, shown: &dyn Fn(&Point) -> bool, sums: &mut Sums) {
+        let FoundGap { gap, ray, length, .. } = found;
+        let axis = ray.axis;
+        let worst = ray.point(gap.worst);
+        let made_by = maker(band, found);
+        let areas = match gap.side {
+            Side::Missing => &mut sums.missing,
+            Side::Left => &mut sums.left,
+        };
+        if gap.side == Side::Missing && !gap.foil && sums.deepest.is_none_or(|d| gap.depth > d.0) {
+            sums.deepest = Some((gap.depth, worst));
+        }
+        let seed = Seed {
+            depth: gap.depth,
+            point: worst,
+            made_by,
+            gap: Some((axis, *length, self.ray_area(axis))),
+            wall: gap.wall,
+            foil: gap.foil,
+            ..Seed::default()
+        };
+        areas.add(self.number, &seed);
+        for (at, end) in gap.at.into_iter().zip(&gap.ends) {
+            let point = ray.point(at);
+            if !shown(&point) {
+                continue;
+            }
+            let design_area = match end {
+                GapEnd::Design(n) => n[axis].abs() * self.ray_area(axis),
+                GapEnd::Cut(_) => 0.0,
+            };
+            let end = Seed { point, design_area, made_by, foil: gap.foil, depth: 0.0, ..Seed::default() };
+            areas.add(self.number, &end);
+            areas.join(self.number, &worst, &point);
+        }
+    }
+}
+
+/// The motion that answers for a gap: that of its end on the cut part (of the two the nearer one to its worst point). Where no
+/// material is left in the design on the ray, that of the material next to the gap, else the last one that took all
+/// material from the ray.
+fn maker(band: &Band, found: &FoundGap) -> Option<u32> {
+    let FoundGap { gap, first_point, beside, last_to_empty, .. } = found;
+    let of_point = |end: usize| band.points.get(first_point + end).and_then(|p| p.made_by);
+    let nearer = usize::from((gap.worst - gap.at[0]).abs() > (gap.worst - gap.at[1]).abs());
+    let cut = |k: usize| match gap.ends[k] {
+        GapEnd::Cut(end) => Some(end),
+        GapEnd::Design(_) => None,
+    };
+    if gap.side == Side::Left || cut(0).or(cut(1)).is_some() {
+        return cut(nearer).or(cut(1 - nearer)).and_then(of_point);
+    }
+    beside.iter().flatten().find_map(|end| of_point(*end)).or(*last_to_empty)
+}
+
+/// What of the design no ray tells, in words.
+fn sees(design: &Design<'_>, stock: &TriDexel, patches: &[Patch], region: Option<&Aabb>) -> Option<String> {
+    let (mesh, tree) = design.solid()?;
+    let of_patches = patches.iter().map(|p| Watcher { stock: p.stock(), window: Some(*p.window()) });
+    let watchers: Vec<Watcher<'_>> = std::iter::once(Watcher { stock, window: None }).chain(of_patches).collect();
+    let Unseen { area, point, thickness } = unseen(mesh, tree, &watchers, region)?;
+    let [x, y, z]: [f64; 3] = point.coords.into();
+    let reach = stock.bounds();
+    Some(if reach.contains(&point) {
+        // A cell across which the thinnest place fits twice meets it in any position.
+        let cell = 0.7 * thickness.min(stock.cell_mm());
+        format!(
+            "{area:.3} mm2 of the design stand between the rays, as at X{x:.3} Y{y:.3} Z{z:.3} where it is {thickness:.3} mm \
+             thick: whether they are cut away is not known; take resolution_mm, or a [[stock.patch]] there, of {cell:.3} mm"
+        )
+    } else {
+        format!(
+            "{area:.3} mm2 of the design have no ray near, as at X{x:.3} Y{y:.3} Z{z:.3}, outside of the raw stock: make \
+             the stock larger"
+        )
+    })
+}
+
+impl Sums {
+    fn measured(
+        self,
+        design: &Design<'_>,
+        result: &proveout_surface::Deviation,
+        floor: f64,
+        shape: &SurfaceShape,
+        unseen: Option<String>,
+    ) -> Measured {
+        let mut left_out = Vec::new();
+        let mut extent = design.name.to_owned();
+        if let Some(area) = design.area {
+            let cover = result.area / area;
+            extent = format!("{extent}, {:.1} % of its {area:.0} mm2", 100.0 * cover);
+            if cover < FULL_COVER {
+                left_out.push(format!(
+                    "{:.1} % of the {} have no surface within {} mm of the design",
+                    100.0 * (1.0 - cover),
+                    design.name,
+                    design.reach
+                ));
+            }
+        }
+        if !shape.patches.is_empty() {
+            let names: Vec<&str> = shape.patches.iter().map(|p| p.name.as_str()).collect();
+            extent = format!("{extent}, finer in {}", names.join(", "));
+        }
+        if result.samples == 0 {
+            left_out.push("no point of the cut part lies near the design".into());
+        }
+        let known = |value: f64| (result.samples > 0).then_some(value);
+        let (gouges, excesses) = (self.missing.finish(), self.left.finish());
+        let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).sum::<f64>();
+        let count = |areas: &[Area]| Some(areas.len() as u64);
+        // Where material is missing deeper than any point of the cut part tells, a wall is gone or cut from one side.
+        let deeper = self.deepest.filter(|d| d.0 > result.gouge_max);
+        let gouge_max = deeper.map_or(result.gouge_max, |d| d.0);
+        let worst = match (deeper, &result.worst) {
+            (Some((depth, point)), w) if w.is_none_or(|w| depth > w.deviation.abs()) => Some(point),
+            (_, w) => w.map(|w| w.point),
+        };
+        let deviation = Deviation {
+            tolerance_floor_mm: Some(floor),
+            gouge_max_mm: if deeper.is_some() { Some(gouge_max) } else { known(gouge_max) },
+            excess_max_mm: known(result.excess_max),
+            mean_mm: known(result.mean),
+            rms_mm: known(result.rms),
+            gouge_area_mm2: known(result.gouge_area),
+            samples: Some(result.samples),
+            worst_point: worst.map(|p| p.coords.into()),
+            gouges: count(&gouges),
+            gouge_volume_mm3: Some(volume(&gouges)),
+            excesses: count(&excesses),
+            excess_volume_mm3: Some(volume(&excesses)),
+        };
+        Measured { deviation, gouges, excesses, extent, left_out, unseen }
+    }
+}

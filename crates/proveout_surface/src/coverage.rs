@@ -1,0 +1,197 @@
+//! Parts of a design that the rays of a stock cannot tell.
+//!
+//! On a ray everything is exact; what lies between rays is known from its neighbors. A wall is always met by the set of rays that
+//! crosses it, however thin it is. A pin or a rib thinner than the cells in two directions may stand between all rays: whether
+//! it was milled away is then not known, and a judgement must say so.
+//!
+//! The surface of the design is sampled at the distance of the rays (each triangle in strips along its longest edge, so that no
+//! triangle is left out, however small). A sample p with outward normal n is *seen* when a point of a ray lies within
+//! [`REACH`] cells of it and the straight line between them runs through the design only:
+//!
+//! ```text
+//!      p                          1. A ball of radius 0.71 cell inside of the design that touches its surface near p holds a
+//!     _._______                      point of each set of rays (no point of the plane is farther from the next ray than
+//!    ( | ) o   o  rays               sqrt(2) / 2 of a cell), and the line from p to it lies in the ball.
+//!     '-'      o                  2. Else points of the rays round p are tried one by one: beside p, half a cell in, and in the plane of the surface.
+//! ```
+//!
+//! The line makes sure that a pin is not taken for seen because rays run through the floor that it stands on. What is seen is
+//! compared on that ray (see `gaps`).
+
+use proveout_geom::{Aabb, Point, TriMesh, Vector};
+use proveout_stock::TriDexel;
+use rayon::prelude::*;
+
+use crate::{DesignMesh, DesignSurface};
+
+/// Distance from a sample within which a ray must see it, in cells: points at which rays meet a wall that stands aslant to all of
+/// them are sqrt(3) cells apart in one direction, and in a corner of it the next may be as far in both.
+const REACH: f64 = 2.0;
+/// Radius of a ball that no ray of a set misses, and depth of its center, in cells.
+const BALL: f64 = 0.71;
+const BALL_DEPTH: f64 = 0.75;
+/// Depth below the surface from which a line of sight begins, in cells.
+const UNDER: f64 = 1e-4;
+/// Part of the normal along a ray from which on its crossing with a surface is looked at; the largest is 0.577 or more.
+const FLAT: f64 = 0.3;
+/// Triangles that are worked on at once by a thread.
+const TRIANGLES: usize = 64;
+
+/// Part of the design that no ray tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unseen {
+    /// Its area, mm².
+    pub area: f64,
+    /// The place where the design is thinnest there, the first among equals, mm.
+    pub point: Point,
+    /// Thickness there, mm.
+    pub thickness: f64,
+}
+
+/// Rays that can see: a stock, or a patch of it within its window.
+#[derive(Clone, Copy)]
+pub struct Watcher<'a> {
+    /// The rays.
+    pub stock: &'a TriDexel,
+    /// Where they count; none: wherever no other does.
+    pub window: Option<Aabb>,
+}
+
+/// Looks for what none of the rays tells; `region` is where the design is judged. The first watcher is the stock.
+pub fn unseen(mesh: &TriMesh, design: &DesignMesh, watchers: &[Watcher<'_>], region: Option<&Aabb>) -> Option<Unseen> {
+    let count = mesh.triangles.len();
+    let parts: Vec<Option<Unseen>> = (0..count.div_ceil(TRIANGLES))
+        .into_par_iter()
+        .map(|k| {
+            let mut sum: Option<Unseen> = None;
+            for t in k * TRIANGLES..count.min((k + 1) * TRIANGLES) {
+                each_sample(mesh, t, watchers, &mut |p, n, area| {
+                    if region.is_some_and(|r| !r.contains(p)) || is_seen(design, watchers, p, n) {
+                        return;
+                    }
+                    let thickness = design.thickness(p, n);
+                    add(&mut sum, Unseen { area, point: *p, thickness });
+                });
+            }
+            sum
+        })
+        .collect();
+    let mut all = None;
+    parts.into_iter().flatten().for_each(|part| add(&mut all, part));
+    all
+}
+
+fn add(sum: &mut Option<Unseen>, new: Unseen) {
+    *sum = Some(match *sum {
+        None => new,
+        Some(old) => {
+            let thinner = if new.thickness < old.thickness { new } else { old };
+            Unseen { area: old.area + new.area, ..thinner }
+        }
+    });
+}
+
+/// The watcher of a place.
+fn watcher<'a, 'b>(watchers: &'b [Watcher<'a>], p: &Point) -> Option<&'b Watcher<'a>> {
+    let patch = watchers.iter().find(|w| w.window.is_some_and(|b| b.contains(p)));
+    patch.or_else(|| watchers.iter().find(|w| w.window.is_none()))
+}
+
+/// Calls with samples of a triangle: place, outward normal, area that it stands for.
+fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], see: &mut dyn FnMut(&Point, &Vector, f64)) {
+    let corners = mesh.corners(t);
+    let area_normal = mesh.area_normal(t);
+    let Some(normal) = area_normal.try_normalize(0.0) else { return };
+    let middle = Point::from((corners[0].coords + corners[1].coords + corners[2].coords) / 3.0);
+    let finest = watchers
+        .iter()
+        .filter(|w| w.window.is_none_or(|b| b.intersects(&Aabb::of_points(&corners))))
+        .flat_map(|w| w.stock.cells_mm())
+        .fold(f64::INFINITY, f64::min);
+    if !finest.is_finite() {
+        return;
+    }
+    // The longest edge first: a to b, with c opposite.
+    let longest = (0..3).max_by(|&i, &j| {
+        let length = |k: usize| (corners[(k + 1) % 3] - corners[k]).norm_squared();
+        length(i).total_cmp(&length(j)).then(j.cmp(&i))
+    });
+    let k = longest.unwrap_or(0);
+    let (a, b, c) = (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+    let (along, length) = (b - a, (b - a).norm());
+    let foot = ((c - a).dot(&along) / (length * length)).clamp(0.0, 1.0);
+    let height = area_normal.norm() / length; // the normal is as long as twice the area
+    let strips = (length / finest).ceil().max(1.0);
+    if strips <= 1.0 && height <= finest {
+        return see(&middle, &normal, 0.5 * area_normal.norm());
+    }
+    let up = c - (a + along * foot);
+    for i in 0..strips as usize {
+        let x = (i as f64 + 0.5) / strips;
+        // Part of the height that the triangle has over this place of its longest edge.
+        let part = if x < foot { x / foot } else { (1.0 - x) / (1.0 - foot).max(1e-300) }.min(1.0);
+        let rows = (height * part / finest).ceil().max(1.0);
+        let area = length / strips * height * part / rows;
+        for j in 0..rows as usize {
+            let y = (j as f64 + 0.5) / rows * part;
+            see(&(a + along * x + up * y), &normal, area);
+        }
+    }
+}
+
+fn is_seen(design: &DesignMesh, watchers: &[Watcher<'_>], p: &Point, n: &Vector) -> bool {
+    let Some(watcher) = watcher(watchers, p) else { return false };
+    let stock = watcher.stock;
+    let cell = stock.cell_mm();
+    let center = p - n * (BALL_DEPTH * cell);
+    if stock.bounds().contains(&center) && design.nearest(&center, BALL * cell).is_none() {
+        return true;
+    }
+    let from = p - n * (UNDER * cell);
+    // The nine rays round the sample first; on a slanted wall the next one may be one farther.
+    (0..3).any(|ring| sees_from(design, stock, &from, n, ring)) || crosses_near(design, stock, &from)
+}
+
+/// Whether a ray goes through a thin part of the design near the place and sees it from there: at the end of a wall, whose sides
+/// have another normal than the place.
+fn crosses_near(design: &DesignMesh, stock: &TriDexel, from: &Point) -> bool {
+    let reach = REACH * stock.cell_mm();
+    for axis in 0..3 {
+        for (di, dj) in (-2..=2).flat_map(|i| (-2..=2).map(move |j| (i, j))) {
+            let Some(ray) = stock.ray_near(axis, from, [di, dj]) else { continue };
+            let ends = [from[axis] - reach, from[axis] + reach].map(|at| ray.point(at));
+            let near = |p: &Point| (p - from).norm() <= reach;
+            if design.middles_inside(&ends[0], &ends[1]).iter().any(|p| near(p) && design.is_free(from, p)) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Whether a point of a ray in a ring round the place sees it.
+fn sees_from(design: &DesignMesh, stock: &TriDexel, from: &Point, n: &Vector, ring: isize) -> bool {
+    let cell = stock.cell_mm();
+    let mut tries: Vec<(f64, usize, Point)> = Vec::new();
+    for axis in 0..3 {
+        for (di, dj) in (-ring..=ring).flat_map(|i| (-ring..=ring).map(move |j| (i, j))) {
+            if di.abs().max(dj.abs()) != ring {
+                continue;
+            }
+            let Some(ray) = stock.ray_near(axis, from, [di, dj]) else { continue };
+            // Beside the sample, half a cell in, and where the ray meets the plane of the surface: in a thin wall.
+            let aside = ray.point(from[axis]) - from;
+            let beside = [0.0, 0.5].map(|inward| from[axis] - inward * cell * n[axis]);
+            let on_plane = (n[axis].abs() > FLAT).then(|| from[axis] - aside.dot(n) / n[axis]);
+            for height in beside.into_iter().chain(on_plane) {
+                let at = ray.point(height);
+                let apart = (at - from).norm();
+                if apart <= REACH * cell {
+                    tries.push((apart, tries.len(), at));
+                }
+            }
+        }
+    }
+    tries.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+    tries.iter().any(|(_, _, at)| design.is_free(from, at))
+}
