@@ -187,6 +187,7 @@ cases! {
     "scene/ControlFile.dynamics", Mill, ["scene", "control.dynamics", "\"ideal\""];
     "scene/ControlFile.plant", MillRapier, ["scene", "control.plant", "\"newton-euler\""];
     "scene/ControlFile.path_tolerance_mm", Mill, ["scene", "control.path_tolerance_mm", "0.01"];
+    "scene/ControlFile.pole_cone_deg", Five, ["scene", "control.pole_cone_deg", "0"];
     "scene/ControlFile.joint_limits", Mill, ["scene", "control.joint_limits", "{}"];
     "scene/JointLimitFile.max_velocity_mm_min", Mill, ["scene", "control.joint_limits.X.max_velocity_mm_min", "1200"];
     "scene/JointLimitFile.max_acceleration_mm_s2", Mill, ["scene", "control.joint_limits.X.max_acceleration_mm_s2", "500"];
@@ -360,6 +361,7 @@ cases! {
     "machine/ControlFile.kinematics", Five, ["machine", "control.kinematics", "[\"tilted-plane\"]"];
     "machine/ControlFile.default_tolerance_mm", MillServo, ["machine", "control.default_tolerance_mm", "0.2"];
     "machine/ControlFile.default_orientation_tolerance_deg", Five, ["machine", "control.default_orientation_tolerance_deg", "0.01"];
+    "machine/ControlFile.pole_cone_deg", Five, ["machine", "control.pole_cone_deg", "0"];
     "machine/DensityFile.default_kg_m3", MillServo, ["machine", "body_density.default_kg_m3", "3500"];
     "machine/DensityFile.roles_kg_m3", MillServo, ["machine", "body_density.roles_kg_m3.table", "9000"];
     "machine/BodyFile.name", Mill, ["machine", "body.1.name", "\"plate\""];

@@ -211,7 +211,9 @@ pub(crate) const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54
 
 pub(crate) const FIVE_PROGRAM: &str = "N10 G17 G710 G90 G94\nN20 T=\"END_D6\"\nN30 M6\nN40 G54 D1\nN50 S4000 M3\nN60 TRAORI\nN70 ORIAXES\n\
                             N80 G0 X-22 Y0.25 Z8 B0 C0\nN90 G1 Z-1 F1500\nN100 G64\nN110 G1 X-10 B6 C10\nN120 G1 X0 Y3 B10 C-14\n\
-                            N130 G1 X8 Y4 B2 C5\nN140 G0 Z20\nN150 TRAFOOF\nN160 G0 B-5 C30\nN170 M5\nN180 M30\n";
+                            N130 G1 X8 Y4 B2 C5\nN140 G0 Z20\nN142 ORIVECT\n\
+                            N144 G0 A3=0.173648178 B3=0.000012031 C3=0.984807753\n\
+                            N146 G0 A3=-0.173648178 B3=0.000012031 C3=0.984807753\nN150 TRAFOOF\nN160 G0 B-5 C30\nN170 M5\nN180 M30\n";
 
 pub(crate) const HYBRID_PROGRAM: &str = "N10 G17 G710 G90 G94\nN20 T=\"END_D6\"\nN30 M6\nN40 G54 D1\nN50 S4000 M3\nN60 G0 A0 B0\nN70 G1 Z-60 A6 F2000\n\
                               N80 G1 Z-80 A-4\nN90 M5\nN100 M30\n";

@@ -3,14 +3,20 @@
 
 use std::fs;
 
-use proveout_sim::{Choice, finding::Severity, run::RunResult, scene::DynamicsFile, verdict::State};
+use proveout_sim::{
+    Choice,
+    finding::{Finding, Severity},
+    run::RunResult,
+    scene::DynamicsFile,
+    verdict::State,
+};
 use proveout_tests::{prove, root};
 
 const TOOLS: &str = "description = \"a ball for five axes\"\n[[tool]]\nnumber = 1\nname = \"BALL_D8\"\nkind = \"ball\"\n\
     diameter_mm = 8.0\nflute_length_mm = 40.0\nshank_diameter_mm = 8.0\noverall_length_mm = 160.0\n\
     gauge_length_mm = 160.0\nflutes = 2\ncenter_cutting = true\n";
 
-const HEAD: &str = "G40 G17 G710 G94 G90\nT=\"BALL_D8\"\nM6\nD1 S12000 M3\nTRAORI\nG54\nORIWKS ORIVECT\n";
+const HEAD: &str = "G40 G17 G710 G94 G90\nT=\"BALL_D8\"\nM6\nD1 S3000 M3\nTRAORI\nG54\nORIWKS ORIVECT\n";
 
 /// The program on a small block, on a machine of the library.
 fn run(machine: &str, program: &str, control: &str, dynamics: DynamicsFile) -> RunResult {
@@ -35,8 +41,13 @@ fn words(tilt: f64, azimuth: f64) -> String {
     format!("A3={:.9} B3={:.9} C3={:.9}", t.sin() * a.cos(), t.sin() * a.sin(), t.cos())
 }
 
+/// Findings on the motion; what the block meets in the stock is not the matter here.
+fn told(run: &RunResult) -> Vec<&Finding> {
+    run.verdict.findings.iter().filter(|f| f.code.starts_with("limits-")).collect()
+}
+
 fn codes(run: &RunResult) -> Vec<&str> {
-    run.verdict.findings.iter().map(|f| f.code.as_str()).collect()
+    told(run).iter().map(|f| f.code.as_str()).collect()
 }
 
 fn limits(run: &RunResult) -> State {
@@ -55,8 +66,7 @@ fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_
             assert_eq!(codes(&run), Vec::<&str>::new(), "{machine} {azimuth}: {:?}", run.verdict.findings);
             let time = &run.verdict.time;
             let bound = time.path_bound_s.expect("a bound");
-            // Six seconds are the tool change.
-            assert!(time.total_s < 1.05 * (bound - 6.0) + 6.0 && time.total_s < 9.0, "{azimuth}: {time:?}");
+            assert!(time.total_s < 1.06 * bound && time.total_s < 10.0, "{machine} {azimuth}: {time:?}");
             assert!(run.verdict.path.max_axis_error_deg.expect("measured") < 2e-6, "{:?}", run.verdict.path);
         }
     }
@@ -77,14 +87,14 @@ fn a_block_past_the_pole_stays_on_its_circle() {
                 let allowed = match dynamics {
                     // The nine digits of the vectors, and the polynomials of the joints.
                     DynamicsFile::Ideal => 1e-5,
-                    // The corner between rapid and feed is rounded within 0.01 mm over 40 mm.
+                    // Corners may be rounded by 0.01 mm over 40 mm; the one between rapid and feed is a stop.
                     DynamicsFile::Planned => 0.0145,
                     // Lag of two joints that are not matched while one of them turns fast.
                     DynamicsFile::Servo => 1.0,
                 };
                 let error = path.max_axis_error_deg.expect("measured");
                 assert!(error < allowed, "{machine} {closest} {dynamics:?}: {error} degrees");
-                assert!((dynamics == DynamicsFile::Ideal) == (error < 1e-5), "{closest} {dynamics:?}: {error} degrees");
+                assert!(dynamics != DynamicsFile::Servo || error > 1e-5, "{closest}: drives without any lag");
                 // From one end to the other C goes round the pole on one side of it: by twice the angle, and no less.
                 let c = &run.verdict.axes["C"];
                 assert!(c.max - c.min > 2.0 * half - 1.0, "{machine} {closest}: C from {} to {}", c.min, c.max);
@@ -117,7 +127,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_told() {
         format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 90.0 - half), words(20.0, 90.0 + half));
     let inside = run("bc-trunnion", &program, "", DynamicsFile::Ideal);
     assert_eq!(codes(&inside), ["limits-pole-crossed"], "{:?}", inside.verdict.findings);
-    let finding = &inside.verdict.findings[0];
+    let finding = told(&inside)[0];
     assert_eq!((finding.severity, finding.line), (Severity::Warning, Some(9)));
     assert!((finding.value.expect("an angle") - 0.0007).abs() < 1e-6, "{finding:?}");
     // 0.0007 degrees over 40 mm of edge.
@@ -138,7 +148,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_told() {
         format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 90.0 - half), words(20.0, 90.0 + half));
     let wide = run("bc-trunnion", &program, "pole_cone_deg = 1", DynamicsFile::Ideal);
     assert_eq!(codes(&wide), ["limits-pole-crossed"]);
-    assert!((wide.verdict.findings[0].value.expect("an angle") - 0.7).abs() < 1e-4);
+    assert!((told(&wide)[0].value.expect("an angle") - 0.7).abs() < 1e-4);
 }
 
 /// Positions of the rotary axes are reached as programmed, and a circle that does not lead there is told.
@@ -147,7 +157,7 @@ fn positions_that_no_circle_leads_to_are_told() {
     let program = "G0 X0 Y0 Z30 B20 C0\nG1 X30 Z30 B-20 C6 F3000\n";
     let run = run("bc-trunnion", program, "", DynamicsFile::Ideal);
     assert_eq!(codes(&run), ["limits-off-circle"], "{:?}", run.verdict.findings);
-    let finding = &run.verdict.findings[0];
+    let finding = told(&run)[0];
     assert_eq!((finding.severity, finding.line), (Severity::Error, Some(9)));
     assert_eq!(limits(&run), State::Fail);
     let (told, measured) = (finding.value.expect("an angle"), run.verdict.path.max_axis_error_deg.expect("measured"));

@@ -321,7 +321,8 @@ where
         });
         let motion = completed.as_ref().unwrap_or(motion);
         let (mapping, path) = {
-            let context = self.context(motion.machine_coordinates, location);
+            let mut context = self.context(motion.machine_coordinates, location);
+            context.rapid = pace == Pace::Rapid;
             (context.mapping, context.straight(motion, &self.state.position)?)
         };
         self.motion(motion, pace, location, mapping, path)
@@ -347,6 +348,7 @@ where
             },
             orientation: self.state.tcp.interpolation,
             pole_cone: self.settings.pole_cone.unwrap_or(self.device.machine.control.pole_cone),
+            rapid: false,
             location,
         }
     }
@@ -470,7 +472,7 @@ where
                 corner,
                 loose,
                 stands: whole && (stops || self.state.path_mode == PathMode::ExactStop),
-                tip_moves: path.tip_moves && !part.turn,
+                tip_moves: part.tip_moves,
                 told: programmed.clone().map(|way| (way, part.t)),
                 file: location.file.clone(),
                 line: location.line,

@@ -50,6 +50,8 @@ pub(crate) struct Part {
     pub(crate) length: f64,
     /// The rotary joints turn in a pole, while tip and tool axis stand.
     pub(crate) turn: bool,
+    /// False when the length is in degrees since the tip stands.
+    pub(crate) tip_moves: bool,
     /// Share of the block's way that it runs.
     pub(crate) t: [f64; 2],
 }
@@ -78,6 +80,8 @@ pub(crate) struct BlockPath {
     pub(crate) unreachable: Option<(ToolPose, String)>,
     /// The great circle that it leaves.
     pub(crate) leaves: Option<Leaves>,
+    /// Tip and tool axis run their ways one after the other, not in step.
+    pub(crate) apart: bool,
     /// What the program says of the way.
     pub(crate) programmed: Option<Box<Programmed>>,
 }
@@ -85,15 +89,15 @@ pub(crate) struct BlockPath {
 impl BlockPath {
     /// A block in one part.
     pub(crate) fn whole(shape: Shape, length: f64, tip_moves: bool, end: JointValues) -> Self {
-        let parts = vec![Part { shape, length, turn: false, t: [0.0, 1.0] }];
-        Self { parts, length, tip_moves, end, unreachable: None, leaves: None, programmed: None }
+        let parts = vec![Part { shape, length, turn: false, tip_moves, t: [0.0, 1.0] }];
+        Self { parts, length, tip_moves, end, unreachable: None, leaves: None, apart: false, programmed: None }
     }
 
     /// The same block with what is made of its great circle.
     fn turned(self, turning: Turning) -> Self {
         match turning {
             Turning::InProportion(leaves) => Self { leaves, ..self },
-            Turning::Parts { parts, length, end, leaves } => Self { parts, length, end, leaves, ..self },
+            Turning::Parts { parts, length, end, leaves, apart } => Self { parts, length, end, leaves, apart, ..self },
         }
     }
 }
@@ -108,6 +112,8 @@ pub(crate) struct Context<'a> {
     pub(crate) orientation: OrientationInterpolation,
     /// Cone about a pole inside of which the tool axis may leave its great circle, radian.
     pub(crate) pole_cone: f64,
+    /// The motion is a rapid one.
+    pub(crate) rapid: bool,
     pub(crate) location: &'a Location,
 }
 
@@ -291,7 +297,7 @@ impl Context<'_> {
         }
         let start = position.told.map_or_else(|| rig.point(&from), |pose| pose.tip.coords);
         let tip = TipWay::line(start, rig.point(&to));
-        path.programmed = self.told(motion, position, length, &to, tip);
+        path.programmed = self.told(motion, position, length, &to, (tip, path.apart));
         Ok(path)
     }
 
@@ -313,19 +319,21 @@ impl Context<'_> {
         path.turned(turning)
     }
 
-    /// What the program says of tip and tool axis with tool center point control.
+    /// What the program says of tip and tool axis with tool center point control; `apart`: they are not run in step.
     fn told(
         &self,
         motion: &Motion,
         position: &Position,
         length: f64,
         to: &JointValues,
-        tip: TipWay,
+        (tip, apart): (TipWay, bool),
     ) -> Option<Box<Programmed>> {
         let axis_of = |q: &JointValues| self.machine.forward(q, length).axis;
         let from = position.told.map_or_else(|| axis_of(&position.q), |pose| pose.axis);
         let axis = match (motion.tool_axis_base, self.orientation) {
-            (Some(axis), OrientationInterpolation::GreatCircle) => AxisWay::circle(from, Vector::from(axis).normalize()),
+            (Some(axis), OrientationInterpolation::GreatCircle) => {
+                AxisWay::circle(from, Vector::from(axis).normalize())
+            }
             (None, OrientationInterpolation::GreatCircle) => AxisWay::circle(from, axis_of(to)),
             // Positions that do not point the tool where the program wants it cannot stand for it.
             (Some(axis), OrientationInterpolation::Axes) if Vector::from(axis).cross(&axis_of(to)).norm() > 1e-5 => {
@@ -333,7 +341,7 @@ impl Context<'_> {
             }
             (_, OrientationInterpolation::Axes) => AxisWay::joints(position.q, *to),
         };
-        Some(Box::new(Programmed::tool(length, tip, axis)))
+        Some(Box::new(Programmed::tool(length, tip, axis, !apart)))
     }
 
     /// Start and end in task coordinates with tool center point control.
@@ -498,7 +506,7 @@ impl Context<'_> {
         };
         let tip = |t: f64| linear_part(rig, &shape.jet(t * length), length);
         path = self.oriented(path, motion, rig, (tool, [&from, &to]), &tip, Some(length));
-        path.programmed = self.told(motion, position, tool, &to, way);
+        path.programmed = self.told(motion, position, tool, &to, (way, path.apart));
         Ok(path)
     }
 }

@@ -161,7 +161,7 @@ impl Prepared {
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
         let demand =
-            Demand { lines: lines_of(&program_path).unwrap_or(0) as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
+            Demand { lines: ProgramText::open(&program_path)?.lines() as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);

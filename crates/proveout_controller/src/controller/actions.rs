@@ -184,6 +184,7 @@ where
                 active_length: 0.0,
                 orientation: OrientationInterpolation::Axes,
                 pole_cone: 0.0,
+                rapid: true,
                 location,
             };
             let path = context.between(from, to);

@@ -14,6 +14,10 @@
 //! linear joints do, then the one that turns least. Where none does, the least turn is run and its over-travel told. A block with
 //! turns is run in parts with a stop at each turn.
 //!
+//! *Far from the table* a turn takes the tip along, out of the travel of the linear joints: the first rapid from home, most of all. A rapid
+//! motion then brings the tip to its end first, and turns and tilts there. Both ways are run as programmed, yet not in step, which no
+//! program asks of a rapid. In feed the over-travel is told.
+//!
 //! *In a pole* is what is nearer to it than rounding ([`AXIS_TOLERANCE`]), and what passes it within the cone of the control
 //! (`curve.rs`), which is told with the angle.
 //!
@@ -70,7 +74,7 @@ pub(super) enum Turning {
     /// The rotary joints run in proportion to the way, and what that leaves.
     InProportion(Option<Leaves>),
     /// The parts of the block, their length together without turns, and the joints at the end.
-    Parts { parts: Vec<Part>, length: f64, end: JointValues, leaves: Option<Leaves> },
+    Parts { parts: Vec<Part>, length: f64, end: JointValues, leaves: Option<Leaves>, apart: bool },
 }
 
 /// What the tool axis is to do.
@@ -99,6 +103,56 @@ impl Course {
 impl Context<'_> {
     /// How to run a block whose tool axis is to be on the great circle.
     pub(super) fn great_circle(&self, wanted: &Wanted<'_>) -> Turning {
+        let in_step = self.on_circle(wanted);
+        let too_far = match &in_step {
+            Turning::Parts { parts, .. } => self.rapid && self.turns_out_of_travel(wanted, parts),
+            Turning::InProportion(_) => false,
+        };
+        if too_far { self.tip_first(wanted).unwrap_or(in_step) } else { in_step }
+    }
+
+    /// Whether a turn in a pole takes a linear joint out of its travel.
+    fn turns_out_of_travel(&self, wanted: &Wanted<'_>, parts: &[Part]) -> bool {
+        let out = |task: &JointValues| {
+            let q = self.joints(wanted.rig, task, wanted.length);
+            let joints = self.machine.joints.iter().enumerate();
+            joints.filter(|(_, j)| !j.is_rotary()).any(|(i, j)| j.travel_violation(q[i]).is_some())
+        };
+        let places = |part: &Part| (0..=16).any(|k| out(&part.shape.jet(part.length * f64::from(k) / 16.0).0[0]));
+        parts.iter().filter(|p| p.turn).any(places)
+    }
+
+    /// The tip to its end on a straight way, and then the circle; none where that leaves the travel as well.
+    fn tip_first(&self, wanted: &Wanted<'_>) -> Option<Turning> {
+        let length = wanted.tip_length?;
+        let there = (wanted.tip)(1.0).0[0];
+        let mut from = *wanted.from;
+        for slot in wanted.rig.slots {
+            from[slot] = there[slot];
+        }
+        let tip = |_: f64| JointJet::constant(there);
+        let standing = Wanted {
+            rig: wanted.rig,
+            length: wanted.length,
+            from: &from,
+            to: wanted.to,
+            any_joints: wanted.any_joints,
+            tip: &tip,
+            tip_length: None,
+        };
+        let Turning::Parts { parts: turned, end, leaves, .. } = self.on_circle(&standing) else { return None };
+        if self.turns_out_of_travel(&standing, &turned) {
+            return None;
+        }
+        let slope = (from - *wanted.from) * (1.0 / length);
+        let way = Shape::Line { from: *wanted.from, slope };
+        let mut parts = vec![Part { shape: way, length, turn: false, tip_moves: true, t: [0.0, 1.0] }];
+        parts.extend(turned.into_iter().map(|part| Part { t: [1.0, 1.0], ..part }));
+        Some(Turning::Parts { parts, length, end, leaves, apart: true })
+    }
+
+    /// The same with tip and tool axis in step.
+    fn on_circle(&self, wanted: &Wanted<'_>) -> Turning {
         let [a, b] = [wanted.from, wanted.to].map(|task| self.machine.forward(task, wanted.length).axis);
         let course = Course::new(&a, &b);
         let turned = |&j: &usize| (wanted.to[j] - wanted.from[j]).abs();
@@ -109,11 +163,17 @@ impl Context<'_> {
         };
         let circle = match &course {
             Course::Opposite(_) => {
-                return off(&course, "the tool axes at its ends are opposite, and no great circle is defined between them");
+                return off(
+                    &course,
+                    "the tool axes at its ends are opposite, and no great circle is defined between them",
+                );
             }
             _ if most < STANDS || [0.25, 0.5, 0.75].into_iter().all(near) => return Turning::InProportion(None),
             Course::Stands(_) => {
-                return off(&course, "the tool axis is the same at both ends, and leaves it while the rotary axes move");
+                return off(
+                    &course,
+                    "the tool axis is the same at both ends, and leaves it while the rotary axes move",
+                );
             }
             Course::Circle(circle) => circle,
         };
@@ -192,7 +252,8 @@ impl Context<'_> {
                 continue;
             };
             for (next, q) in self.beyond(&pass.pole, curve, pass.t, &arrived, branch) {
-                let second = Stretch { t: [pass.t, 1.0], poles: [Some(pass.pole), at_ends[1]], begin: q, branch: Some(next) };
+                let second =
+                    Stretch { t: [pass.t, 1.0], poles: [Some(pass.pole), at_ends[1]], begin: q, branch: Some(next) };
                 match follower.knots(curve, &second) {
                     Ok(more) => {
                         let stands = vec![from, arrived, more.last().map_or(q, |k| k.jet.0[0])];
@@ -208,7 +269,13 @@ impl Context<'_> {
     }
 
     /// Joints of both branches where the way leaves a pole; they stay where they are if that is rounding.
-    fn out_of(&self, pole: &Vector, curve: &AxisCurve, t: f64, from: &JointValues) -> Vec<(Option<usize>, JointValues)> {
+    fn out_of(
+        &self,
+        pole: &Vector,
+        curve: &AxisCurve,
+        t: f64,
+        from: &JointValues,
+    ) -> Vec<(Option<usize>, JointValues)> {
         let Some(way) = curve.jet(t).0[1].try_normalize(0.0) else { return Vec::new() };
         let Some(both) = self.machine.leaving_pole(pole, &way, from) else { return Vec::new() };
         let stay = |q: JointValues| if (q - *from).max_abs() <= ABSORBED { *from } else { q };
@@ -237,8 +304,10 @@ impl Context<'_> {
 
     /// The best of the ways that end where the program wants the joints.
     fn best(&self, wanted: &Wanted<'_>, candidates: Vec<Candidate>) -> Option<Candidate> {
-        let mut fitting: Vec<Candidate> =
-            candidates.into_iter().filter_map(|c| if wanted.any_joints { Some(c) } else { self.ending_at(wanted, c) }).collect();
+        let mut fitting: Vec<Candidate> = candidates
+            .into_iter()
+            .filter_map(|c| if wanted.any_joints { Some(c) } else { self.ending_at(wanted, c) })
+            .collect();
         if fitting.len() < 2 {
             return fitting.pop();
         }
@@ -348,8 +417,8 @@ impl Context<'_> {
                     (*before_length, t[1]) = (offset + share, stretch.t[1]);
                 }
                 _ => {
-                    let shape = Shape::Spline(pieces);
-                    parts.push(Part { shape, length: share, turn: false, t: stretch.t });
+                    let (shape, tip_moves) = (Shape::Spline(pieces), wanted.tip_length.is_some());
+                    parts.push(Part { shape, length: share, turn: false, tip_moves, t: stretch.t });
                 }
             }
         }
@@ -367,7 +436,7 @@ impl Context<'_> {
             ),
         });
         let end = self.joints(wanted.rig, &end, wanted.length);
-        Turning::Parts { parts, length, end, leaves }
+        Turning::Parts { parts, length, end, leaves, apart: false }
     }
 
     /// A turn of the rotary joints at t, while tip and axis stand; none where that is rounding.
@@ -381,7 +450,7 @@ impl Context<'_> {
         }
         let (length, _) = self.parameter_length(&(to - from));
         let slope = (to - from) * (1.0 / length);
-        Some(Part { shape: Shape::Line { from, slope }, length, turn: true, t: [t, t] })
+        Some(Part { shape: Shape::Line { from, slope }, length, turn: true, tip_moves: false, t: [t, t] })
     }
 }
 

@@ -46,8 +46,9 @@ pub(crate) enum AxisWay {
 /// What the program says of a block.
 #[derive(Clone, Debug)]
 pub(crate) enum Programmed {
-    /// With tool center point control, for a tool of this length, in K.
-    Tool { length: f64, tip: TipWay, axis: AxisWay },
+    /// With tool center point control, for a tool of this length, in K. In step: both at equal shares of their ways; otherwise the
+    /// axis anywhere on its own, as in a rapid motion that brings the tip first.
+    Tool { length: f64, tip: TipWay, axis: AxisWay, in_step: bool },
     /// Without: joints in proportion, but the linear joints in `slots` on their own way.
     Joints { ends: Box<[JointValues; 2]>, tip: Option<([usize; 3], TipWay)> },
 }
@@ -129,6 +130,15 @@ impl AxisWay {
         Self::Joints(Box::new([from, to]))
     }
 
+    /// The share of a circle that is nearest to a unit vector; all of the way of joints.
+    fn nearest(&self, axis: &Vector) -> f64 {
+        let Self::Circle([a, b]) = self else { return 1.0 };
+        let normal = a.cross(b);
+        let angle = normal.norm().atan2(a.dot(b));
+        let Some(ahead) = normal.cross(a).try_normalize(1e-12) else { return 1.0 };
+        (axis.dot(&ahead).atan2(axis.dot(a)) / angle).clamp(0.0, 1.0)
+    }
+
     fn at(&self, machine: &Machine, share: f64) -> Vector {
         match self {
             Self::Circle(ends) => {
@@ -141,8 +151,8 @@ impl AxisWay {
 }
 
 impl Programmed {
-    pub(crate) fn tool(length: f64, tip: TipWay, axis: AxisWay) -> Self {
-        Self::Tool { length, tip, axis }
+    pub(crate) fn tool(length: f64, tip: TipWay, axis: AxisWay, in_step: bool) -> Self {
+        Self::Tool { length, tip, axis, in_step }
     }
 
     pub(crate) fn joints(from: JointValues, to: JointValues, tip: Option<([usize; 3], TipWay)>) -> Self {
@@ -158,9 +168,10 @@ impl Programmed {
     /// How far joints are from the way at a share of it: tip or linear joints, mm, and the tool axis, radian.
     pub(crate) fn off(&self, machine: &Machine, share: f64, q: &JointValues) -> (f64, f64) {
         match self {
-            Self::Tool { length, tip, axis } => {
+            Self::Tool { length, tip, axis, in_step } => {
                 let pose = machine.forward(q, *length);
-                let told = ToolPose { tip: Point::from(tip.at(share)), axis: axis.at(machine, share) };
+                let of_axis = if *in_step { share } else { axis.nearest(&pose.axis) };
+                let told = ToolPose { tip: Point::from(tip.at(share)), axis: axis.at(machine, of_axis) };
                 ((pose.tip - told.tip).norm(), pose.angle_to(&told))
             }
             Self::Joints { ends, tip } => {
@@ -194,11 +205,9 @@ mod tests {
             let quarter = std::f64::consts::FRAC_PI_2;
             let normal = if sweep > 0.0 { Vector::z() } else { -Vector::z() };
             let told = if sweep > 0.0 { quarter + (sweep / 2.0_f64).floor() * 4.0 * quarter } else { 3.0 * quarter };
-            for way in [
-                TipWay::line(from, to),
-                TipWay::arc(from, to, center, normal, told + 0.01),
-                TipWay::bezier(control),
-            ] {
+            for way in
+                [TipWay::line(from, to), TipWay::arc(from, to, center, normal, told + 0.01), TipWay::bezier(control)]
+            {
                 assert!((way.at(0.0) - from).norm() < 1e-12 && (way.at(1.0) - to).norm() < 1e-12, "{way:?}");
             }
         }
@@ -206,12 +215,8 @@ mod tests {
 
     #[test]
     fn every_way_is_run_in_proportion() {
-        let control = [
-            Vector::zeros(),
-            Vector::new(12.0, 9.0, 0.0),
-            Vector::new(-3.0, 14.0, 5.0),
-            Vector::new(4.0, 4.0, 4.0),
-        ];
+        let control =
+            [Vector::zeros(), Vector::new(12.0, 9.0, 0.0), Vector::new(-3.0, 14.0, 5.0), Vector::new(4.0, 4.0, 4.0)];
         let ways = [
             TipWay::arc(Vector::x() * 3.0, Vector::y() * 3.0 + Vector::z(), Vector::zeros(), Vector::z(), 1.5),
             TipWay::bezier(control),
@@ -223,6 +228,19 @@ mod tests {
             let mean = chords.iter().sum::<f64>() / 1e3;
             assert!(chords.iter().all(|c| (c - mean).abs() < 1e-4 * mean), "{way:?}");
         }
+    }
+
+    #[test]
+    fn the_nearest_share_of_a_circle_is_its_own() {
+        let way = AxisWay::circle(Vector::z(), Vector::new(0.6, 0.0, 0.8));
+        let angle = 0.6_f64.asin();
+        for share in [0.0, 0.3, 1.0] {
+            let (s, c) = (share * angle).sin_cos();
+            let beside = Vector::new(s, 0.01, c).normalize();
+            assert!((way.nearest(&beside) - share).abs() < 1e-12, "{share}");
+        }
+        assert_eq!(way.nearest(&Vector::new(-0.6, 0.0, 0.8)), 0.0);
+        assert_eq!(way.nearest(&Vector::x()), 1.0);
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Context<'_> {
         };
         let tip = |t: f64| linear_part(rig, &shape.jet(t * length), length);
         path = self.oriented(path, motion, rig, (tool, [&from, &to]), &tip, Some(length));
-        path.programmed = self.told(motion, position, tool, &to, way);
+        path.programmed = self.told(motion, position, tool, &to, (way, path.apart));
         Ok(path)
     }
 }

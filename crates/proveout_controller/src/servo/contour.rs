@@ -120,7 +120,10 @@ mod tests {
             let mut contour = Contour::default();
             let at = |s: f64, aside: f64| {
                 let (x, y) = (0.01 * s, aside);
-                ToolPose { tip: Point::new(moves * s, 0.0, 0.0), axis: Vector::new(x.sin(), y.sin(), x.cos()).normalize() }
+                ToolPose {
+                    tip: Point::new(moves * s, 0.0, 0.0),
+                    axis: Vector::new(x.sin(), y.sin(), x.cos()).normalize(),
+                }
             };
             for k in 0..600 {
                 let s = 0.05 * f64::from(k);

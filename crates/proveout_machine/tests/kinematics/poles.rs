@@ -13,10 +13,12 @@ fn machines() -> Vec<(String, Machine)> {
     let held = |degrees: f64| format!("held = true\nhome_deg = {degrees:?}");
     let x = [1.0, 0.0, 0.0];
     let below = held(25.0);
-    let tables = [("B", "workpiece", "base", Y, ""), ("C", "workpiece", "B", Z, ""), ("E", "workpiece", "C", x, &below)];
+    let tables =
+        [("B", "workpiece", "base", Y, ""), ("C", "workpiece", "B", Z, ""), ("E", "workpiece", "C", x, &below)];
     all.push(("held joint on the table".to_owned(), machine(&tables, "Z", "E")));
     let between = held(90.0);
-    let tables = [("B", "workpiece", "base", Y, ""), ("E", "workpiece", "B", Z, &between), ("C", "workpiece", "E", Z, "")];
+    let tables =
+        [("B", "workpiece", "base", Y, ""), ("E", "workpiece", "B", Z, &between), ("C", "workpiece", "E", Z, "")];
     all.push(("held joint between".to_owned(), machine(&tables, "Z", "C")));
     all
 }
