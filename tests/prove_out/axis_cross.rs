@@ -9,7 +9,9 @@ const PROGRAM: &str = "spinner-u5-840d/NC_code/Coordinate_system_representation_
 #[test]
 fn the_production_program_makes_the_part_that_its_text_describes() {
     let Some(nc) = published(PROGRAM) else {
-        left_out("the axis cross as it was cut: the data set doi:10.1038/s41597-025-05294-0 is not beside the checkout");
+        left_out(
+            "the axis cross as it was cut: the data set doi:10.1038/s41597-025-05294-0 is not beside the checkout",
+        );
         return;
     };
     // Faces across a ray are exact whatever the distance of the rays; sides of round arms need rays near their crown.

@@ -156,7 +156,10 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
 
     let text = markdown(c);
     assert!(text.contains(&format!("{percent:.2} ± {error:.2}")) && text.contains("A, velocity"), "{text}");
-    assert!(text.contains(&format!("`s-theta` {free:.2}")) && text.contains("| A | velocity | 360 | 90 | deg/s |"), "{text}");
+    assert!(
+        text.contains(&format!("`s-theta` {free:.2}")) && text.contains("| A | velocity | 360 | 90 | deg/s |"),
+        "{text}"
+    );
 
     let bytes = |compared: &Compared| serde_json::to_string_pretty(&compared.comparison).expect("JSON");
     assert_eq!(bytes(&compared), bytes(&experiment.compare(None, 1).expect("runs")));

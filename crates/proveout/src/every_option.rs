@@ -75,7 +75,11 @@ fn every_option_of_every_command_is_typed_in_a_test() {
             }
         }
     }
-    assert!(missing.is_empty(), "no test types these: add a line to tests/command_lines/more.txt\n{}", missing.join("\n"));
+    assert!(
+        missing.is_empty(),
+        "no test types these: add a line to tests/command_lines/more.txt\n{}",
+        missing.join("\n")
+    );
 }
 
 /// A page may name a command without its arguments (`proveout nc --post`): command and options are there all the same.

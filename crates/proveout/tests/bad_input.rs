@@ -315,7 +315,9 @@ fn an_option_that_its_method_does_not_read() {
     {
         let small = Small::new();
         li_2022(&small, None, |scene| {
-            let program = format!("\n[[program]]\nname = \"odd\"\nreschedule = {{ method = {method:?}, from = \"original\", {option} }}\n");
+            let program = format!(
+                "\n[[program]]\nname = \"odd\"\nreschedule = {{ method = {method:?}, from = \"original\", {option} }}\n"
+            );
             scene + &program
         });
         let key = option.split(' ').next().expect("a key");

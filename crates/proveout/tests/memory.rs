@@ -104,14 +104,8 @@ impl Case {
 
 #[test]
 fn what_is_announced_is_never_below_the_peak_and_not_far_above_it() {
-    let small = |recording| Case {
-        name: "small",
-        size: [40.0, 40.0, 18.0],
-        cell: 0.5,
-        moves: 200,
-        design: true,
-        recording,
-    };
+    let small =
+        |recording| Case { name: "small", size: [40.0, 40.0, 18.0], cell: 0.5, moves: 200, design: true, recording };
     let mut cases = vec![small(false)];
     let wanted = env::var("PROVEOUT_MEMORY").unwrap_or_default();
     if !wanted.is_empty() {

@@ -109,13 +109,11 @@ fn g28_goes_to_the_home_position_of_the_machine() {
         ("linuxcnc-xyzac-trt", 120.0),
         ("bc-trunnion-home-zero", 0.0),
     ] {
-        let text = format!(
-            "%\nO1\nG21 G90 G17\nT1 M6\nG53 G0 Z{}\nG91 G28 Z0.\nG90\nM30\n%\n",
-            format!("{:.1}", home - 30.0)
-        );
+        let below = home - 30.0;
+        let text = format!("%\nO1\nG21 G90 G17\nT1 M6\nG53 G0 Z{below:.1}\nG91 G28 Z0.\nG90\nM30\n%\n");
         let verdict = Shop::on(machine, ("part.nc", &text), [0.0; 3]).verdict();
         let z = &verdict["axes"]["Z"];
-        assert_eq!((number(&z["max"]), number(&z["min"])), (home, home - 30.0), "{machine}: {z}");
+        assert!((number(&z["max"]) - home).abs() < 1e-6 && (number(&z["min"]) - below).abs() < 1e-6, "{machine}: {z}");
         assert!(!codes(&verdict).contains(&"limits-overtravel".to_owned()), "{machine}: {:?}", codes(&verdict));
         for axis in ["X", "Y"] {
             assert_eq!(verdict["axes"][axis]["max"], verdict["axes"][axis]["min"], "{machine}: only Z is named");
@@ -130,7 +128,7 @@ fn g28_meets_its_intermediate_point_and_g30_the_tool_change_position() {
     let verdict = Shop::on("spinner-u5-620", ("part.nc", text), [0.0, 0.0, 140.0]).verdict();
     // Without tool length Z 210 is the axis at 350, the intermediate point at 330.
     assert!((number(&verdict["axes"]["Z"]["min"]) - 330.0).abs() < 0.02, "{}", verdict["axes"]["Z"]);
-    assert_eq!(number(&verdict["axes"]["Z"]["max"]), 610.0);
+    assert!((number(&verdict["axes"]["Z"]["max"]) - 610.0).abs() < 1e-6);
     assert!(!codes(&verdict).contains(&"limits-overtravel".to_owned()));
 }
 
@@ -147,10 +145,10 @@ fn changed(machine: &str, change: impl Fn(String) -> String) -> (TempDir, PathBu
 fn a_reference_point_that_no_one_states_is_refused() {
     let no_home = |text: String| {
         let keep = |line: &&str| !(line.starts_with("home_mm = 610") || line.starts_with("tool_change_mm = 610"));
-        text.lines().filter(keep).fold(String::new(), |all, line| all + line + "\n").replace(
-            "travel_mm = [151, 611]",
-            "travel_mm = [0, 611]",
-        )
+        text.lines()
+            .filter(keep)
+            .fold(String::new(), |all, line| all + line + "\n")
+            .replace("travel_mm = [151, 611]", "travel_mm = [0, 611]")
     };
     let (_folder, machine) = changed("ac-trunnion-620", no_home);
     let text = "G21 G90 G17\nT1 M6\nG53 G0 Z500.\nG91 G28 Z0.\nM30\n";
@@ -196,16 +194,21 @@ fn a_kinematics_that_the_machine_does_not_list_is_refused() {
         Shop::on("three-axis-mill", (file, text), [0.0; 3]).refused(&[
             &format!("{file}:3:"),
             word,
-            "three-axis mill",
+            "Three-axis mill",
             "kinematics",
             "help: ",
         ]);
     };
     mill("part.mpf", "G54 G90\nT=\"END_D20\"\nTRAORI\nG0 Z400\nM30\n", "TRAORI");
     mill("part.nc", "G21 G90\nT1 M6\nG43.4 H1\nG0 Z400.\nM30\n", "G43.4");
-    mill("part.h", "BEGIN PGM P MM\nTOOL CALL 1 Z S1000\nPLANE SPATIAL SPA+0 SPB+10 SPC+0 STAY\nM30\nEND PGM P MM\n", "PLANE SPATIAL");
+    mill(
+        "part.h",
+        "BEGIN PGM P MM\nTOOL CALL 1 Z S1000\nPLANE SPATIAL SPA+0 SPB+10 SPC+0 STAY\nM30\nEND PGM P MM\n",
+        "PLANE SPATIAL",
+    );
     // The list is what decides.
-    let without = |text: String| text.replace("kinematics = [\"tcp\", \"tilted-plane\"]", "kinematics = [\"tilted-plane\"]");
+    let without =
+        |text: String| text.replace("kinematics = [\"tcp\", \"tilted-plane\"]", "kinematics = [\"tilted-plane\"]");
     let (_folder, machine) = changed("ac-trunnion-620", without);
     let program = ("part.mpf", "G54 G90\nT=\"END_D20\"\nTRAORI\nG0 Z400\nM30\n");
     Shop::new(&machine, program, [0.0; 3]).refused(&["TRAORI", "tcp"]);
@@ -245,20 +248,20 @@ fn behind_a_retraction_under_tcp_the_tool_stays_up() {
         ),
         (
             "part.h",
-            "BEGIN PGM P MM\nTOOL CALL 1 Z S1000\nCYCL DEF 247 DATUM SETTING Q339=54\nL Z+605 R0 FMAX M91\nL B+90 C+0 R0 FMAX\nM128\n\
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S1000\nL Z+605 R0 FMAX M91\nL B+90 C+0 R0 FMAX\nM128\n\
              L X+150 Y+50 Z+10 R0 FMAX\nL Z+605 R0 FMAX M91\n@L B+80 R0 FMAX\nM30\nEND PGM P MM\n",
         ),
     ] {
-        let text = text.replace("CYCL DEF 247 DATUM SETTING Q339=54\n", "");
         let shop = |text: &str| Shop::on("spinner-u5-620", (file, text), [-50.0, -50.0, 140.0]).verdict();
         let turned = shop(&text.replace('@', ""));
         let without = text.lines().filter(|l| !l.starts_with('@')).fold(String::new(), |all, l| all + l + "\n");
         let before = shop(&without);
         let length = |v: &Value| number(&v["path"]["length_mm"]);
-        // The turn alone counts its ten degrees; a plunge would add 250 mm and more.
+        // The tip stands while the table turns by ten degrees; a plunge would add 180 mm and more.
         let more = length(&turned) - length(&before);
-        assert!((more - 10.0).abs() < 0.5, "{file}: {more} more behind the retraction");
-        assert_eq!(turned["axes"]["Z"]["min"], before["axes"]["Z"]["min"], "{file}");
+        assert!(more.abs() < 20.0, "{file}: {more} mm more behind the retraction");
+        let lowest = |v: &Value| number(&v["axes"]["Z"]["min"]);
+        assert!((lowest(&turned) - lowest(&before)).abs() < 1e-6, "{file}");
         // What the control does with such coordinates is not certain: no pass.
         assert!(codes(&turned).contains(&"program-assumed".to_owned()), "{file}: {:?}", codes(&turned));
         let program = gate(&turned, "program");

@@ -37,7 +37,10 @@ fn folder() -> &'static Path {
             .replace("gouge_mm = 0.03", "gouge_mm = 0.00001")
             .replace("excess_mm = 0.05", "excess_mm = 0.00001")
             .replace("keys = 15", "keys = 9")
-            .replace("method = \"s-theta\", from = \"original\"", "method = \"s-theta\", from = \"original\", clearance_deg = 45");
+            .replace(
+                "method = \"s-theta\", from = \"original\"",
+                "method = \"s-theta\", from = \"original\", clearance_deg = 45",
+            );
         fs::write(folder.path().join("scene.toml"), scene).expect("written");
         let program = fs::read_to_string(from.join("original.mpf")).expect("the program");
         let lines: Vec<&str> = program.lines().collect();
@@ -65,11 +68,13 @@ fn a_run_keeps_the_text_that_its_findings_cite_and_reschedule_writes_the_same() 
         let kept = fs::read_to_string(run.join(format!("{name}.mpf"))).expect("the text is kept");
         let verdict = fs::read_to_string(run.join("verdict.json")).expect("written");
         let verdict: serde_json::Value = serde_json::from_str(&verdict).expect("JSON");
-        let cited: Vec<_> = verdict["findings"].as_array().expect("a list").iter().filter(|f| f["line"].is_u64()).collect();
+        let cited: Vec<_> =
+            verdict["findings"].as_array().expect("a list").iter().filter(|f| f["line"].is_u64()).collect();
         assert!(!cited.is_empty(), "a tolerance of nothing is passed somewhere");
         for finding in cited {
             let file = run.join(finding["file"].as_str().expect("a file"));
-            let lines = fs::read_to_string(&file).expect("the file that a finding cites is in the folder").lines().count();
+            let lines =
+                fs::read_to_string(&file).expect("the file that a finding cites is in the folder").lines().count();
             assert!(finding["line"].as_u64().expect("a line") <= lines as u64, "{finding}");
         }
         // The options of the scene are those of the command too, whichever way the program is named.
@@ -96,7 +101,8 @@ fn set_takes_the_place_of_the_scene() {
 fn two_programs_with_other_options_must_be_told_apart() {
     let own = tempfile::tempdir().expect("temporary folder");
     let scene = fs::read_to_string(folder().join("scene.toml")).expect("readable");
-    let more = "\n[[program]]\nname = \"coarse\"\nreschedule = { method = \"quaternion\", from = \"original\", keys = 5 }\n";
+    let more =
+        "\n[[program]]\nname = \"coarse\"\nreschedule = { method = \"quaternion\", from = \"original\", keys = 5 }\n";
     fs::write(own.path().join("scene.toml"), scene + more).expect("written");
     fs::copy(folder().join("original.mpf"), own.path().join("original.mpf")).expect("copied");
     let call = |program: &str| {

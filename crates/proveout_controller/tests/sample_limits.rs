@@ -101,7 +101,9 @@ fn programs_of_the_scenes_keep_the_limits() {
                  Coordinate_system_representation_Achskreuz.mpf";
     match ["..", "../.."].map(|beside| root().join(beside).join(cross)).into_iter().find(|p| p.is_file()) {
         Some(path) => files.push((path, "spinner-u5-620", "axis-cross.toml", [25.0, 0.0, 0.0])),
-        None => left_out("samples of the axis cross: the data set doi:10.1038/s41597-025-05294-0 is not beside the checkout"),
+        None => left_out(
+            "samples of the axis cross: the data set doi:10.1038/s41597-025-05294-0 is not beside the checkout",
+        ),
     }
     for (path, name, tools, offset) in files {
         let machine = machine(name);

@@ -160,8 +160,11 @@ impl Prepared {
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
-        let demand =
-            Demand { lines: ProgramText::open(&program_path)?.lines() as u64, part: part_mesh.as_ref(), recorded: choice.recorded };
+        let demand = Demand {
+            lines: ProgramText::open(&program_path)?.lines() as u64,
+            part: part_mesh.as_ref(),
+            recorded: choice.recorded,
+        };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
             digests.insert(role, digest::of_file(&path)?);
@@ -186,8 +189,10 @@ impl Prepared {
             Some(made) => {
                 let name = format!("{program_name}.mpf");
                 let read = |look: &mut Look<'_>| Survey::of_text(&name, made.text.as_str(), &nc_settings, look);
-                let original =
-                    std::mem::replace(&mut survey, program_survey::survey(read, &nc_settings, &tools, &machine, &place)?);
+                let original = std::mem::replace(
+                    &mut survey,
+                    program_survey::survey(read, &nc_settings, &tools, &machine, &place)?,
+                );
                 survey.not_run.extend(original.not_run);
                 made.text.lines().count()
             }

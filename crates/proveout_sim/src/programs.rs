@@ -287,12 +287,14 @@ impl<'a> Rescheduling<'a> {
     pub fn of_scene(scene: &'a Scene, name: &str, method: MethodFile) -> Result<Self, ConfigError> {
         let wrong = |message: String, help: String| ConfigError::file(&scene.path, message, help);
         let all = &scene.file.program;
-        let names = |of: &mut dyn Iterator<Item = &ProgramFile>| of.map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
+        let names =
+            |of: &mut dyn Iterator<Item = &ProgramFile>| of.map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");
         let Some(named) = scene.program(Some(name)) else {
             let help = format!("programs of the scene: {}", names(&mut all.iter()));
             return Err(wrong(format!("there is no program {name:?}"), help));
         };
-        let makes = |p: &&ProgramFile| p.reschedule.as_ref().is_some_and(|r| r.method == method && r.from == named.name);
+        let makes =
+            |p: &&ProgramFile| p.reschedule.as_ref().is_some_and(|r| r.method == method && r.from == named.name);
         let (entry, source) = match &named.reschedule {
             Some(own) if own.method == method => (named, scene.program(Some(&own.from)).unwrap_or(named)),
             Some(_) => {

@@ -214,7 +214,8 @@ impl RescheduleFile {
     /// Options that are given, as `KEY=VALUE`.
     pub fn given(&self) -> Vec<(&'static str, String)> {
         let degrees = |v: f64| v.to_string();
-        let unit = |u: ThetaUnitFile| ThetaUnitFile::NAMES.iter().find(|(_, k)| *k == u).map_or("", |(n, _)| n).to_owned();
+        let unit =
+            |u: ThetaUnitFile| ThetaUnitFile::NAMES.iter().find(|(_, k)| *k == u).map_or("", |(n, _)| n).to_owned();
         let values = [
             self.clearance_deg.map(degrees),
             self.inset_deg.map(degrees),
@@ -238,7 +239,10 @@ impl RescheduleFile {
         let read = Self::options_of(self.method);
         if !read.contains(&key) {
             let method = MethodFile::NAMES.iter().find(|(_, m)| *m == self.method).map_or("", |(n, _)| n);
-            return Err((format!("{method} has no option {key:?}"), format!("options of {method}: {}", read.join(", "))));
+            return Err((
+                format!("{method} has no option {key:?}"),
+                format!("options of {method}: {}", read.join(", ")),
+            ));
         }
         let number = || {
             let number = value.parse::<f64>().ok().filter(|v| v.is_finite());
@@ -256,7 +260,8 @@ impl RescheduleFile {
             }
             _ => {
                 let count = value.parse::<usize>();
-                let count = count.map_err(|_| (format!("{key}={value} is no count"), "write a whole number".to_owned()));
+                let count =
+                    count.map_err(|_| (format!("{key}={value} is no count"), "write a whole number".to_owned()));
                 self.keys = Some(count?);
             }
         }

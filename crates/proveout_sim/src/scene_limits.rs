@@ -174,7 +174,8 @@ mod tests {
         let file = limits("max_velocity_deg_s = 62.4\nmax_jerk_deg_s3 = 28_400");
         limit(&mut after, &file).expect("lower");
         let changed = changes(before, &after, &file, "M");
-        let rows: Vec<_> = changed.iter().map(|c| (c.quantity.as_str(), c.unit.as_str(), c.of_machine, c.of_scene)).collect();
+        let rows: Vec<_> =
+            changed.iter().map(|c| (c.quantity.as_str(), c.unit.as_str(), c.of_machine, c.of_scene)).collect();
         assert_eq!(rows, [("velocity", "deg/s", Some(360.0), 62.4), ("jerk", "deg/s³", Some(90_000.0), 28_400.0)]);
         let x = &machine.joints[machine.joint("X").expect("X")];
         let (mut free, file) = (Joint { max_velocity: None, ..x.clone() }, limits("max_velocity_mm_min = 600"));

@@ -285,7 +285,10 @@ mod tests {
         let total = Total { suites: 1, passed: 2, failed: 0, ignored: 0 };
         assert!(!account(&total, &BTreeSet::new()).contains("LEFT OUT"));
         let told = account(&total, &["the axis cross: no data set".to_owned()].into());
-        assert!(told.contains("1 LEFT OUT for lack of data:") && told.ends_with("the axis cross: no data set"), "{told}");
+        assert!(
+            told.contains("1 LEFT OUT for lack of data:") && told.ends_with("the axis cross: no data set"),
+            "{told}"
+        );
     }
 
     #[test]

@@ -26,9 +26,8 @@ pub(crate) fn kinematics(args: &KinematicsArgs) -> Result<(), Failure> {
         }
     };
     let from = args.input.as_ref().map_or_else(|| "standard input".to_owned(), |f| f.display().to_string());
-    let wrong = |e| {
-        Failure::new(format!("{from}: {e}")).with_help("the columns are described by `proveout kinematics --help`")
-    };
+    let wrong =
+        |e| Failure::new(format!("{from}: {e}")).with_help("the columns are described by `proveout kinematics --help`");
     let Some(file) = &args.output else {
         let output = BufWriter::new(io::stdout().lock());
         return kinematics_csv(&machine, input, output, direction, length).map(|_| ()).map_err(wrong);

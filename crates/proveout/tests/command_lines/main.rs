@@ -52,7 +52,10 @@ fn all() -> Vec<Shown> {
 /// What differs from run to run, or from machine to machine: wall time, pace, memory.
 const NOISE: &[(&str, &str)] = &[
     (r"(?m)^line \d+: .* simulated, .* findings\n", ""),
-    (r"computed in [0-9.]+ s: [0-9]+ times faster than the machine", "computed in [time]: [n] times faster than the machine"),
+    (
+        r"computed in [0-9.]+ s: [0-9]+ times faster than the machine",
+        "computed in [time]: [n] times faster than the machine",
+    ),
     (r"computed in [0-9.]+ s", "computed in [time]"),
     (r"[0-9.]+ MiB", "[n] MiB"),
 ];

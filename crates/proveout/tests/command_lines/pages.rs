@@ -139,7 +139,9 @@ pub(crate) fn listed(page: &str, text: &str) -> Vec<Shown> {
 
 fn shown(place: &str, text: &str) -> Option<Shown> {
     let words: Vec<String> = text.split_whitespace().map(|w| w.replace(['[', ']'], "")).collect();
-    let variable = |w: &String| w.split_once('=').is_some_and(|(name, _)| name.bytes().all(|b| b.is_ascii_uppercase() || b == b'_'));
+    let variable = |w: &String| {
+        w.split_once('=').is_some_and(|(name, _)| name.bytes().all(|b| b.is_ascii_uppercase() || b == b'_'))
+    };
     let words: Vec<String> = words.into_iter().skip_while(variable).collect();
     let program = words.first().is_some_and(|w| w == "proveout" || w == "cargo") && words.len() > 1;
     program.then(|| Shown { place: place.to_owned(), words })

@@ -16,8 +16,10 @@ pub(crate) fn root() -> PathBuf {
 }
 
 /// Slot of 12 mm, 5 mm deep, along X.
-const MAIN: &str = "G17 G54 G90 G94 G710\nT=\"SCHAFT_D12_N_AP30\"\nM6\nG0 X-40 Y0 Z50 S1000 M3 D1\nG0 Z15\nG1 X40 F600\nG0 Z50\nM30\n";
-const FANUC: &str = "%\nO0001\nG21 G90 G17 G54\nT2 M6\nG0 G43 H2 X-40. Y0. Z50. S1000 M3\nG1 Z15. F600.\nX40.\nG0 Z50.\nM30\n%\n";
+const MAIN: &str =
+    "G17 G54 G90 G94 G710\nT=\"SCHAFT_D12_N_AP30\"\nM6\nG0 X-40 Y0 Z50 S1000 M3 D1\nG0 Z15\nG1 X40 F600\nG0 Z50\nM30\n";
+const FANUC: &str =
+    "%\nO0001\nG21 G90 G17 G54\nT2 M6\nG0 G43 H2 X-40. Y0. Z50. S1000 M3\nG1 Z15. F600.\nX40.\nG0 Z50.\nM30\n%\n";
 
 const SCENE: &str = r#"name = "part"
 machine = "../machines/spinner-u5-620"
@@ -103,16 +105,22 @@ fn smaller(from: &Path, to: &Path) {
         let name = file.file_name().expect("a name").to_string_lossy().into_owned();
         let Ok(text) = fs::read_to_string(&file) else { continue };
         let text = match name.as_str() {
-            "scene.toml" => changed(&text, &[
-                ("resolution_mm = 0.5", "resolution_mm = 2"),
-                ("resolution_mm = 0.2", "resolution_mm = 2"),
-                // The bar of the cone frustum without what its first blocks do not reach.
-                ("base_mm = [0, 0, -80], radius_mm = 50, height_mm = 80", "base_mm = [0, 0, -14], radius_mm = 50, height_mm = 14"),
-                // The first turns of the blade; the program ends on it.
-                ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
-                ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
-                ("shown_s = [22, 34]", "shown_s = [2, 8]"),
-            ]),
+            "scene.toml" => changed(
+                &text,
+                &[
+                    ("resolution_mm = 0.5", "resolution_mm = 2"),
+                    ("resolution_mm = 0.2", "resolution_mm = 2"),
+                    // The bar of the cone frustum without what its first blocks do not reach.
+                    (
+                        "base_mm = [0, 0, -80], radius_mm = 50, height_mm = 80",
+                        "base_mm = [0, 0, -14], radius_mm = 50, height_mm = 14",
+                    ),
+                    // The first turns of the blade; the program ends on it.
+                    ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
+                    ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
+                    ("shown_s = [22, 34]", "shown_s = [2, 8]"),
+                ],
+            ),
             "bc.mpf" | "ac.mpf" => first_blocks(&text, 72),
             "original.mpf" => first_blocks(&text, 17 + 570),
             _ => text,

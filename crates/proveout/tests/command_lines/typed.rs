@@ -103,7 +103,9 @@ fn filled(subcommand: &str, option: &str, word: &str) -> Result<String, String> 
     if whole {
         return value(word).ok_or_else(|| word.to_owned());
     }
-    let part = |p: &&str| if p.chars().all(bare) && !p.is_empty() { value(p).ok_or_else(|| (*p).to_owned()) } else { Ok((*p).to_owned()) };
+    let part = |p: &&str| {
+        if p.chars().all(bare) && !p.is_empty() { value(p).ok_or_else(|| (*p).to_owned()) } else { Ok((*p).to_owned()) }
+    };
     Ok(parts.iter().map(part).collect::<Result<Vec<_>, _>>()?.join("/"))
 }
 

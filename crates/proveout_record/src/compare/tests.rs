@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use proveout_geom::{Aabb, Point, box_mesh};
 use proveout_sim::{
     compare::{
-        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, JointPicture, Made, PartPicture, Pictures,
-        ProgramFigures, ProgramPicture, Published, Role, Stretch, StretchAxis, Study, StudyCurve, StudyFigure,
-        TimeGain, Variation, VariationKind, VariedGains, VariedTime,
+        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, JointPicture, Made, PartPicture,
+        Pictures, ProgramFigures, ProgramPicture, Published, Role, Stretch, StretchAxis, Study, StudyCurve,
+        StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
     verdict::{self, Axis, Gate, State},
 };
@@ -211,10 +211,18 @@ fn the_page_stands_alone_and_its_tags_close() {
 #[test]
 fn every_section_has_its_numbers() {
     let text = page("plain");
-    for needle in
-        ["19.20 ± 1.40 %", "sign holds", "38.1 %", "41.5 %", "103.9", "15.7 µm", "data-layer=\"2\"", "data-cells=\"2\"",
-        "62.4 deg/s (machine 360)", "limits of the machine itself 18.00 %"]
-    {
+    for needle in [
+        "19.20 ± 1.40 %",
+        "sign holds",
+        "38.1 %",
+        "41.5 %",
+        "103.9",
+        "15.7 µm",
+        "data-layer=\"2\"",
+        "data-cells=\"2\"",
+        "62.4 deg/s (machine 360)",
+        "limits of the machine itself 18.00 %",
+    ] {
         assert!(text.contains(needle), "{needle}");
     }
     assert!(text.contains(r#"class="circles""#) && text.contains(r#"class="triangles""#), "key points and marks");

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use proveout_machine::{JointValues, Machine};
 
 use super::{
-    AxisGain, ChangedLimit, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures, ProgramFigures,
-    ProgramPicture, Ran, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime, judge,
+    AxisGain, ChangedLimit, Compared, Comparing, Comparison, DemandRow, Entry, Gain, JointPicture, Made, Pictures,
+    ProgramFigures, ProgramPicture, Ran, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime, judge,
     motion::{self, Extremes, Motion},
     surface::{SCALLOP_RULE, difference},
     uncertainty::{VariedGain, saved, time_gain},

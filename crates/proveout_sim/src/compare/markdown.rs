@@ -56,20 +56,25 @@ fn limits(out: &mut String, c: &Comparison) {
         return;
     }
     out.push_str("### Limits of joints that the scene sets for all programs\n\n");
-    out.push_str("| machine | joint | limit | of the machine | of the scene | unit | source |\n|---|---|---|---|---|---|---|\n");
+    out.push_str(
+        "| machine | joint | limit | of the machine | of the scene | unit | source |\n|---|---|---|---|---|---|---|\n",
+    );
     for l in &c.joint_limits {
         let own = l.of_machine.map_or_else(|| "none".to_owned(), |v| v.to_string());
         let (machine, joint, source) = (cell(&l.machine), cell(&l.joint), cell(&l.source));
-        put(out, format_args!("| {machine} | {joint} | {} | {own} | {} | {} | {source} |\n", l.quantity, l.of_scene, l.unit));
+        put(
+            out,
+            format_args!("| {machine} | {joint} | {} | {own} | {} | {} | {source} |\n", l.quantity, l.of_scene, l.unit),
+        );
     }
-    let own: Vec<String> = c
-        .order
-        .iter()
-        .filter_map(|name| Some(format!("`{name}` {:.2}", c.at_own_limits(name)?)))
-        .collect();
+    let own: Vec<String> =
+        c.order.iter().filter_map(|name| Some(format!("`{name}` {:.2}", c.at_own_limits(name)?))).collect();
     if !own.is_empty() {
         let own = own.join(", ");
-        put(out, format_args!("\nWith the limits of the machine itself the cutting stretch saves, in percent: {own}.\n"));
+        put(
+            out,
+            format_args!("\nWith the limits of the machine itself the cutting stretch saves, in percent: {own}.\n"),
+        );
     }
     out.push('\n');
 }

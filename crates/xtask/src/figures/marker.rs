@@ -78,7 +78,8 @@ pub(super) fn markers(page: &str, text: &str) -> Result<Vec<Marker>, Failure> {
             let head = at + open + OPEN.len();
             let begin = head + content[head..].find(BEGIN).ok_or_else(|| fault("a figure's remark does not end"))?;
             let start = begin + BEGIN.len();
-            let end = start + content[start..].find(CLOSE).ok_or_else(|| fault("a figure lacks its <!--/--> on the line"))?;
+            let end =
+                start + content[start..].find(CLOSE).ok_or_else(|| fault("a figure lacks its <!--/--> on the line"))?;
             let words: Vec<&str> = content[head..begin].split_whitespace().collect();
             let (run, key, form, bound) = match words.as_slice() {
                 [run, key] if key.starts_with('@') => (run, key, "s", None),
@@ -122,8 +123,11 @@ pub(super) fn filled(text: &str, markers: &[Marker], texts: &[Option<String>]) -
 impl Marker {
     /// Whether the cells of the stock decide the value, not the motion alone.
     pub(super) fn of_surface(&self) -> bool {
-        const SURFACE: [&str; 7] = ["deviation", "surface", "removal", "difference", "clearance", "inspection", "verdict"];
-        let word = |part: &str| SURFACE.iter().any(|s| part == *s) || part.starts_with("scallop") || part.starts_with("volume");
+        const SURFACE: [&str; 7] =
+            ["deviation", "surface", "removal", "difference", "clearance", "inspection", "verdict"];
+        let word = |part: &str| {
+            SURFACE.iter().any(|s| part == *s) || part.starts_with("scallop") || part.starts_with("volume")
+        };
         parts(&self.key).iter().any(|part| word(part.split('[').next().unwrap_or_default()))
     }
 
@@ -187,14 +191,16 @@ pub(super) fn value<'a>(result: &'a Value, key: &str) -> Result<&'a Value, Strin
             Some((name, entry)) => (name, Some(entry.trim_end_matches(']'))),
             None => (part, None),
         };
-        let there = |v: &Value| v.as_object().map_or_else(String::new, |o| o.keys().cloned().collect::<Vec<_>>().join(", "));
+        let there =
+            |v: &Value| v.as_object().map_or_else(String::new, |o| o.keys().cloned().collect::<Vec<_>>().join(", "));
         at = at.get(name).ok_or_else(|| format!("{key}: there is no {name}; there is: {}", there(at)))?;
         let Some(entry) = entry else { continue };
         let list = at.as_array().ok_or_else(|| format!("{key}: {name} is no list"))?;
         let found = match entry.split_once('=') {
             None => entry.parse::<usize>().ok().and_then(|i| list.get(i)),
             Some((field, wanted)) => {
-                let is = |v: &&Value| v.get(field).and_then(Value::as_str).is_some_and(|s| s.replace(' ', "_") == wanted);
+                let is =
+                    |v: &&Value| v.get(field).and_then(Value::as_str).is_some_and(|s| s.replace(' ', "_") == wanted);
                 list.iter().find(is)
             }
         };

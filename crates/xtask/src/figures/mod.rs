@@ -59,7 +59,9 @@ impl Wanted {
             match *word {
                 "--check" => out.check = true,
                 "--kept" => out.kept = true,
-                "--run" => out.runs.push((*rest.next().ok_or_else(|| Failure("--run wants a name".into()))?).to_owned()),
+                "--run" => {
+                    out.runs.push((*rest.next().ok_or_else(|| Failure("--run wants a name".into()))?).to_owned())
+                }
                 other => return Err(Failure(format!("unknown option of figures: {other}"))),
             }
         }
@@ -271,7 +273,10 @@ fn compare(pages: &[Page], results: &BTreeMap<String, Value>) -> Result<String, 
         count += 1;
         let said = &page.text[marker.span.clone()];
         if !marker.agree(said, &now) {
-            faults.push(format!("{}:{}: {} of {}: the page says {said}, the run {now}", page.name, marker.line, marker.key, marker.run));
+            faults.push(format!(
+                "{}:{}: {} of {}: the page says {said}, the run {now}",
+                page.name, marker.line, marker.key, marker.run
+            ));
         }
     }
     if faults.is_empty() {
@@ -328,7 +333,12 @@ mod tests {
         assert!(told("<!--= r time.total_s .1 +-1 -->1<!--/-->").contains("compared exactly"));
         assert!(well_named(&runs, &[]).expect_err("no figure").0.contains("no page has"));
         well_named(&runs, &[page("<!--= r deviation.rms_mm .1 +-1 -->1<!--/-->")]).expect("in order");
-        assert!(registry("[[run]]\nname = \"r\"\ncommand = \"run s\"\nlong = true\n").expect_err("undated").0.contains("made"));
+        assert!(
+            registry("[[run]]\nname = \"r\"\ncommand = \"run s\"\nlong = true\n")
+                .expect_err("undated")
+                .0
+                .contains("made")
+        );
         assert!(registry("[[run]]\nname = \"r\"\ncomand = \"run s\"\n").expect_err("misspelt").0.contains("comand"));
     }
 
@@ -338,7 +348,8 @@ mod tests {
             let result = serde_json::json!({"time": {"total_s": total}, "deviation": {"rms_mm": rms}});
             BTreeMap::from([("r".to_owned(), result)])
         };
-        let text = "\n<!--= r time.total_s .1 -->5.0<!--/--> s, <!--= r deviation.rms_mm .1um +-0.3 -->2.0<!--/--> µm\n";
+        let text =
+            "\n<!--= r time.total_s .1 -->5.0<!--/--> s, <!--= r deviation.rms_mm .1um +-0.3 -->2.0<!--/--> µm\n";
         let pages = [page(text)];
         assert_eq!(compare(&pages, &results(5.0, 0.0022)).expect("agrees"), "2 figures are those of their runs");
         let Failure(told) = compare(&pages, &results(5.1, 0.0024)).expect_err("differs");
