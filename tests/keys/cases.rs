@@ -358,11 +358,7 @@ cases! {
     "machine/ControlFile.block_time_ms", Mill, ["machine", "control.block_time_ms", "60"];
     "machine/ControlFile.tool_change_time_s", Mill, ["machine", "control.tool_change_time_s", "0.4"];
     "machine/ControlFile.rapid_mode", Mill, ["machine", "control.rapid_mode", "\"independent\""];
-<<<<<<< HEAD
-    "machine/ControlFile.kinematics", Five, ["machine", "control.kinematics", "[]"];
-=======
     "machine/ControlFile.kinematics", Five, ["machine", "control.kinematics", "[\"tilted-plane\"]"];
->>>>>>> refs
     "machine/ControlFile.default_tolerance_mm", MillServo, ["machine", "control.default_tolerance_mm", "0.2"];
     "machine/ControlFile.default_orientation_tolerance_deg", Five, ["machine", "control.default_orientation_tolerance_deg", "0.01"];
     "machine/ControlFile.pole_cone_deg", Five, ["machine", "control.pole_cone_deg", "0"];
