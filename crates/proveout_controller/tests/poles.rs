@@ -191,6 +191,7 @@ struct Case {
     to: Vector,
     tips: [Vector; 2],
     rapid: bool,
+    #[expect(dead_code, reason = "printed with a case that fails")]
     at: &'static str,
     /// Turns of the first rotary joint before the block.
     turns: f64,

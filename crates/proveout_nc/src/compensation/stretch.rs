@@ -189,7 +189,7 @@ mod tests {
         let location = Location { file: Arc::from("x"), line: 1, column: 1, length: 1, depth: 0 };
         let line = |x: f64, y: f64| Element { start: [x, y], end: [x + 1.0, y], shape: Shape::Line };
         let mut stretch = Stretch::default();
-        let mut add = |stretch: &mut Stretch, index: usize, y: f64| {
+        let add = |stretch: &mut Stretch, index: usize, y: f64| {
             let (x, wall, location) = (index as f64, stretch.walls.len(), location.clone());
             let way = Way { element: line(x, y), role: Role::Block, wall, radius: 2.0, heights: None, location };
             let location = way.location.clone();

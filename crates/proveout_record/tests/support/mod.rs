@@ -438,6 +438,10 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         },
         removal: Removal { moves: 2100, volume_mm3: removed, sweep_bound_mm: 1e-6, ..Removal::default() },
         deviation: Deviation {
+            gouges: Some(0),
+            gouge_volume_mm3: Some(0.0),
+            excesses: Some(1),
+            excess_volume_mm3: Some(0.4),
             tolerance_floor_mm: Some(0.0012),
             gouge_max_mm: Some(0.0312),
             excess_max_mm: Some(0.18),
