@@ -19,6 +19,8 @@ mod analytic;
 mod design;
 mod deviation;
 mod mesh;
+pub mod texture;
+pub mod topography;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
 pub use design::{DesignSurface, Nearest};
