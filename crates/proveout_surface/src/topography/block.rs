@@ -190,18 +190,18 @@ impl<'a> Search<'a> {
         }
         let mut again = 0;
         let leaf = Leaf::new(self, &candidates);
-        let mut hint = f64::NAN;
+        let mut hint = Lowest::NONE;
         let mut everything = None;
         for row in area.row[0]..area.row[1] {
             for column in area.column[0]..area.column[1] {
                 let ray = self.ray(row, column);
-                let mut best = leaf.point(&ray, hint);
+                let mut best = leaf.point(&ray, &hint);
                 if best.height > candidates.left_out && candidates.left_out < self.max_height {
                     again += 1;
-                    best = everything.get_or_insert_with(|| Leaf::new(self, all)).point(&ray, hint);
+                    best = everything.get_or_insert_with(|| Leaf::new(self, all)).point(&ray, &hint);
                 }
                 if best.height.is_finite() {
-                    hint = best.time;
+                    hint = best;
                 }
                 out[(row - first) * self.lattice.columns() + column] = best;
             }
@@ -319,7 +319,8 @@ impl<'a> Leaf<'a> {
         leaf
     }
 
-    fn point(&self, ray: &Ray, hint: f64) -> Lowest {
+    /// The lowest contact of a point; `hint` is that of a neighbor.
+    fn point(&self, ray: &Ray, hint: &Lowest) -> Lowest {
         let mut best = Lowest::NONE;
         match self.search.edges {
             None => {
@@ -328,8 +329,8 @@ impl<'a> Leaf<'a> {
                         break;
                     }
                     let piece = &self.search.pieces[i as usize];
-                    let start = if best.height.is_finite() { best.height } else { 0.0 };
-                    if let Some((height, time)) = lowest(ray, piece, &self.search.body, start)
+                    let guess = if hint.height.is_finite() { hint.height } else { 0.0 };
+                    if let Some((height, time)) = lowest(ray, piece, &self.search.body, (hint.time, guess))
                         && height < best.height
                     {
                         best = Lowest { height, time, motion: piece.motion, edge: usize::MAX };
@@ -343,8 +344,10 @@ impl<'a> Leaf<'a> {
                     }
                     let run = Run { pieces, floors };
                     let (begin, end) = (pieces[0].time[0], pieces[pieces.len() - 1].time[1]);
-                    let middle = if (begin..=end).contains(&hint) {
-                        hint
+                    let middle = if (begin..=end).contains(&hint.time) {
+                        // The neighbor's contact leads to one that is as low, and leaves little to look for.
+                        run.follow(ray, &edges[hint.edge], hint, &mut best);
+                        hint.time
                     } else {
                         let k = floors.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
                         0.5 * (pieces[k].time[0] + pieces[k].time[1])

@@ -75,6 +75,22 @@ impl Run<'_> {
         self.march(ray, edge, index, middle, false, best);
     }
 
+    /// Follows the contact of a neighboring point.
+    pub(crate) fn follow(&self, ray: &Ray, edge: &Edge, neighbor: &Lowest, best: &mut Lowest) {
+        let near = self.piece_of(neighbor.time);
+        if let Some((time, height, at)) = self.contact(ray, edge, neighbor.time, neighbor.height, near)
+            && height < best.height
+            && time >= self.begin()
+            && time <= self.end()
+        {
+            *best = Lowest { height, time, motion: self.pieces[at].motion, edge: neighbor.edge };
+        }
+    }
+
+    fn piece_of(&self, time: f64) -> usize {
+        self.pieces.partition_point(|p| p.time[1] < time).min(self.pieces.len() - 1)
+    }
+
     /// Time from `time` to the next contact forward, or to the last one backward, s; and the piece there.
     fn lag(&self, ray: &Ray, edge: &Edge, time: f64, height: f64, near: usize, forward: bool) -> Option<f64> {
         let piece = &self.pieces[near];
@@ -91,9 +107,11 @@ impl Run<'_> {
 
     fn march(&self, ray: &Ray, edge: &Edge, index: usize, from: f64, forward: bool, best: &mut Lowest) {
         let (begin, end) = (self.begin(), self.end());
-        let mut k = self.pieces.partition_point(|p| p.time[1] < from).min(self.pieces.len() - 1);
+        let mut k = self.piece_of(from);
         let mut begins = Some(from);
         let mut guess = from;
+        // What the point's own motion may have put between the guess and a contact, in turns.
+        let mut drift = 0.0;
         loop {
             let height = if best.height.is_finite() { best.height } else { 0.0 };
             if let Some(time) = begins.take() {
@@ -126,7 +144,31 @@ impl Run<'_> {
             let q = state.point(&(ray.point + ray.normal * height));
             let rate = piece.rate(&state, &q);
             let rho2 = q.x * q.x + q.y * q.y;
-            if 16.0 * rate.norm_squared() > rho2 * w * w {
+            let rho = rho2.sqrt();
+            // The circle of the edge's arc, turned about the axis: how far the point is outside of it, and how that changes.
+            let (side, up) = (rho - edge.center_radius, q.z - edge.center_height);
+            let length = (side * side + up * up).sqrt().max(1e-12);
+            let gap = length - edge.radius;
+            let speed = rate.norm();
+            let ratio = speed / (rho * w.abs()).max(1e-300);
+            let gap_rate = (side * (q.x * rate.x + q.y * rate.y) / rho.max(1e-300) + up * rate.z) / length;
+            // Within half a revolution, wherever the tooth is, the circle does not come to the best height: outside of its ring the
+            // distance is convex in time and its rate bounds what it loses (a tenth more stands for turning pieces).
+            let lost = 0.55 * turn.abs() * if side >= 0.0 { gap_rate.abs() } else { speed };
+            if best.height.is_finite() && gap > lost + 1e-9 {
+                guess = time + turn;
+                drift += ratio;
+                if drift > 0.2 {
+                    drift = 0.0;
+                    if guess <= begin || guess >= end {
+                        return;
+                    }
+                    k = self.piece_at(guess, k);
+                    begins = Some(guess);
+                }
+                continue;
+            }
+            if ratio > 0.25 {
                 self.near_axis(ray, edge, index, [guess - 0.5 * turn, guess + 0.5 * turn], k, best);
                 // Past the axis the point is seen from the other side: count anew from the end of what was searched.
                 let next = guess + 0.5 * turn;
@@ -141,12 +183,9 @@ impl Run<'_> {
             let [plane_rate, _] = residual.along_rate(&rate, w);
             let step = if plane_rate == 0.0 { 0.0 } else { (-residual.plane / plane_rate).clamp(-0.3 * turn.abs(), 0.3 * turn.abs()) };
             let aligned = time + step;
-            // The circle of the edge's arc as the tooth turns, when the tooth is at the point.
-            let rho = rho2.sqrt();
-            let (side, up) = (rho - edge.center_radius, q.z - edge.center_height);
-            let length = side.hypot(up);
-            let gap_rate = (side * (q.x * rate.x + q.y * rate.y) / rho + up * rate.z) / length.max(1e-12);
-            let gap = length - edge.radius + gap_rate * step;
+            drift = 0.0;
+            // The circle when the tooth is at the point.
+            let gap = gap + gap_rate * step;
             if best.height.is_finite() && gap > 0.5 * (gap_rate * step).abs() + 1e-9 {
                 guess = aligned + turn;
                 continue;

@@ -113,7 +113,7 @@ impl Edge {
         let (gs, gc) = if self.nose_turn == 0.0 { (0.0, 1.0) } else { self.nose_turn.sin_cos() };
         let side = offset * gc + w * gs;
         let plane = -offset * gs + w * gc;
-        let length = side.hypot(height).max(1e-15);
+        let length = (side * side + height * height).sqrt().max(1e-15);
         let (us, uz) = (side / length, height / length);
         // s, w by psi: w and -s.
         let (side_by, plane_by) = (w * gc - s * gs, -w * gs - s * gc);

@@ -40,7 +40,7 @@ pub(crate) fn touch(ray: &Ray, piece: &Piece, body: &Body, time: f64, start: f64
     let mut height = start;
     for _ in 0..STEPS {
         let q = base + direction * height;
-        let r = q.x.hypot(q.y);
+        let r = (q.x * q.x + q.y * q.y).sqrt();
         let (distance, [gr, gz]) = body.distance(r, q.z);
         let radial = if r > 1e-15 { [q.x / r, q.y / r] } else { [0.0, 0.0] };
         let gradient = Vector::new(gr * radial[0], gr * radial[1], gz);
@@ -79,11 +79,90 @@ impl Touch {
     }
 }
 
-/// The lowest touch over a piece between two times of it, and when.
+/// Values of one place on a ray at one time.
+struct Sample {
+    distance: f64,
+    /// Derivatives of the distance with height and time.
+    by_height: f64,
+    by_time: f64,
+}
+
+fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Sample {
+    let state = piece.state(time);
+    let q = state.point(&(ray.point + ray.normal * height));
+    let r = (q.x * q.x + q.y * q.y).sqrt();
+    let (distance, [gr, gz]) = body.distance(r, q.z);
+    let over = if r > 1e-15 { gr / r } else { 0.0 };
+    let gradient = Vector::new(over * q.x, over * q.y, gz);
+    Sample {
+        distance,
+        by_height: gradient.dot(&state.direction(&ray.normal)),
+        by_time: gradient.dot(&piece.rate(&state, &q)),
+    }
+}
+
+/// The lowest touch over a piece, and when: (height, time).
 ///
-/// A convex body that moves straight makes the height a convex function of time: the lowest lies where the rate changes its sign,
-/// else at an end. A turn of the piece bends that by less than reach times angle squared.
-pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, start: f64) -> Option<(f64, f64)> {
+/// A convex body that moves straight makes the height a convex function of time: the lowest lies where its rate changes sign, else at an
+/// end. A turn of the piece bends that by less than reach times angle squared. Height and time are improved together, one evaluation
+/// a step: the height by Newton's method, the time by the secant of its rate, kept between the last times with a falling and with
+/// a rising height. `near` is a time and a height to begin with. What does not settle, as where the body leaves the ray
+/// within the piece, goes to [`lowest_slowly`].
+pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> Option<(f64, f64)> {
+    let [begin, end] = piece.time;
+    let (mut low, mut high) = (begin, end);
+    let mut time = if near.0.is_nan() { 0.5 * (begin + end) } else { near.0.clamp(begin, end) };
+    let mut height = near.1;
+    // Second derivative of the height to begin with: that of a ball of the smallest radius.
+    let speed = piece.travel() / piece.duration();
+    let mut bend = speed * speed / body.smallest_radius().min(1e3);
+    let mut before: Option<(f64, f64)> = None;
+    for _ in 0..24 {
+        let s = sample(ray, piece, body, time, height);
+        if s.by_height > -0.05 {
+            break;
+        }
+        let up = -s.distance / s.by_height;
+        height += up;
+        let rate = -s.by_time / s.by_height;
+        let settled = up.abs() <= CLOSE * (1.0 + height.abs());
+        // Toward the lower side; at an end that is the lowest nothing moves.
+        if (time <= begin && rate >= 0.0) || (time >= end && rate <= 0.0) {
+            if settled {
+                return Some((height, time));
+            }
+            continue;
+        }
+        if settled && (rate * (high - low).min(2.0 * (rate / bend).abs())).abs() <= 1e-13 {
+            return Some((height, time));
+        }
+        if rate < 0.0 { low = time } else { high = time }
+        if let Some((t, r)) = before
+            && t != time
+        {
+            let secant = (rate - r) / (time - t);
+            if secant > 0.0 {
+                bend = secant;
+            }
+        }
+        before = Some((time, rate));
+        let mut next = time - rate / bend;
+        if !(next >= low && next <= high) {
+            // Beyond what is known: to the end if nothing was seen there, else halfway.
+            next = match (rate < 0.0, low > begin, high < end) {
+                (true, _, false) => end,
+                (false, false, _) => begin,
+                _ => 0.5 * (low + high),
+            };
+        }
+        height += rate * (next - time) + 0.5 * bend * (next - time) * (next - time);
+        time = next;
+    }
+    lowest_slowly(ray, piece, body, 0.0)
+}
+
+/// The same by halving between touches that are each found to the end.
+fn lowest_slowly(ray: &Ray, piece: &Piece, body: &Body, start: f64) -> Option<(f64, f64)> {
     let [mut a, mut b] = piece.time;
     let (ta, tb) = (touch(ray, piece, body, a, start), touch(ray, piece, body, b, start));
     let (first, last) = match (ta, tb) {

@@ -42,7 +42,7 @@ impl Body {
     #[inline]
     pub(crate) fn distance(&self, r: f64, z: f64) -> (f64, [f64; 2]) {
         let from = |dr: f64, dz: f64, radius: f64| {
-            let length = dr.hypot(dz);
+            let length = (dr * dr + dz * dz).sqrt();
             (length - radius, if length > 1e-15 { [dr / length, dz / length] } else { [0.0, 0.0] })
         };
         match *self {
@@ -119,7 +119,7 @@ impl Outline {
                     outside |= side > 0.0;
                     if side > 0.0 {
                         let d = [r - end[0], z - end[1]];
-                        let length = d[0].hypot(d[1]);
+                        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
                         if length < corner.0 {
                             corner = (length, if length > 1e-12 { [d[0] / length, d[1] / length] } else { [0.0, -1.0] });
                         }
@@ -156,7 +156,7 @@ impl Part {
             Self::Arc { center, radius, first, last, from, to } => {
                 let d = [r - center[0], z - center[1]];
                 if cross(first, d) >= 0.0 && cross(d, last) >= 0.0 {
-                    let length = d[0].hypot(d[1]).max(1e-15);
+                    let length = (d[0] * d[0] + d[1] * d[1]).sqrt().max(1e-15);
                     (Some((length - radius, [d[0] / length, d[1] / length])), 0.0, from)
                 } else {
                     let (end, normal) = if cross(first, d) < 0.0 { (from, first) } else { (to, last) };
