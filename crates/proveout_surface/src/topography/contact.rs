@@ -160,11 +160,12 @@ impl Run<'_> {
                 drift += ratio;
                 if drift > 0.2 {
                     drift = 0.0;
-                    if guess <= begin || guess >= end {
+                    let next = time + 0.5 * turn;
+                    if next <= begin || next >= end {
                         return;
                     }
-                    k = self.piece_at(guess, k);
-                    begins = Some(guess);
+                    k = self.piece_at(next, k);
+                    begins = Some(next);
                 }
                 continue;
             }
@@ -180,8 +181,9 @@ impl Run<'_> {
                 continue;
             }
             let residual = edge.residual(&q, state.azimuth);
-            let [plane_rate, _] = residual.along_rate(&rate, w);
-            let step = if plane_rate == 0.0 { 0.0 } else { (-residual.plane / plane_rate).clamp(-0.3 * turn.abs(), 0.3 * turn.abs()) };
+            // Until the tooth is at the point: the angle between them over the rate at which it changes.
+            let seen_rate = (q.x * rate.y - q.y * rate.x) / rho2;
+            let step = residual.across.atan2(residual.along) / (w - seen_rate);
             let aligned = time + step;
             drift = 0.0;
             // The circle when the tooth is at the point.

@@ -94,6 +94,8 @@ pub(crate) struct Residual {
     pub height: f64,
     /// Along the tooth; negative behind the axis.
     pub along: f64,
+    /// Across the tooth.
+    pub across: f64,
 }
 
 impl Edge {
@@ -130,6 +132,7 @@ impl Edge {
             side,
             height,
             along: s,
+            across: w,
         }
     }
 
