@@ -1,7 +1,8 @@
 //! Heights by inverse contact against a dense search that shares no code, closed forms, and laws.
 //!
 //! The oracle puts the plane of the edge first: at each of many times a revolution it pierces the normal with the plane, and looks for a
-//! change of side of the arc in that plane. The library solves for time and height together and walks from contact to contact.
+//! change of side of the arc in that plane. The library solves for time and height together and walks from contact to contact. It must find
+//! nothing higher, and what it finds lower (the samples step over short contacts) must lie on the edge by its definition.
 //! Corners visited: tilted and turning housings, lengths from half a revolution to many, joints of pieces under the point, run-out of
 //! either sign, balls whose run-out puts the arc's center beyond the axis, points beside the path, and both senses of the spindle.
 
@@ -81,6 +82,32 @@ fn turned(v: &Vector, u: &Vector, angle: f64) -> Vector {
     v * angle.cos() + u.cross(v) * angle.sin() + u * (u.dot(v) * (1.0 - angle.cos()))
 }
 
+/// Distance of a contact from the edge at its time, by the definition of the edge read forward: radius c + r sin kappa, height
+/// z - r cos kappa, azimuth by the height above the lowest point; the corner angle from the height.
+fn off_the_edge(
+    point: &Point,
+    normal: &Vector,
+    cut: &proveout_surface::topography::Cut,
+    piece: &CutterPiece,
+    edge: &Edge,
+) -> f64 {
+    let s = (cut.time - piece.time[0]) / (piece.time[1] - piece.time[0]);
+    let (u, angle) = (piece.turn.try_normalize(1e-14).unwrap_or_else(Vector::x), piece.turn.norm());
+    let frame = piece.housing.map(|v| turned(&v, &u, angle * s));
+    let tip = piece.tip[0] + (piece.tip[1] - piece.tip[0]) * s;
+    let q = point + normal * cut.height - tip;
+    let kappa = ((edge.center_height - q.dot(&frame[2])) / edge.radius).clamp(-1.0, 1.0).acos();
+    let azimuth = piece.azimuth
+        + piece.azimuth_rate * (cut.time - piece.time[0])
+        + edge.azimuth
+        + edge.radius * (1.0 - kappa.cos()) * edge.lead;
+    let r = edge.center_radius + edge.radius * kappa.sin();
+    let on = frame[0] * (r * azimuth.cos())
+        + frame[1] * (r * azimuth.sin())
+        + frame[2] * (edge.center_height - edge.radius * kappa.cos());
+    (on - q).norm()
+}
+
 /// Lowest contact by a dense search over all pieces and edges.
 fn dense(point: &Point, normal: &Vector, edges: &[Edge], pieces: &[CutterPiece]) -> f64 {
     let mut best = f64::INFINITY;
@@ -128,7 +155,7 @@ fn dense(point: &Point, normal: &Vector, edges: &[Edge], pieces: &[CutterPiece])
 fn edges_leave_what_a_dense_search_finds() {
     let mut n = Numbers(11);
     let cases: usize = std::env::var("PROVEOUT_TOPOGRAPHY_CASES").ok().and_then(|c| c.parse().ok()).unwrap_or(8);
-    let (mut worst, mut compared) = (0.0_f64, 0);
+    let (mut equal, mut compared) = (0, 0);
     for case in 0..cases {
         let ball = case % 2 == 0;
         let (radius, corner) = if ball { (3.0, 3.0) } else { (4.0, 1.5) };
@@ -157,14 +184,18 @@ fn edges_leave_what_a_dense_search_finds() {
                 "case {case}, point {i}: alone {single:?}, in a row {got:?}"
             );
             if want.is_finite() || got.is_some() {
-                assert!((height - want).abs() < 1e-9, "case {case}, point {i}: {height} mm instead of {want} mm ({got:?})");
-                worst = worst.max((height - want).abs());
+                assert!(height < want + 1e-9, "case {case}, point {i}: {height} mm instead of {want} mm ({got:?})");
+                // A contact that the samples stepped over must lie on the edge all the same.
+                let cut = got.expect("cut, since nothing is above infinity");
+                let off = off_the_edge(point, normal, &cut, &pieces[cut.motion as usize], &edges[cut.edge.expect("a tooth")]);
+                assert!(off < 1e-9, "case {case}, point {i}: {off} mm off the edge");
+                equal += usize::from((height - want).abs() < 1e-9);
                 compared += 1;
             }
         }
     }
     assert!(compared > cases, "only {compared} points were cut");
-    assert!(worst < 1e-9);
+    assert!(equal * 10 >= compared * 9, "{equal} of {compared} are equal");
 }
 
 #[test]
@@ -180,23 +211,19 @@ fn a_contact_with_helix_lies_on_the_edge() {
         let lattice = Lattice::new(1, vec![point], vec![Vector::z()]).expect("a point");
         let found = heights_by_edges(&lattice, &edges, &pieces, &Settings { max_height: 0.3 });
         let cut = found.cuts[0].expect("cut");
-        let piece = &pieces[cut.motion as usize];
-        let s = (cut.time - piece.time[0]) / (piece.time[1] - piece.time[0]);
-        let (u, angle) = (piece.turn.try_normalize(1e-14).unwrap_or_else(Vector::x), piece.turn.norm());
-        let frame = piece.housing.map(|v| turned(&v, &u, angle * s));
-        let tip = piece.tip[0] + (piece.tip[1] - piece.tip[0]) * s;
         let k = cut.edge.expect("a tooth");
-        // The definition of the edge, read forward: radius (R - r) + r sin kappa + dr, height r (1 - cos kappa) + da.
-        let q = point + Vector::z() * cut.height - tip;
-        let height = q.dot(&frame[2]) - run_out[k].axial;
-        let kappa = (1.0 - height / corner).acos();
-        let azimuth = piece.azimuth
-            + piece.azimuth_rate * (cut.time - piece.time[0])
-            + TAU * k as f64 / 2.0
-            + corner * (1.0 - kappa.cos()) * helix.tan() / radius;
-        let r = radius - corner + corner * kappa.sin() + run_out[k].radial;
-        let edge = frame[0] * (r * azimuth.cos()) + frame[1] * (r * azimuth.sin()) + frame[2] * (corner * (1.0 - kappa.cos()) + run_out[k].axial);
-        assert!((edge - q).norm() < 1e-9, "case {case}: {} mm off", (edge - q).norm());
+        // From the catalogue's numbers, not from those that the search uses.
+        let by_hand = Edge {
+            center_radius: radius - corner + run_out[k].radial,
+            center_height: corner + run_out[k].axial,
+            radius: corner,
+            corner: [0.0, FRAC_PI_2],
+            azimuth: TAU * k as f64 / 2.0,
+            lead: helix.tan() / radius,
+            nose_turn: 0.0,
+        };
+        let off = off_the_edge(&point, &Vector::z(), &cut, &pieces[cut.motion as usize], &by_hand);
+        assert!(off < 1e-9, "case {case}: {off} mm off");
     }
 }
 

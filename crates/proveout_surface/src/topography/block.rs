@@ -4,7 +4,7 @@
 //! nowhere over the block. A piece that touches the normal of the block's middle point has a tangent half space there; the convex cutter
 //! lies within it, and on the other normals of the block the half space begins at a height that is linear in the point up to the
 //! curvature of the design, for which the block's corners and middle stand. Over the time of the piece the floor sinks by rate times half
-//! duration (the height is convex in time for a straight piece) and by what a turn bends. A piece that misses the middle's normal is
+//! duration (the height is convex in time for a straight piece) and by what a turn tilts and bends. A piece that misses the middle's normal is
 //! bounded by its distance.
 //!
 //! Pieces whose floor lies above an estimate of what the block can reach are left out, and the lowest of their floors is
@@ -251,7 +251,10 @@ impl<'a> Search<'a> {
         if let Some(touch) = touch(middle, piece, &self.body, time, 0.0) {
             let on_corners = corners.iter().map(|c| touch.floor_on(middle, c)).fold(touch.height, f64::min);
             let angle = piece.angle();
-            let sink = 0.5 * touch.rate.abs() * piece.duration() + 0.25 * touch.reach * angle * angle + bulge;
+            // A straight piece carries the half space along; a turning one turns it about its touch as well, by half its angle at
+            // either end, which lowers it on normals that lie the block's radius away.
+            let tilt = 0.6 * angle * (radius + touch.height.abs());
+            let sink = 0.5 * touch.rate.abs() * piece.duration() + 0.25 * touch.reach * angle * angle + tilt + bulge;
             let mut rise = 2.0 * touch.slope(middle) * radius + 2.0 * radius * radius / smallest + bulge;
             if let Some(edges) = self.edges {
                 // The next tooth comes within a revolution.
@@ -291,7 +294,7 @@ struct Leaf<'a> {
     /// For the envelope: the lowest floors first.
     sorted: Vec<(u32, f64)>,
     /// For the edges: pieces that follow one another.
-    runs: Vec<(Vec<Piece>, Vec<f64>, f64)>,
+    runs: Vec<Run>,
 }
 
 impl<'a> Leaf<'a> {
@@ -302,20 +305,14 @@ impl<'a> Leaf<'a> {
             leaf.sorted.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
             return leaf;
         }
-        let mut last = None;
-        for &(i, floor) in &candidates.kept {
-            let piece = search.pieces[i as usize];
-            if last != i.checked_sub(1) || !search.joined[i as usize] || leaf.runs.is_empty() {
-                leaf.runs.push((Vec::new(), Vec::new(), f64::INFINITY));
-            }
-            if let Some((pieces, floors, lowest)) = leaf.runs.last_mut() {
-                pieces.push(piece);
-                floors.push(floor);
-                *lowest = lowest.min(floor);
-            }
-            last = Some(i);
+        let follows = |a: &(u32, f64), b: &(u32, f64)| b.0 == a.0 + 1 && search.joined[b.0 as usize];
+        for part in candidates.kept.chunk_by(follows) {
+            leaf.runs.push(Run::new(
+                part.iter().map(|(i, _)| search.pieces[*i as usize]).collect(),
+                part.iter().map(|(_, floor)| *floor).collect(),
+            ));
         }
-        leaf.runs.sort_by(|a, b| a.2.total_cmp(&b.2));
+        leaf.runs.sort_by(|a, b| a.lowest.total_cmp(&b.lowest));
         leaf
     }
 
@@ -338,19 +335,16 @@ impl<'a> Leaf<'a> {
                 }
             }
             Some(edges) => {
-                for (pieces, floors, lowest) in &self.runs {
-                    if *lowest >= best.height {
+                for run in &self.runs {
+                    if run.lowest >= best.height {
                         break;
                     }
-                    let run = Run { pieces, floors };
-                    let (begin, end) = (pieces[0].time[0], pieces[pieces.len() - 1].time[1]);
-                    let middle = if (begin..=end).contains(&hint.time) {
+                    let middle = if (run.begin()..=run.end()).contains(&hint.time) {
                         // The neighbor's contact leads to one that is as low, and leaves little to look for.
                         run.follow(ray, &edges[hint.edge], hint, &mut best);
                         hint.time
                     } else {
-                        let k = floors.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
-                        0.5 * (pieces[k].time[0] + pieces[k].time[1])
+                        run.middle_of_lowest()
                     };
                     for (index, edge) in edges.iter().enumerate() {
                         run.search(ray, edge, index, middle, &mut best);

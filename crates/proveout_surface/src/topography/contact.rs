@@ -15,9 +15,14 @@ const CLOSE: f64 = 1e-13;
 
 /// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
 /// in the part of the lattice that is searched.
-pub(crate) struct Run<'a> {
-    pub pieces: &'a [Piece],
-    pub floors: &'a [f64],
+pub(crate) struct Run {
+    pub pieces: Vec<Piece>,
+    pub floors: Vec<f64>,
+    /// Lowest of the floors.
+    pub lowest: f64,
+    /// Largest jump of velocity (mm/s) and of rotation (rad/s) from one piece to the next, and the shortest piece, s.
+    jump: (f64, f64),
+    shortest: f64,
 }
 
 /// The lowest contact found so far.
@@ -37,12 +42,37 @@ impl Lowest {
     pub(crate) const NONE: Self = Self { height: f64::INFINITY, time: f64::NAN, motion: u32::MAX, edge: usize::MAX };
 }
 
-impl Run<'_> {
-    fn begin(&self) -> f64 {
+impl Run {
+    pub(crate) fn new(pieces: Vec<Piece>, floors: Vec<f64>) -> Self {
+        let jump = pieces.windows(2).fold((0.0_f64, 0.0_f64), |a, w| {
+            let (v, r) = w[0].jump_to(&w[1]);
+            (a.0.max(v), a.1.max(r))
+        });
+        let shortest = pieces.iter().fold(f64::INFINITY, |a, p| a.min(p.duration()));
+        let lowest = floors.iter().copied().fold(f64::INFINITY, f64::min);
+        Self { pieces, floors, lowest, jump, shortest }
+    }
+
+    /// What the distance from a circle may lose within a span of time beyond what its rate says, mm: jumps at the joints of pieces, and
+    /// the acceleration of a resting point in a turning housing, w^2 |q| + 2 w v.
+    fn bent(&self, span: f64, piece: &Piece, q: &Vector, speed: f64) -> f64 {
+        let turning = piece.spin.norm() + self.jump.1;
+        let joints = 1.0 + (span / self.shortest).min(self.pieces.len() as f64);
+        let jumps = (self.jump.0 + self.jump.1 * q.norm()) * joints * span;
+        jumps + 0.5 * turning * (turning * q.norm() + 2.0 * speed) * span * span
+    }
+
+    /// Middle of the piece with the lowest floor, s.
+    pub(crate) fn middle_of_lowest(&self) -> f64 {
+        let k = self.floors.iter().position(|f| *f <= self.lowest).unwrap_or(0);
+        self.pieces.get(k).map_or(0.0, |p| 0.5 * (p.time[0] + p.time[1]))
+    }
+
+    pub(crate) fn begin(&self) -> f64 {
         self.pieces.first().map_or(0.0, |p| p.time[0])
     }
 
-    fn end(&self) -> f64 {
+    pub(crate) fn end(&self) -> f64 {
         self.pieces.last().map_or(0.0, |p| p.time[1])
     }
 
@@ -153,8 +183,9 @@ impl Run<'_> {
             let ratio = speed / (rho * w.abs()).max(1e-300);
             let gap_rate = (side * (q.x * rate.x + q.y * rate.y) / rho.max(1e-300) + up * rate.z) / length;
             // Within half a revolution, wherever the tooth is, the circle does not come to the best height: outside of its ring the
-            // distance is convex in time and its rate bounds what it loses (a tenth more stands for turning pieces).
-            let lost = 0.55 * turn.abs() * if side >= 0.0 { gap_rate.abs() } else { speed };
+            // distance is convex in time along a straight motion, and its rate bounds what it loses.
+            let span = 0.5 * turn.abs();
+            let lost = if side >= 0.0 { gap_rate.abs() * span + self.bent(span, piece, &q, speed) } else { speed * span };
             if best.height.is_finite() && gap > lost + 1e-9 {
                 guess = time + turn;
                 drift += ratio;
@@ -188,7 +219,7 @@ impl Run<'_> {
             drift = 0.0;
             // The circle when the tooth is at the point.
             let gap = gap + gap_rate * step;
-            if best.height.is_finite() && gap > 0.5 * (gap_rate * step).abs() + 1e-9 {
+            if best.height.is_finite() && gap > 0.5 * (gap_rate * step).abs() + self.bent(step.abs(), piece, &q, speed) + 1e-9 {
                 guess = aligned + turn;
                 continue;
             }
