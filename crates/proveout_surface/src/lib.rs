@@ -25,6 +25,8 @@ mod deviation;
 mod gaps;
 mod mesh;
 mod survey;
+pub mod texture;
+pub mod topography;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
 pub use areas::{Area, AreaPart, Areas, MOST_CELLS, Seed};

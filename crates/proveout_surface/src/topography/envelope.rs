@@ -1,0 +1,217 @@
+//! Where the nominal cutter of a piece meets the normal of a design point.
+
+use proveout_geom::Vector;
+
+use super::{motion::Piece, outline::Body};
+
+/// A line through a design point along its normal; heights are counted along it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub point: Vector,
+    pub normal: Vector,
+}
+
+/// The height at which a cutter in one position meets a ray first, coming from inside of the design.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// mm.
+    pub height: f64,
+    /// Its derivative with time, mm/s.
+    pub rate: f64,
+    /// Outward unit normal of the cutter there, in W.
+    pub normal: Vector,
+    /// Distance of the place from the tip, mm.
+    pub reach: f64,
+}
+
+/// Newton's method on a convex function ends in a few steps; more mean a ray that misses.
+const STEPS: usize = 40;
+/// Change of height at which the search ends, mm: rounding of coordinates of 100 mm.
+const CLOSE: f64 = 1e-13;
+
+/// The touch at a time; none where the ray misses the body.
+///
+/// The distance to a convex body is a convex function of the height. From outside and below, Newton's method comes to its first
+/// zero without passing it; a start inside is thrown out below in one step (the tangent lies under the function).
+pub(crate) fn touch(ray: &Ray, piece: &Piece, body: &Body, time: f64, start: f64) -> Option<Touch> {
+    let state = piece.state(time);
+    let base = state.point(&ray.point);
+    let direction = state.direction(&ray.normal);
+    let mut height = start;
+    for _ in 0..STEPS {
+        let q = base + direction * height;
+        let r = (q.x * q.x + q.y * q.y).sqrt();
+        let (distance, [gr, gz]) = body.distance(r, q.z);
+        let radial = if r > 1e-15 { [q.x / r, q.y / r] } else { [0.0, 0.0] };
+        let gradient = Vector::new(gr * radial[0], gr * radial[1], gz);
+        let along = gradient.dot(&direction);
+        if along >= -1e-9 {
+            // Past the middle of the body, or beside it.
+            if distance >= 0.0 {
+                return None;
+            }
+            height -= 2.0 * distance.abs().max(body.smallest_radius().min(1.0));
+            continue;
+        }
+        let step = -distance / along;
+        height += step;
+        if step.abs() <= CLOSE * (1.0 + height.abs()) {
+            let rate = -gradient.dot(&piece.rate(&state, &q)) / along;
+            let normal = state.frame[0] * gradient.x + state.frame[1] * gradient.y + state.frame[2] * gradient.z;
+            return Some(Touch { height, rate, normal, reach: q.norm() });
+        }
+    }
+    None
+}
+
+impl Touch {
+    /// Tangent of the angle between the cutter's normal and a ray.
+    pub(crate) fn slope(&self, ray: &Ray) -> f64 {
+        let along = self.normal.dot(&ray.normal);
+        (1.0 - along * along).max(0.0).sqrt() / -along
+    }
+
+    /// The height below which the tangent half space of the touch on `ray` does not reach on another ray.
+    pub(crate) fn floor_on(&self, ray: &Ray, other: &Ray) -> f64 {
+        let along = self.normal.dot(&other.normal);
+        let touch = ray.point + ray.normal * self.height;
+        if along < -1e-6 { self.normal.dot(&(touch - other.point)) / along } else { f64::NEG_INFINITY }
+    }
+}
+
+/// Values of one place on a ray at one time.
+struct Sample {
+    distance: f64,
+    /// Derivatives of the distance with height and time.
+    by_height: f64,
+    by_time: f64,
+}
+
+fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Sample {
+    let state = piece.state(time);
+    let q = state.point(&(ray.point + ray.normal * height));
+    let r = (q.x * q.x + q.y * q.y).sqrt();
+    let (distance, [gr, gz]) = body.distance(r, q.z);
+    let over = if r > 1e-15 { gr / r } else { 0.0 };
+    let gradient = Vector::new(over * q.x, over * q.y, gz);
+    Sample {
+        distance,
+        by_height: gradient.dot(&state.direction(&ray.normal)),
+        by_time: gradient.dot(&piece.rate(&state, &q)),
+    }
+}
+
+/// The lowest touch over a piece, and when: (height, time).
+///
+/// A convex body that moves straight makes the height a convex function of time: the lowest lies where its rate changes sign, else at an
+/// end. A turn of the piece bends that by less than reach times angle squared. Height and time are improved together, one evaluation
+/// a step: the height by Newton's method, the time by the secant of its rate, kept between the last times with a falling and with
+/// a rising height. `near` is a time and a height to begin with. What does not settle, as where the body leaves the ray
+/// within the piece, goes to [`lowest_slowly`].
+pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> Option<(f64, f64)> {
+    let [begin, end] = piece.time;
+    let (mut low, mut high) = (begin, end);
+    let mut time = if near.0.is_nan() { 0.5 * (begin + end) } else { near.0.clamp(begin, end) };
+    let mut height = near.1;
+    // Second derivative of the height to begin with: that of a ball of the smallest radius.
+    let speed = piece.travel() / piece.duration();
+    let mut bend = speed * speed / body.smallest_radius().min(1e3);
+    let mut before: Option<(f64, f64)> = None;
+    for _ in 0..24 {
+        let s = sample(ray, piece, body, time, height);
+        if s.by_height > -0.05 {
+            break;
+        }
+        let up = -s.distance / s.by_height;
+        height += up;
+        let rate = -s.by_time / s.by_height;
+        let settled = up.abs() <= CLOSE * (1.0 + height.abs());
+        // Toward the lower side; at an end that is the lowest nothing moves.
+        if (time <= begin && rate >= 0.0) || (time >= end && rate <= 0.0) {
+            if settled {
+                return Some((height, time));
+            }
+            continue;
+        }
+        if settled && (rate * (high - low).min(2.0 * (rate / bend).abs())).abs() <= 1e-13 {
+            return Some((height, time));
+        }
+        if rate < 0.0 { low = time } else { high = time }
+        if let Some((t, r)) = before
+            && t != time
+        {
+            let secant = (rate - r) / (time - t);
+            if secant > 0.0 {
+                bend = secant;
+            }
+        }
+        before = Some((time, rate));
+        let mut next = time - rate / bend;
+        if !(next >= low && next <= high) {
+            // Beyond what is known: to the end if nothing was seen there, else halfway.
+            next = match (rate < 0.0, low > begin, high < end) {
+                (true, _, false) => end,
+                (false, false, _) => begin,
+                _ => 0.5 * (low + high),
+            };
+        }
+        height += rate * (next - time) + 0.5 * bend * (next - time) * (next - time);
+        time = next;
+    }
+    lowest_slowly(ray, piece, body, 0.0)
+}
+
+/// The same by halving between touches that are each found to the end.
+fn lowest_slowly(ray: &Ray, piece: &Piece, body: &Body, start: f64) -> Option<(f64, f64)> {
+    let [mut a, mut b] = piece.time;
+    let (ta, tb) = (touch(ray, piece, body, a, start), touch(ray, piece, body, b, start));
+    let (first, last) = match (ta, tb) {
+        (Some(x), Some(y)) => (x, y),
+        // The body leaves the ray within the piece: it is met again at the middle or nowhere.
+        (x, y) => {
+            let ends = [(x, a), (y, b)].into_iter().filter_map(|(t, time)| t.map(|t| (t.height, time)));
+            let middle = 0.5 * (a + b);
+            let at = touch(ray, piece, body, middle, start).map(|t| (t.height, middle));
+            return ends.chain(at).min_by(|x, y| x.0.total_cmp(&y.0));
+        }
+    };
+    if first.rate >= 0.0 && last.rate >= 0.0 {
+        return Some((first.height, a));
+    }
+    if first.rate <= 0.0 && last.rate <= 0.0 {
+        return Some((last.height, b));
+    }
+    if first.rate > 0.0 {
+        // Only a turning piece has its lowest places at both ends.
+        return Some(if first.height <= last.height { (first.height, a) } else { (last.height, b) });
+    }
+    // The rate is zero between: regula falsi with halving (Illinois).
+    let (mut ra, mut rb) = (first.rate, last.rate);
+    let mut best = if first.height < last.height { (first.height, a) } else { (last.height, b) };
+    let mut side = 0;
+    for _ in 0..60 {
+        let t = (a * rb - b * ra) / (rb - ra);
+        let Some(here) = touch(ray, piece, body, t, best.0) else { break };
+        if here.height < best.0 {
+            best = (here.height, t);
+        }
+        // What the height can still fall on the way to the zero of its rate.
+        if (here.rate * (b - a)).abs() <= 1e-13 {
+            break;
+        }
+        if here.rate < 0.0 {
+            (a, ra) = (t, here.rate);
+            if side == -1 {
+                rb *= 0.5;
+            }
+            side = -1;
+        } else {
+            (b, rb) = (t, here.rate);
+            if side == 1 {
+                ra *= 0.5;
+            }
+            side = 1;
+        }
+    }
+    Some(best)
+}

@@ -1,0 +1,140 @@
+//! Motion of a turning cutter: short pieces with times.
+
+use proveout_geom::{Point, Vector};
+
+/// A piece of the motion of a cutter in the frame of the design (W): the tip runs straight and evenly, the housing of the spindle
+/// turns evenly about one direction, the cutter turns evenly in the housing.
+///
+/// The housing frame has its z axis along the tool, from tip to holder; x is fixed to the housing of the spindle. Azimuths are
+/// right-handed about z, from x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutterPiece {
+    /// Begin and end, s.
+    pub time: [f64; 2],
+    /// Tip at both ends, mm.
+    pub tip: [Point; 2],
+    /// x, y, z of the housing at the begin, unit vectors.
+    pub housing: [Vector; 3],
+    /// Rotation of the housing over the piece: unit direction times angle, radian.
+    pub turn: Vector,
+    /// Azimuth of the cutter in the housing at the begin, radian; continuous from piece to piece.
+    pub azimuth: f64,
+    /// Its rate, rad/s: negative for M3, zero for a spindle that stands.
+    pub azimuth_rate: f64,
+    /// The motion this piece belongs to, as the caller counts them.
+    pub motion: u32,
+}
+
+/// Position and rates of a piece at a time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State {
+    /// Tip.
+    pub tip: Vector,
+    /// Housing.
+    pub frame: [Vector; 3],
+    /// Azimuth of the cutter.
+    pub azimuth: f64,
+}
+
+/// A piece made ready for evaluation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub time: [f64; 2],
+    tip: Vector,
+    /// mm/s.
+    velocity: Vector,
+    frame: [Vector; 3],
+    /// Velocity and turn in the coordinates of the housing; the second is the same at all times, since the turn has one axis.
+    velocity_in_housing: Option<Vector>,
+    pub spin: Vector,
+    /// Unit direction of the turn and its rate, rad/s.
+    turn: Option<(Vector, f64)>,
+    azimuth: f64,
+    pub azimuth_rate: f64,
+    pub motion: u32,
+}
+
+impl Piece {
+    pub(crate) fn new(p: &CutterPiece) -> Self {
+        let duration = (p.time[1] - p.time[0]).max(1e-12);
+        let velocity = (p.tip[1] - p.tip[0]) / duration;
+        let angle = p.turn.norm();
+        let turn = (angle > 1e-12).then(|| (p.turn / angle, angle / duration));
+        let in_housing = |v: &Vector| Vector::new(p.housing[0].dot(v), p.housing[1].dot(v), p.housing[2].dot(v));
+        Self {
+            time: p.time,
+            tip: p.tip[0].coords,
+            velocity,
+            frame: p.housing,
+            velocity_in_housing: turn.is_none().then(|| in_housing(&velocity)),
+            spin: turn.map_or_else(Vector::zeros, |(u, rate)| in_housing(&u) * rate),
+            turn,
+            azimuth: p.azimuth,
+            azimuth_rate: p.azimuth_rate,
+            motion: p.motion,
+        }
+    }
+
+    pub(crate) fn duration(&self) -> f64 {
+        self.time[1] - self.time[0]
+    }
+
+    /// Largest angle that the housing turns, radian.
+    pub(crate) fn angle(&self) -> f64 {
+        self.turn.map_or(0.0, |(_, rate)| rate * self.duration())
+    }
+
+    /// By how much the velocity of the tip (mm/s) and the rate of the housing (rad/s) differ from those of another piece.
+    pub(crate) fn jump_to(&self, next: &Self) -> (f64, f64) {
+        let spin = |p: &Self| p.turn.map_or_else(Vector::zeros, |(u, rate)| u * rate);
+        ((next.velocity - self.velocity).norm(), (spin(next) - spin(self)).norm())
+    }
+
+    /// Way of the tip, mm.
+    pub(crate) fn travel(&self) -> f64 {
+        self.velocity.norm() * self.duration()
+    }
+
+    #[inline]
+    pub(crate) fn state(&self, time: f64) -> State {
+        let t = time - self.time[0];
+        let frame = match self.turn {
+            None => self.frame,
+            Some((u, rate)) => {
+                let (sin, cos) = (rate * t).sin_cos();
+                self.frame.map(|v| v * cos + u.cross(&v) * sin + u * (u.dot(&v) * (1.0 - cos)))
+            }
+        };
+        State { tip: self.tip + self.velocity * t, frame, azimuth: self.azimuth + self.azimuth_rate * t }
+    }
+
+    /// Rate of a point that stands in W, in the coordinates of the housing: - v - spin x q.
+    #[inline]
+    pub(crate) fn rate(&self, state: &State, q: &Vector) -> Vector {
+        match self.velocity_in_housing {
+            Some(v) => -v,
+            None => {
+                let v = Vector::new(
+                    state.frame[0].dot(&self.velocity),
+                    state.frame[1].dot(&self.velocity),
+                    state.frame[2].dot(&self.velocity),
+                );
+                -v - self.spin.cross(q)
+            }
+        }
+    }
+}
+
+impl State {
+    /// A point of W in the coordinates of the housing.
+    #[inline]
+    pub(crate) fn point(&self, p: &Vector) -> Vector {
+        self.direction(&(p - self.tip))
+    }
+
+    /// A direction of W in the coordinates of the housing.
+    #[inline]
+    pub(crate) fn direction(&self, v: &Vector) -> Vector {
+        Vector::new(self.frame[0].dot(v), self.frame[1].dot(v), self.frame[2].dot(v))
+    }
+}
