@@ -2,9 +2,7 @@
 
 mod body;
 mod mesh;
-mod nearest;
 mod section;
 
 pub use body::{Blade, BladeError, BladeSpec, Platform, SurfacePoint};
-pub use nearest::NearestOnBlade;
 pub use section::{CamberSection, SectionCurve, SectionError, SectionPoint};

@@ -256,17 +256,7 @@ impl CamberSection {
                 ends.push(sum);
             }
         }
-        let stations = (0..4).flat_map(|piece| {
-            let count = STATIONS_OF_PIECE[piece];
-            (0..count).map(move |k| Station { piece, u: k as f64 / count as f64 })
-        });
-        let stations: Vec<_> =
-            stations.map(|s| (s, self.local(s.piece, s.u, offset).point)).map(|(s, p)| (s, p.position, p.normal())).collect();
-        let way = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
-        let next = stations.iter().cycle().skip(1);
-        // Arcs of the edges are a little longer than their chords; sides hardly.
-        let spacing = 1.02 * stations.iter().zip(next).map(|(a, b)| way(a.1, b.1)).fold(0.0, f64::max);
-        Ok(SectionCurve { section: self.clone(), offset, ends, stations, spacing })
+        Ok(SectionCurve { section: self.clone(), offset, ends })
     }
 
     fn panel_length(&self, piece: usize, from: f64, width: f64, offset: f64) -> Result<f64, SectionError> {
@@ -310,29 +300,7 @@ pub struct SectionCurve {
     offset: f64,
     /// Arc length at the ends of the panels, mm.
     ends: Vec<f64>,
-    /// Points from which searches begin, with their normals, along the run.
-    stations: Vec<(Station, [f64; 2], [f64; 2])>,
-    /// Longest way between two of them, mm.
-    spacing: f64,
 }
-
-/// A place on an outline: one of the four pieces and its parameter from 0 to 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Station {
-    piece: usize,
-    u: f64,
-}
-
-/// Stations of the pressure side, the trailing edge, the suction side and the leading edge.
-const STATIONS_OF_PIECE: [usize; 4] = [96, 32, 96, 32];
-/// Steps of a search on the outline; Newton needs four or five.
-const STEPS: usize = 60;
-/// A step below this is none, mm.
-pub(super) const SETTLED_MM: f64 = 1e-12;
-/// From here on steps of Newton double their digits, mm.
-pub(super) const NEAR_MM: f64 = 1e-4;
-/// Most places where a search begins; a point has two or three, but for centers of edges, about which all are alike.
-const MOST_STARTS: usize = 8;
 
 impl SectionCurve {
     /// Length of the whole outline, mm.
@@ -343,95 +311,6 @@ impl SectionCurve {
     /// Arc length where the pressure side, trailing edge, suction side and leading edge begin, mm.
     pub fn piece_starts(&self) -> [f64; 4] {
         std::array::from_fn(|piece| self.ends.get(piece * PANELS).copied().unwrap_or_default())
-    }
-
-    /// Its point at a station, `offset` mm farther out.
-    pub(super) fn point(&self, station: Station, offset: f64) -> SectionPoint {
-        self.section.local(station.piece, station.u, self.offset + offset).point
-    }
-
-    /// Stations next to the places that may be nearest to `q` on the curve `offset` mm farther out. `lean`: part of the distance
-    /// by which another branch may be nearer than it seems.
-    pub(super) fn near(&self, q: [f64; 2], offset: f64, lean: f64) -> impl Iterator<Item = Station> {
-        let distance = |&(_, [y, z], [ny, nz]): &(Station, [f64; 2], [f64; 2])| {
-            (q[0] - y - offset * ny).hypot(q[1] - z - offset * nz)
-        };
-        let count = self.stations.len();
-        let all: Vec<f64> = self.stations.iter().map(distance).collect();
-        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-        // An offset spreads the stations by as much as their normals turn.
-        let limit = least * (1.0 + lean) + 0.5 * self.spacing * (1.0 + offset.abs() * self.sharpest());
-        let mut found = [None; MOST_STARTS];
-        let mut free = found.iter_mut();
-        for k in 0..count {
-            let (before, here, behind) = (all[(k + count - 1) % count], all[k], all[(k + 1) % count]);
-            if here <= limit && here <= before && here < behind || here == least {
-                let Some(place) = free.next() else { break };
-                *place = Some(self.stations[k].0);
-            }
-        }
-        found.into_iter().flatten()
-    }
-
-    /// Sharpest curvature, 1/mm.
-    fn sharpest(&self) -> f64 {
-        1.0 / (self.section.leading_radius.min(self.section.trailing_radius) + self.offset).max(1e-9)
-    }
-
-    /// The station `way` mm further along the run.
-    pub(super) fn moved(&self, station: Station, way: f64) -> Station {
-        let Station { mut piece, mut u } = station;
-        let eighth = self.perimeter() / 8.0;
-        let mut way = way.clamp(-eighth, eighth);
-        // No piece is so short that a step passes more than a few of them.
-        for _ in 0..8 {
-            let speed = self.section.local(piece, u, self.offset).speed;
-            let to = u + way / speed;
-            if (0.0..=1.0).contains(&to) || !speed.is_finite() || speed <= 0.0 {
-                return Station { piece, u: to.clamp(0.0, 1.0) };
-            }
-            if to > 1.0 {
-                way -= (1.0 - u) * speed;
-                (piece, u) = ((piece + 1) % 4, 0.0);
-            } else {
-                way += u * speed;
-                (piece, u) = ((piece + 3) % 4, 1.0);
-            }
-        }
-        Station { piece, u }
-    }
-
-    /// The point nearest to `q` from a station on, on the curve `offset` mm farther out.
-    pub(super) fn settle(&self, mut station: Station, q: [f64; 2], offset: f64) -> SectionPoint {
-        let mut on = self.point(station, offset);
-        for _ in 0..STEPS {
-            let way = [q[0] - on.position[0], q[1] - on.position[1]];
-            let [ny, nz] = on.normal();
-            let (along, out) = (way[1] * ny - way[0] * nz, way[0] * ny + way[1] * nz);
-            let bend = 1.0 + on.curvature * out;
-            // Toward the center of a bend the distance has no minimum: down its slope.
-            let step = if bend > 0.0 { along / bend } else { along };
-            // The step is on the curve that is looked at; stations count along this one.
-            let base = self.point(station, 0.0).curvature;
-            let mut part = 1.0 / (1.0 + base * offset).max(1e-9);
-            let now = way[0].hypot(way[1]);
-            // A short step of Newton is right to the last digits, which the distance no longer tells.
-            let sure = bend > 0.0 && step.abs() < NEAR_MM;
-            let mut moved = false;
-            while part > 1e-9 {
-                let next = self.moved(station, part * step);
-                let there = self.point(next, offset);
-                if sure || (q[0] - there.position[0]).hypot(q[1] - there.position[1]) < now {
-                    (station, on, moved) = (next, there, true);
-                    break;
-                }
-                part *= 0.5;
-            }
-            if !moved || step.abs() < SETTLED_MM {
-                break;
-            }
-        }
-        on
     }
 
     /// The point at an arc length, mm; any real number, full turns are counted in `normal_angle`.
