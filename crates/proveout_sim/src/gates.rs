@@ -14,7 +14,7 @@ fn codes(gate: &str) -> &'static [Code] {
     use finding::*;
     match gate {
         "program" => &[STOPPED, TEXT_LOST],
-        "limits" => &[OVERTRAVEL, UNREACHABLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
+        "limits" => &[OVERTRAVEL, UNREACHABLE, OFF_CIRCLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
         "process" => &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, PLUNGE, NO_TOOL, NECK_RUBS, SHANK_RUBS],
         "collision" => &[HOLDER_IN_STOCK, COLLISION],
         "near_miss" => &[NEAR_MISS],
