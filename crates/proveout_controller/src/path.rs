@@ -330,7 +330,13 @@ impl Path {
     /// Whether s lies in the corner between a motion in feed and another kind; the cursor `hint` is that of [`Self::rounded`].
     pub(crate) fn changes_kind(&self, s: f64, hint: &mut usize) -> bool {
         let span = &self.spans[self.span_at(s, hint)];
-        matches!(span.shape, SpanShape::Blend(_)) && self.block(span.block).kind != self.block(span.block + 1).kind
+        // The block before the corner may be done and gone while the corner is still run.
+        let kind = |number: u64| {
+            let i = usize::try_from(number.checked_sub(self.first_block)?).ok()?;
+            self.blocks.get(i).map(|block| block.kind)
+        };
+        matches!(span.shape, SpanShape::Blend(_))
+            && kind(span.block).zip(kind(span.block + 1)).is_some_and(|(before, after)| before != after)
     }
 
     /// Task coordinates of the rounded path at s; the cursor `hint` (a span) makes a forward walk linear.
