@@ -5,7 +5,9 @@
 use std::time::Instant;
 
 use proveout_geom::{Point, Vector};
-use proveout_surface::topography::{Corner, CutterPiece, Lattice, RunOut, Settings, heights_by_edges, heights_by_envelope};
+use proveout_surface::topography::{
+    Corner, CutterPiece, Lattice, RunOut, Settings, heights_by_edges, heights_by_envelope,
+};
 use proveout_tool::Cutter;
 
 fn passes(lead: f64, five_axis: bool) -> Vec<CutterPiece> {
@@ -43,7 +45,8 @@ fn passes(lead: f64, five_axis: bool) -> Vec<CutterPiece> {
 
 fn main() {
     let n = 801;
-    let lattice = Lattice::plane(Point::new(0.0, 0.0, 0.0), Vector::x(), Vector::y(), [0.005, 0.005], n, n).expect("a lattice");
+    let lattice =
+        Lattice::plane(Point::new(0.0, 0.0, 0.0), Vector::x(), Vector::y(), [0.005, 0.005], n, n).expect("a lattice");
     let settings = Settings { max_height: 0.2 };
     let bodies = Cutter::ball(6.0).and_then(|c| c.bodies(20.0)).expect("a ball");
     let profile = bodies[0].clone();
@@ -62,5 +65,9 @@ fn main() {
 
 #[expect(clippy::print_stdout, reason = "a program whose output is its purpose")]
 fn report(name: &str, what: &str, seconds: f64, points: usize, again: usize, uncut: usize) {
-    println!("{name} {what}: {:.3} s, {:.0} ns a point, searched again {again}, not cut {uncut}", seconds, seconds * 1e9 / points as f64);
+    println!(
+        "{name} {what}: {:.3} s, {:.0} ns a point, searched again {again}, not cut {uncut}",
+        seconds,
+        seconds * 1e9 / points as f64
+    );
 }

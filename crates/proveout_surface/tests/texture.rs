@@ -93,15 +93,22 @@ fn parabolas_through_the_filter_keep_the_share_of_the_closed_form() {
         let n = 10 * points;
         let z: Vec<f64> = (-ends..=n + ends).map(|i| parabola(f64::from(i) * step, pitch)).collect();
         let mean = gaussian_mean(&z, step, 0.8);
-        let square: f64 = (ends..ends + n).map(|i| (z[i as usize] - mean[i as usize]).powi(2)).sum::<f64>() / f64::from(n);
+        let square: f64 =
+            (ends..ends + n).map(|i| (z[i as usize] - mean[i as usize]).powi(2)).sum::<f64>() / f64::from(n);
         assert!((square.sqrt() - share).abs() < 2e-6, "pitch {pitch}: {} instead of {share}", square.sqrt());
     }
 }
 
 #[test]
 fn a_plane_passes_the_filter_unchanged_and_constants_to_the_ends() {
-    let map = HeightMap::new(120, 90, 0.02, 0.03, (0..120 * 90).map(|k| f64::from(k % 120) * 0.1 + f64::from(k / 120) * 0.2).collect())
-        .expect("a map");
+    let map = HeightMap::new(
+        120,
+        90,
+        0.02,
+        0.03,
+        (0..120 * 90).map(|k| f64::from(k % 120) * 0.1 + f64::from(k / 120) * 0.2).collect(),
+    )
+    .expect("a map");
     let mean = gaussian_mean_of_map(&map, 0.4);
     for j in 14..76 {
         for i in 21..99 {
@@ -187,7 +194,10 @@ fn an_evaluation_takes_the_middle_and_says_what_it_needs() {
 
 #[test]
 fn holes_and_flats_are_answered() {
-    assert!(matches!(HeightMap::new(2, 2, 1.0, 1.0, vec![0.0, f64::NAN, 0.0, 0.0]), Err(TextureError::Hole { index: 1, .. })));
+    assert!(matches!(
+        HeightMap::new(2, 2, 1.0, 1.0, vec![0.0, f64::NAN, 0.0, 0.0]),
+        Err(TextureError::Hole { index: 1, .. })
+    ));
     assert!(matches!(HeightMap::new(1, 4, 1.0, 1.0, vec![0.0; 4]), Err(TextureError::Lattice { .. })));
     assert!(matches!(HeightMap::new(2, 2, 0.0, 1.0, vec![0.0; 4]), Err(TextureError::Step(_))));
     let flat = HeightMap::new(30, 30, 0.1, 0.1, vec![0.25; 900]).expect("a map");

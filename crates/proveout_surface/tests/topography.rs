@@ -133,7 +133,8 @@ fn dense(point: &Point, normal: &Vector, edges: &[Edge], pieces: &[CutterPiece])
             for i in 1..=samples {
                 let here = at(duration * i as f64 / samples as f64);
                 if last.1.abs() < 0.3 && here.1.abs() < 0.3 && last.0 * here.0 <= 0.0 {
-                    let (mut a, mut b) = (duration * (i - 1) as f64 / samples as f64, duration * i as f64 / samples as f64);
+                    let (mut a, mut b) =
+                        (duration * (i - 1) as f64 / samples as f64, duration * i as f64 / samples as f64);
                     for _ in 0..60 {
                         let m = 0.5 * (a + b);
                         if at(m).0 * last.0 > 0.0 { a = m } else { b = m }
@@ -187,7 +188,8 @@ fn edges_leave_what_a_dense_search_finds() {
                 assert!(height < want + 1e-9, "case {case}, point {i}: {height} mm instead of {want} mm ({got:?})");
                 // A contact that the samples stepped over must lie on the edge all the same.
                 let cut = got.expect("cut, since nothing is above infinity");
-                let off = off_the_edge(point, normal, &cut, &pieces[cut.motion as usize], &edges[cut.edge.expect("a tooth")]);
+                let off =
+                    off_the_edge(point, normal, &cut, &pieces[cut.motion as usize], &edges[cut.edge.expect("a tooth")]);
                 assert!(off < 1e-9, "case {case}, point {i}: {off} mm off the edge");
                 equal += usize::from((height - want).abs() < 1e-9);
                 compared += 1;
@@ -248,8 +250,8 @@ fn a_ball_along_straight_passes_leaves_its_closed_form() {
             });
         }
     }
-    let lattice =
-        Lattice::plane(Point::new(-0.5, -0.5, 0.0), Vector::x(), Vector::y(), [0.01, 0.01], 101, 101).expect("a lattice");
+    let lattice = Lattice::plane(Point::new(-0.5, -0.5, 0.0), Vector::x(), Vector::y(), [0.01, 0.01], 101, 101)
+        .expect("a lattice");
     let found = heights_by_envelope(&lattice, &bodies[0], &pieces, &Settings { max_height: 0.2 });
     for (p, cut) in lattice.points().iter().zip(&found.cuts) {
         let d = p.y - (p.y / pitch).round() * pitch;
@@ -264,20 +266,23 @@ fn a_ball_along_straight_passes_leaves_its_closed_form() {
 fn the_same_bytes_at_any_number_of_threads_and_nothing_where_nothing_cuts() {
     let mut n = Numbers(3);
     let pieces = path(&mut n, 3.0, 3.0, -1.0);
-    let edges = Corner { radius: 3.0, corner_radius: 3.0, corner: [0.0, FRAC_PI_2], helix: 0.3 }.edges(&[RunOut::default(); 2]);
-    let lattice =
-        Lattice::plane(Point::new(-0.4, -0.4, 0.0), Vector::x(), Vector::y(), [0.008, 0.008], 101, 101).expect("a lattice");
+    let edges =
+        Corner { radius: 3.0, corner_radius: 3.0, corner: [0.0, FRAC_PI_2], helix: 0.3 }.edges(&[RunOut::default(); 2]);
+    let lattice = Lattice::plane(Point::new(-0.4, -0.4, 0.0), Vector::x(), Vector::y(), [0.008, 0.008], 101, 101)
+        .expect("a lattice");
     let settings = Settings { max_height: 0.3 };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| heights_by_edges(&lattice, &edges, &pieces, &settings))
     };
     let (one, two) = (run(1), run(2));
-    let bits = |t: &proveout_surface::topography::Topography| t.heights().iter().map(|h| h.to_bits()).collect::<Vec<_>>();
+    let bits =
+        |t: &proveout_surface::topography::Topography| t.heights().iter().map(|h| h.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&one), bits(&two));
     assert_eq!(one.uncut(), 0);
     // Far away, without teeth, without motion, with a spindle that stands.
-    let far = Lattice::plane(Point::new(50.0, 0.0, 0.0), Vector::x(), Vector::y(), [0.1, 0.1], 5, 5).expect("a lattice");
+    let far =
+        Lattice::plane(Point::new(50.0, 0.0, 0.0), Vector::x(), Vector::y(), [0.1, 0.1], 5, 5).expect("a lattice");
     assert_eq!(heights_by_edges(&far, &edges, &pieces, &settings).uncut(), 25);
     assert_eq!(heights_by_edges(&lattice, &[], &pieces, &settings).uncut(), 101 * 101);
     assert_eq!(heights_by_edges(&lattice, &edges, &[], &settings).uncut(), 101 * 101);

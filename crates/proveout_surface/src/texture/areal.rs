@@ -113,12 +113,14 @@ impl HeightMap {
     /// Root mean square gradient from the differences of neighbors along each direction (ISO 25178-2:2021, 4.3.1).
     fn gradient(&self) -> f64 {
         let (nx, ny) = (self.columns(), self.rows());
-        let along_x = sum((0..ny).flat_map(|j| {
-            (1..nx).map(move |i| ((self.at(i, j) - self.at(i - 1, j)) / self.step_x()).powi(2))
-        })) / ((nx - 1) * ny) as f64;
-        let along_y = sum((1..ny).flat_map(|j| {
-            (0..nx).map(move |i| ((self.at(i, j) - self.at(i, j - 1)) / self.step_y()).powi(2))
-        })) / (nx * (ny - 1)) as f64;
+        let along_x =
+            sum((0..ny)
+                .flat_map(|j| (1..nx).map(move |i| ((self.at(i, j) - self.at(i - 1, j)) / self.step_x()).powi(2))))
+                / ((nx - 1) * ny) as f64;
+        let along_y =
+            sum((1..ny)
+                .flat_map(|j| (0..nx).map(move |i| ((self.at(i, j) - self.at(i, j - 1)) / self.step_y()).powi(2))))
+                / (nx * (ny - 1)) as f64;
         (along_x + along_y).sqrt()
     }
 

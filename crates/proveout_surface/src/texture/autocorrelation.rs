@@ -154,9 +154,7 @@ impl Lags<'_> {
         let (i, j) = (x.floor(), y.floor());
         let (u, v) = (x - i, y - j);
         let (i, j) = (i as isize, j as isize);
-        let at = |i: isize, j: isize| {
-            self.at(i.clamp(1 - self.nx, self.nx - 1), j.clamp(1 - self.ny, self.ny - 1))
-        };
+        let at = |i: isize, j: isize| self.at(i.clamp(1 - self.nx, self.nx - 1), j.clamp(1 - self.ny, self.ny - 1));
         (1.0 - v) * ((1.0 - u) * at(i, j) + u * at(i + 1, j)) + v * ((1.0 - u) * at(i, j + 1) + u * at(i + 1, j + 1))
     }
 

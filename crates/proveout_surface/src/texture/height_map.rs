@@ -63,13 +63,7 @@ impl HeightMap {
     ///
     /// # Errors
     /// [`TextureError`] when the heights do not fill the lattice or something is not a finite number.
-    pub fn new(
-        columns: usize,
-        rows: usize,
-        step_x: f64,
-        step_y: f64,
-        heights: Vec<f64>,
-    ) -> Result<Self, TextureError> {
+    pub fn new(columns: usize, rows: usize, step_x: f64, step_y: f64, heights: Vec<f64>) -> Result<Self, TextureError> {
         if columns < 2 || rows < 2 || columns.checked_mul(rows) != Some(heights.len()) {
             return Err(TextureError::Lattice { points: heights.len(), columns, rows });
         }

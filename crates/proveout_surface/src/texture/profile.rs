@@ -115,7 +115,8 @@ impl Profile {
         let mean_line = gaussian_mean(&smooth, self.step, class.lambda_c());
         let first = (self.heights.len() - 1 - steps) / 2;
         let stretch = first..=first + steps;
-        let profile: Vec<f64> = smooth[stretch.clone()].iter().zip(&mean_line[stretch.clone()]).map(|(z, m)| z - m).collect();
+        let profile: Vec<f64> =
+            smooth[stretch.clone()].iter().zip(&mean_line[stretch.clone()]).map(|(z, m)| z - m).collect();
         let raw = &self.heights[stretch];
         // Mean of the polygon.
         let mean = raw.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>() / steps as f64;

@@ -79,12 +79,7 @@ pub fn heights_by_envelope(
 }
 
 /// Heights that the edges of the teeth leave.
-pub fn heights_by_edges(
-    lattice: &Lattice,
-    edges: &[Edge],
-    pieces: &[CutterPiece],
-    settings: &Settings,
-) -> Topography {
+pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece], settings: &Settings) -> Topography {
     match Body::of_edges(edges) {
         Some(body) => Search::new(lattice, pieces, body, Some(edges), settings).heights(),
         None => Topography { cuts: vec![None; lattice.points().len()], again: 0 },
@@ -143,7 +138,10 @@ impl<'a> Search<'a> {
     fn heights(&self) -> Topography {
         let (columns, rows) = (self.lattice.columns(), self.lattice.rows());
         let whole = Area { row: [0, rows], column: [0, columns] };
-        let all = Candidates { kept: (0..self.pieces.len() as u32).map(|i| (i, f64::NEG_INFINITY)).collect(), left_out: f64::INFINITY };
+        let all = Candidates {
+            kept: (0..self.pieces.len() as u32).map(|i| (i, f64::NEG_INFINITY)).collect(),
+            left_out: f64::INFINITY,
+        };
         // Only what comes near the lattice at all.
         let near = self.narrowed(&whole, &all, true);
         let mut found = vec![Lowest::NONE; columns * rows];

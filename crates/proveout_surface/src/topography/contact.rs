@@ -131,7 +131,7 @@ impl Run {
         let state = piece.state(time);
         let q = state.point(&(ray.point + ray.normal * height));
         let psi = state.azimuth + edge.azimuth + (q.z - edge.center_height + edge.radius) * edge.lead;
-        let turns = ((q.y.atan2(q.x) - psi) / w) .rem_euclid(std::f64::consts::TAU / w.abs());
+        let turns = ((q.y.atan2(q.x) - psi) / w).rem_euclid(std::f64::consts::TAU / w.abs());
         Some(if forward { turns } else { turns - std::f64::consts::TAU / w.abs() })
     }
 
@@ -185,7 +185,8 @@ impl Run {
             // Within half a revolution, wherever the tooth is, the circle does not come to the best height: outside of its ring the
             // distance is convex in time along a straight motion, and its rate bounds what it loses.
             let span = 0.5 * turn.abs();
-            let lost = if side >= 0.0 { gap_rate.abs() * span + self.bent(span, piece, &q, speed) } else { speed * span };
+            let lost =
+                if side >= 0.0 { gap_rate.abs() * span + self.bent(span, piece, &q, speed) } else { speed * span };
             if best.height.is_finite() && gap > lost + 1e-9 {
                 guess = time + turn;
                 drift += ratio;
@@ -219,7 +220,9 @@ impl Run {
             drift = 0.0;
             // The circle when the tooth is at the point.
             let gap = gap + gap_rate * step;
-            if best.height.is_finite() && gap > 0.5 * (gap_rate * step).abs() + self.bent(step.abs(), piece, &q, speed) + 1e-9 {
+            if best.height.is_finite()
+                && gap > 0.5 * (gap_rate * step).abs() + self.bent(step.abs(), piece, &q, speed) + 1e-9
+            {
                 guess = aligned + turn;
                 continue;
             }
@@ -258,7 +261,8 @@ impl Run {
             if dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * piece.azimuth_rate).abs() < 1e-11 {
                 // Coming from inside of the design the arc is entered, on the side of the tooth, in its range.
                 let entered = ah < 0.0;
-                return (entered && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual)).then_some((t, h, k));
+                return (entered && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual))
+                    .then_some((t, h, k));
             }
         }
         None

@@ -136,7 +136,11 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
         if settled && (rate * (high - low).min(2.0 * (rate / bend).abs())).abs() <= 1e-13 {
             return Some((height, time));
         }
-        if rate < 0.0 { low = time } else { high = time }
+        if rate < 0.0 {
+            low = time
+        } else {
+            high = time
+        }
         if let Some((t, r)) = before
             && t != time
         {

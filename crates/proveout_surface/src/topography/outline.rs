@@ -121,17 +121,14 @@ impl Outline {
                         let d = [r - end[0], z - end[1]];
                         let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
                         if length < corner.0 {
-                            corner = (length, if length > 1e-12 { [d[0] / length, d[1] / length] } else { [0.0, -1.0] });
+                            corner =
+                                (length, if length > 1e-12 { [d[0] / length, d[1] / length] } else { [0.0, -1.0] });
                         }
                     }
                 }
             }
         }
-        if outside {
-            if best.0 > 0.0 && best.0 <= corner.0 { best } else { corner }
-        } else {
-            best
-        }
+        if outside { if best.0 > 0.0 && best.0 <= corner.0 { best } else { corner } } else { best }
     }
 }
 

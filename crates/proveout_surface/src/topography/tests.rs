@@ -46,7 +46,8 @@ fn face_mill(n: usize, wind: f64) -> Vec<f64> {
 
 #[test]
 fn face_mill_with_two_round_inserts_leaves_the_published_surface() {
-    for (n, sa_um) in [(25, 1.48499349337313), (50, 1.5998235023622), (100, 1.58088191701734), (200, 1.57102844765609)] {
+    for (n, sa_um) in [(25, 1.48499349337313), (50, 1.5998235023622), (100, 1.58088191701734), (200, 1.57102844765609)]
+    {
         let z = face_mill(n, 1.0);
         let mean = z.iter().sum::<f64>() / z.len() as f64;
         let sa = z.iter().map(|z| (z - mean).abs()).sum::<f64>() / z.len() as f64 * 1e3;
