@@ -21,7 +21,7 @@ impl Machine {
     pub fn poles(&self, at: &JointValues) -> impl Iterator<Item = Vector> + use<> {
         let pair = self.solver.pair(&self.chain, at);
         let poles = pair.map_or([None; 2], |pair| pair.poles());
-        poles.map(|pole| pole.map(|p| self.solver.from_pair(&self.chain, at, &p))).into_iter().flatten()
+        poles.map(|pole| pole.map(|p| self.solver.seen_from_outside(&self.chain, at, &p))).into_iter().flatten()
     }
 
     /// Branch ([`crate::Branch::index`]) on which two rotary joints stand; none in a singular pose, and on machines with fewer

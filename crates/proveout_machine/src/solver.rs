@@ -286,7 +286,7 @@ impl Solver {
     }
 
     /// The way back of [`Self::seen_by_pair`].
-    pub(crate) fn from_pair(&self, chain: &Chain, held: &JointValues, v: &Vector) -> Vector {
+    pub(crate) fn seen_from_outside(&self, chain: &Chain, held: &JointValues, v: &Vector) -> Vector {
         let first = self.rotary.first().copied();
         let before = chain.links.iter().take_while(|l| Some(l.joint) != first).filter(|l| l.rotary);
         let before: Vec<&Link> = before.collect();

@@ -231,9 +231,9 @@ impl Bounds {
     }
 
     fn take(&mut self, p: Point) {
-        for i in 0..2 {
-            self.low[i] = self.low[i].min(p[i]);
-            self.high[i] = self.high[i].max(p[i]);
+        for (i, at) in p.into_iter().enumerate() {
+            self.low[i] = self.low[i].min(at);
+            self.high[i] = self.high[i].max(at);
         }
     }
 
