@@ -95,12 +95,12 @@ pub struct Summary {
     pub max_chord_error_mm: f64,
     /// Largest distance of the tip (without tool center point control, of the linear joints together) from the programmed way,
     /// mm: measured against the words of the program, at the ends and middles of all pieces, and no less than the bound of the
-    /// rounding; with drives, plus their part.
+    /// rounding; with drives, plus their part in feed.
     pub max_contour_error_mm: f64,
     /// Largest angle between the tool axis and the programmed one at the same share of the block's way, radian: measured in the
-    /// same places; with drives, plus their part.
+    /// same places; with drives, plus their part in feed.
     pub max_axis_error: f64,
-    /// Largest distance of the actual tip from the planned path, at the control samples, mm; none without drives. Part of
+    /// Largest distance of the actual tip from the planned path, at the control samples in feed, mm; none without drives. Part of
     /// `max_contour_error_mm`, which bounds the distance from the programmed path by the sum.
     pub max_servo_contour_error_mm: Option<f64>,
     /// Trust in the drives' forces; none where drives are not simulated.

@@ -57,6 +57,8 @@ fn cutter_radius(tool: &Tool) -> f64 {
 
 /// Step across the axis in which a long piece is followed, in radii.
 const STEP: f64 = 0.1;
+/// Sets of rays of a stock.
+const SETS: f64 = 3.0;
 /// Longest way of a ramp within the cutter's radius of a place, in radii.
 const TO_AND_FRO: f64 = 3.0;
 
@@ -147,7 +149,8 @@ impl PlungeWatch {
         };
         let r = core.max_radius();
         let area = 2.0 * r * aside + std::f64::consts::PI * r * r;
-        let in_material = (met.volume_mm3 / area).min(down);
+        // A layer that is thinner than a cell is seen by the rays along the axis alone, and volumes are means over three sets of rays.
+        let in_material = (SETS * met.volume_mm3 / area).min(down);
         let parts = (aside / (STEP * radius)).ceil().clamp(1.0, 1e4);
         let mut stub = 0.0_f64;
         for k in 0..parts as usize {

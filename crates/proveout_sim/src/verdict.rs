@@ -157,7 +157,7 @@ pub struct Path {
     pub length_mm: f64,
     /// Largest distance of the straight pieces from the path they stand for, mm.
     pub max_chord_error_mm: Option<f64>,
-    /// Largest distance of the tip from the programmed path (corner rounding, following error), mm: measured against the words
+    /// Largest distance of the tip from the programmed path (corner rounding; following error in feed), mm: measured against the words
     /// of the program, not against what the control made of them.
     pub max_contour_error_mm: Option<f64>,
     /// Largest angle between the tool axis and the programmed one at the same share of the block's way, degrees; likewise.

@@ -38,8 +38,8 @@ fn both(pose: &ToolPose, length: f64) -> SVector<f64, 6> {
 }
 
 impl Contour {
-    /// Takes a planned pose and the actual one of the same time, of a tool of this length, mm.
-    pub(crate) fn push(&mut self, planned: ToolPose, actual: &ToolPose, length: f64) {
+    /// Takes a planned pose and the actual one of the same time, of a tool of this length, mm; only what `counts` is kept as worst.
+    pub(crate) fn push(&mut self, planned: ToolPose, actual: &ToolPose, length: f64, counts: bool) {
         if self.path.back() != Some(&planned) {
             self.path.push_back(planned);
         }
@@ -78,8 +78,10 @@ impl Contour {
             (along, of_tool) = (along + 1, next);
         }
         self.at = [at, along];
-        self.worst = self.worst.max(near);
-        self.worst_axis = self.worst_axis.max(of_tool.1);
+        if counts {
+            self.worst = self.worst.max(near);
+            self.worst_axis = self.worst_axis.max(of_tool.1);
+        }
     }
 
     /// Forgets the path: another tool is in the spindle.
@@ -105,12 +107,12 @@ mod tests {
         for k in 0..1000 {
             let at = |s: f64| upright(Point::new(s, (0.1 * s).sin(), 0.0));
             let s = 0.05 * f64::from(k);
-            contour.push(at(s), &at((s - 1.0).max(0.0)), 80.0);
+            contour.push(at(s), &at((s - 1.0).max(0.0)), 80.0, true);
         }
         // Chords of 0.05 mm on a curve of 1/100 mm curvature leave it by 0.05²/8/100 mm.
         assert!(contour.worst < 1e-5 && contour.worst_axis == 0.0, "{}", contour.worst);
         let off = contour.path[contour.at[0]].tip + Vector::new(0.0, 0.0, 0.3);
-        contour.push(upright(Point::new(50.0, 0.0, 0.0)), &upright(off), 80.0);
+        contour.push(upright(Point::new(50.0, 0.0, 0.0)), &upright(off), 80.0, true);
         assert!((contour.worst - 0.3).abs() < 1e-3);
     }
 
@@ -127,10 +129,10 @@ mod tests {
             };
             for k in 0..600 {
                 let s = 0.05 * f64::from(k);
-                contour.push(at(s, 0.0), &at((s - 0.7).max(0.0), 0.0), 80.0);
+                contour.push(at(s, 0.0), &at((s - 0.7).max(0.0), 0.0), 80.0, true);
             }
             assert!(contour.worst_axis < 1e-6, "{moves}: {}", contour.worst_axis);
-            contour.push(at(30.0, 0.0), &at(29.3, 0.002), 80.0);
+            contour.push(at(30.0, 0.0), &at(29.3, 0.002), 80.0, true);
             assert!((contour.worst_axis - 0.002).abs() < 1e-5, "{moves}: {}", contour.worst_axis);
         }
     }

@@ -235,7 +235,9 @@ impl<'m> ServoStage<'m> {
         // Both with the machine's geometric errors: what is measured here is what the drives add.
         let planned = self.machine.actual_forward(&sample.commanded, self.sample_length);
         sample.pose = self.pose;
-        self.contour.push(planned, &sample.pose, self.sample_length);
+        // A rapid leaves its line by the lag of its joints, and cuts nothing: collision and removal follow the actual motion.
+        let counts = sample.kind == MoveKind::Feed;
+        self.contour.push(planned, &sample.pose, self.sample_length, counts);
         sample.drive = Some(self.drives(sample));
         self.last = Some(*sample);
         Ok(())
