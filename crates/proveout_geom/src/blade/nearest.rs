@@ -1,0 +1,540 @@
+//! The point of a blade that is nearest to a given one, on its closed form, wherever it lies.
+//!
+//! The solid is a stack of sections: at height `x'` the points within `d` of the section, turned by `w x'`. With the signed
+//! distance g from the section (`discs`) and `p = (x, q)`, the outline of a slice is
+//!
+//! ```text
+//!     sqrt((x - x')^2 + N^2)      N = G(x') - d(x')      G(x') = g(R(-w x') q)
+//! ```
+//!
+//! away from p, and p lies in the material where `N < 0` at its own height. The platform is not turned: its slices all have one
+//! G, and its faces (bottom, top, rim) follow from it without a search. There remain the airfoil (`d = 0`, run by x') and the fillet,
+//! run by the angle b at its center: `x' = f (1 - cos b)`, `d = f (1 - sin b)`.
+//!
+//! *Outside* the nearest point of the solid is that of the nearest disc (x', s): `N = F(x', s) - d`, zero where it is below, and
+//! both x' and s are searched. *Inside* the nearest face counts; there `N = d - G >= d - F(x', s)` for any s, so that x' alone is searched,
+//! with the s of the middle of an interval.
+//!
+//! **Branch and bound.** About a place, with `t` the step in x' or b, `i = x' - x'0` and `j = -(d - d0)` (outside) or `d - d0`,
+//!
+//! ```text
+//!     N >= M = A + B i + j - C i^2 / 2
+//!     X = x - x'0        V = |p - p'|^2 >= X^2 + A^2 - 2 X i + i^2 + 2 A (B i + j) + (B i + j)^2 - A C i^2 - |B i + j| C i^2
+//! ```
+//!
+//! as long as `M >= 0`. On the airfoil `i = t`, `j = 0`; in the fillet `i^2 + j^2 = 2 f^2 (1 - cos t)` and i, j are linear in `1 - cos t` and
+//! `sin t`. Both give a parabola in t, whose least value is taken. Besides, `V >= min (X - i)^2 + min(M, 0 below)^2`, and
+//! for every unit vector `(m, n)` with `n >= 0`: `sqrt V >= m (X - i) + n M`, a sine in b.
+//!
+//! A and B come from the convexity of `|z|`: `z = R(-w x') q - c(s)` bends by no more than `w^2 |q|` along x' and 1/R along s (for q
+//! far away the centers are turned instead: `w^2 (|c| + R)` and 2/R), so that outside A is F less what a step along s takes away at most.
+//! Inside, `|z|^2'' / 2 <= w^2 |q| |c|` bounds `|z|''` from above where z is not zero; else `|z|` changes by at most `w min(|q|, |c|)` a mm.
+//! These bounds fall short by the square of an interval's width, and an interval that holds nothing nearer by [`NEAREST_ERROR_MM`] is
+//! left. What remains is this distance, plus rounding.
+
+use super::{
+    body::{Blade, Platform},
+    discs::{STARTS, Seen, cut, look_at, lowest},
+};
+use crate::{Point, Vector};
+
+/// The distance of [`Blade::nearest`] is not larger than the true one by more than this, mm.
+pub const NEAREST_ERROR_MM: f64 = 1e-7;
+/// Coordinates beyond this have no nearest point, mm: their squares round too much.
+const FARTHEST_MM: f64 = 1e7;
+/// Nearer than this the normal is that of the face, mm; farther away it is the direction from the nearest point.
+const CLOSE_MM: f64 = 1e-3;
+/// Steps of the search for a minimum nearby.
+const STEPS: usize = 30;
+
+/// The nearest point of a blade.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestOnBlade {
+    /// The point of its surface.
+    pub point: Point,
+    /// Signed distance, mm: below zero inside of the material.
+    pub distance: f64,
+    /// Outward unit normal; outside of an edge the direction from there.
+    pub normal: Vector,
+}
+
+/// A face that is searched, with the bounds of its parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Face {
+    /// Run by height.
+    Airfoil([f64; 2]),
+    /// Radius; run by its angle, 0 at the platform, a right angle at the airfoil.
+    Fillet(f64),
+}
+
+impl Face {
+    fn height(self, b: f64) -> f64 {
+        match self {
+            Self::Airfoil(_) => b,
+            Self::Fillet(f) => f * (1.0 - b.cos()),
+        }
+    }
+
+    fn offset(self, b: f64) -> f64 {
+        match self {
+            Self::Airfoil(_) => 0.0,
+            Self::Fillet(f) => f * (1.0 - b.sin()),
+        }
+    }
+
+    fn parameter(self, height: f64) -> f64 {
+        match self {
+            Self::Airfoil(_) => height,
+            Self::Fillet(f) => (1.0 - height / f).clamp(0.0, 1.0).acos(),
+        }
+    }
+
+    /// Its part within `range` mm of a height.
+    fn within(self, height: f64, range: f64) -> Option<[f64; 2]> {
+        let [low, high] = match self {
+            Self::Airfoil(bounds) => bounds,
+            Self::Fillet(f) => [0.0, f],
+        };
+        let (lo, hi) = (low.max(height - range), high.min(height + range));
+        (lo <= hi).then(|| [self.parameter(lo), self.parameter(hi)])
+    }
+}
+
+/// A place that may be the nearest.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    /// On a plane face or the rim, with its normal.
+    Known(Point, Vector),
+    /// In a slice of a searched face.
+    Slice(Face, Node),
+}
+
+/// A slice and a disc, seen from the point.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    b: f64,
+    s: f64,
+    x: f64,
+    seen: Seen,
+    /// `N` there, of this disc.
+    n: f64,
+    /// Change of F along x and the part across.
+    rise: f64,
+    drift: f64,
+    distance: f64,
+}
+
+/// The bound of `N` about a node.
+struct Bound {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+struct Search<'a> {
+    blade: &'a Blade,
+    p: Point,
+    twist: f64,
+    /// Distance from the X axis.
+    radius: f64,
+    inside: bool,
+    best: f64,
+    place: Place,
+}
+
+impl Blade {
+    /// The point of the solid's surface nearest to a point, of all that there are; its distance is found to [`NEAREST_ERROR_MM`]. None for
+    /// coordinates that are no numbers or beyond ten kilometers.
+    pub fn nearest(&self, p: &Point) -> Option<NearestOnBlade> {
+        if !p.iter().all(|v| v.abs() <= FARTHEST_MM) {
+            return None;
+        }
+        let spec = self.spec();
+        let foot = [p.y, p.z];
+        let (at, height) = (p.x.clamp(0.0, spec.length), spec.length);
+        let face = self.face_at(at);
+        let mut search = Search {
+            blade: self,
+            p: *p,
+            twist: spec.twist,
+            radius: p.y.hypot(p.z),
+            inside: false,
+            best: f64::INFINITY,
+            place: Place::Known(*p, Vector::x()),
+        };
+        let own = search.slice(face, face.parameter(at));
+        // At the platform's height or beside its rim it may be nearer than the slice.
+        let platform = spec.platform.filter(|_| p.x < own.distance.max(own.n.abs()));
+        let base = platform.map(|platform| (platform, self.discs().nearest(foot).1));
+        let in_blade = (0.0..=height).contains(&p.x) && own.n <= 0.0;
+        let in_base = base.is_some_and(|(b, g)| (-b.thickness..=0.0).contains(&p.x) && g.value <= b.margin);
+        search.inside = in_blade || in_base;
+        if let Some((platform, seen)) = base {
+            search.platform(&platform, &seen);
+        }
+        if search.inside {
+            search.plane(height, &search.slice_at(height), 1.0);
+            if spec.platform.is_none() {
+                search.plane(0.0, &search.slice_at(0.0), -1.0);
+            }
+            search.faces_inside(face, own);
+        } else {
+            search.faces_outside(face, own);
+        }
+        Some(search.finish())
+    }
+
+    fn faces(&self) -> impl Iterator<Item = Face> {
+        let fillet = self.spec().platform.map(|platform| Face::Fillet(platform.fillet_radius));
+        fillet.into_iter().chain([Face::Airfoil([self.airfoil_start(), self.spec().length])])
+    }
+
+    fn face_at(&self, height: f64) -> Face {
+        match self.spec().platform {
+            Some(platform) if height < platform.fillet_radius => Face::Fillet(platform.fillet_radius),
+            _ => Face::Airfoil([self.airfoil_start(), self.spec().length]),
+        }
+    }
+}
+
+impl Search<'_> {
+    /// y and z in the section at a height.
+    fn turned_back(&self, x: f64) -> [f64; 2] {
+        let (s, c) = (self.twist * x).sin_cos();
+        [c * self.p.y + s * self.p.z, c * self.p.z - s * self.p.y]
+    }
+
+    fn node(&self, face: Face, b: f64, s: f64, seen: Seen, q: [f64; 2]) -> Node {
+        let x = face.height(b);
+        let n = seen.value - face.offset(b);
+        // d/dx R(-w x) q = -w (-q_z, q_y).
+        let turn = [self.twist * q[1], -self.twist * q[0]];
+        let away = self.p.x - x;
+        // Inside any outline counts; outside a disc that reaches over the point.
+        let part = if self.inside { n } else { n.max(0.0) };
+        Node {
+            b,
+            s,
+            x,
+            seen,
+            n,
+            rise: seen.away[0] * turn[0] + seen.away[1] * turn[1],
+            drift: seen.away[0] * turn[1] - seen.away[1] * turn[0],
+            distance: away.hypot(part),
+        }
+    }
+
+    /// A slice with its nearest disc.
+    fn slice(&self, face: Face, b: f64) -> Node {
+        let q = self.turned_back(face.height(b));
+        let (s, seen) = self.blade.discs().nearest(q);
+        self.node(face, b, s, seen, q)
+    }
+
+    fn slice_at(&self, height: f64) -> Seen {
+        self.blade.discs().nearest(self.turned_back(height)).1
+    }
+
+    fn take(&mut self, distance: f64, place: Place) {
+        if distance < self.best {
+            (self.best, self.place) = (distance, place);
+        }
+    }
+
+    /// Tip, or foot of a blade without a platform, from inside.
+    fn plane(&mut self, x: f64, seen: &Seen, sense: f64) {
+        if seen.value <= 0.0 {
+            self.take(
+                (self.p.x - x).abs(),
+                Place::Known(Point::new(x, self.p.y, self.p.z), Vector::new(sense, 0.0, 0.0)),
+            );
+        }
+    }
+
+    /// Bottom, rim and top of the platform. `seen`: the disc of the section as it stands on the platform.
+    fn platform(&mut self, platform: &Platform, seen: &Seen) {
+        let (p, g) = (self.p, seen.value);
+        let away = touching(seen);
+        // The point moved along its normal to a distance from the outline, at a height.
+        let moved = |x: f64, to: f64| Point::new(x, p.y + (to - g) * away[0], p.z + (to - g) * away[1]);
+        let (out, up) = (Vector::new(0.0, away[0], away[1]), Vector::x());
+        let (low, margin) = (-platform.thickness, platform.margin);
+        let faces = [
+            (moved(low, g.min(margin)), -up),
+            (moved(0.0, g.clamp(platform.fillet_radius, margin)), up),
+            (moved(p.x.clamp(low, 0.0), margin), out),
+        ];
+        for (point, normal) in faces {
+            self.take((p - point).norm(), Place::Known(point, normal));
+        }
+    }
+
+    /// What `N` keeps on the part `sides` about a node, with `i` up to `climb`, outside. Steps along s within `along`.
+    fn bound_outside(&self, node: &Node, climb: f64, along: [f64; 2]) -> (Bound, f64) {
+        let discs = self.blade.discs();
+        let w2 = self.twist * self.twist;
+        let step = along[1].max(-along[0]);
+        let far_away = self.radius > discs.reach + 1.0 / discs.camber_bend;
+        let (mut c, mut bend) = if far_away {
+            (w2 * (discs.reach + 1.0 / discs.camber_bend), 2.0 * discs.camber_bend + discs.widening_bend)
+        } else {
+            (w2 * self.radius, discs.camber_bend + discs.widening_bend)
+        };
+        // With u = b |t|, v = (drift + w^2 |q| |i| / 2) |i|: (u - v)^2 >= u^2 / 2 - v^2.
+        let far = node.seen.far + step + self.twist.abs() * self.radius * climb;
+        let convex = 0.5 * discs.convex(&node.seen, step, far);
+        if !far_away && convex > bend {
+            let drift = node.drift.abs() + 0.5 * w2 * self.radius * climb;
+            (c, bend) = (c + drift * drift / far, bend - convex);
+        }
+        let fall = -lowest(node.seen.slope, bend, along);
+        (Bound { a: node.n - fall, b: node.rise, c }, fall)
+    }
+
+    /// The same inside, for the disc of the node.
+    fn bound_inside(&self, node: &Node, climb: f64) -> Bound {
+        let center = node.seen.disc.center;
+        let center = center[0].hypot(center[1]);
+        let fastest = self.twist.abs() * self.radius.min(center);
+        let least = node.seen.far - fastest * climb;
+        if least > 0.1 * node.seen.far {
+            let c = self.twist * self.twist * self.radius * center / least;
+            Bound { a: -node.n, b: -node.rise, c }
+        } else {
+            Bound { a: -node.n - fastest * climb, b: 0.0, c: 0.0 }
+        }
+    }
+
+    /// A bound of the distance for steps within `sides` about a node, and by how much an interval's width may have lowered it.
+    fn lower(&self, face: Face, node: &Node, bound: &Bound, sides: [f64; 2]) -> (f64, f64) {
+        let Bound { a, b, c } = *bound;
+        let x = self.p.x - node.x;
+        let step = sides[1].max(-sides[0]);
+        let square = match face {
+            Face::Airfoil(_) => {
+                let least = a + (b * sides[0]).min(b * sides[1]) - 0.5 * c * step * step;
+                let flat = (x.clamp(sides[0], sides[1]) - x).powi(2);
+                if least <= 0.0 {
+                    return (flat.sqrt(), b.abs() * step + 0.5 * c * step * step);
+                }
+                let bend = 1.0 + b * b - a * c - b.abs() * c * step;
+                let parabola = x * x + a * a + lowest(2.0 * (a * b - x), -2.0 * bend, sides);
+                parabola.max(flat + least * least)
+            }
+            Face::Fillet(f) => return self.lower_in_fillet(f, node, bound, sides),
+        };
+        (square.max(0.0).sqrt(), 0.5 * c * step * step * (1.0 + b.abs() * step))
+    }
+
+    fn lower_in_fillet(&self, f: f64, node: &Node, bound: &Bound, sides: [f64; 2]) -> (f64, f64) {
+        let Bound { a, b, c } = *bound;
+        let x = self.p.x - node.x;
+        let sign = if self.inside { -1.0 } else { 1.0 };
+        let (lo, hi) = (node.b + sides[0], node.b + sides[1]);
+        let step = sides[1].max(-sides[0]);
+        let ((s0, c0), (steep, level)) = (node.b.sin_cos(), (hi.sin(), lo.cos()));
+        // i and j at both ends: they rise or fall throughout.
+        let i = [f * (c0 - lo.cos()), f * (c0 - hi.cos())];
+        let j = [sign * f * (lo.sin() - s0), sign * f * (hi.sin() - s0)];
+        let climb = i[1].max(-i[0]);
+        let curved = 0.5 * c * climb * climb;
+        let least = a + (b * i[0]).min(b * i[1]) + j[0].min(j[1]) - curved;
+        let mut square = (x.clamp(i[0], i[1]) - x).powi(2);
+        let mut lost = curved + 0.5 * f * step * step;
+        if least > 0.0 {
+            square += least * least;
+            // V >= X^2 + A^2 + P (1 - cos t) + Q sin t - rest t^2, with (B i + j)^2 >= j^2 + 2 B i j.
+            let p = 2.0 * f * (f + (a * b - x) * c0 - sign * a * s0);
+            let q = 2.0 * f * ((a * b - x) * s0 + sign * a * c0);
+            let (di, dj) = (f * steep, f * level);
+            let rest = 2.0 * b.abs() * di * dj + (a + (b.abs() * di + dj) * step) * c * di * di;
+            // 1 - cos t lies between 0.397 t^2 (up to a right angle) and t^2 / 2; sin t within t^3 / 6 of t.
+            let bend = (if p > 0.0 { 0.397 } else { 0.5 }) * p - rest - q.abs() * step / 6.0;
+            square = square.max(x * x + a * a + lowest(q, -2.0 * bend, sides));
+        } else {
+            lost += b.abs() * climb + j[1].max(-j[0]).max(j[0].max(-j[1]));
+        }
+        let mut lower = square.max(0.0).sqrt();
+        // The straight bound in the direction that the node itself has.
+        let length = x.hypot(a);
+        if a >= 0.0 && length > 0.0 {
+            let (m, n) = (x / length, a / length);
+            // m (X - i) + n (A + B i + j), i = f (cos b0 - cos b), j = sign f (sin b - sin b0).
+            let (cosine, sine) = (f * (m - n * b), sign * f * n);
+            let least = least_sine(cosine, sine, [lo, hi]);
+            lower = lower.max(length - cosine * c0 - sine * s0 + least - n * curved);
+        }
+        (lower, lost)
+    }
+
+    /// The step along the face to the least of the parabola at a node.
+    fn step(&self, face: Face, node: &Node) -> f64 {
+        let x = self.p.x - node.x;
+        let (a, b, sign) = if self.inside { (-node.n, -node.rise, -1.0) } else { (node.n, node.rise, 1.0) };
+        match face {
+            Face::Airfoil(_) => (x - a * b) / (1.0 + b * b),
+            Face::Fillet(f) => {
+                let (s, c) = node.b.sin_cos();
+                let p = f + (a * b - x) * c - sign * a * s;
+                let q = (a * b - x) * s + sign * a * c;
+                if p > 0.0 { -q / p } else { -0.1 * q.signum() }
+            }
+        }
+    }
+
+    /// Goes down from a node on its face; takes what it finds.
+    fn polish(&mut self, face: Face, mut node: Node) {
+        let Some([low, high]) = face.within(0.0, f64::INFINITY) else { return };
+        self.take(node.distance, Place::Slice(face, node));
+        for _ in 0..STEPS {
+            let b = (node.b + self.step(face, &node)).clamp(low, high);
+            if (b - node.b).abs() < 1e-12 {
+                return;
+            }
+            let next = if self.inside {
+                self.slice(face, b)
+            } else {
+                let q = self.turned_back(face.height(b));
+                let (s, seen) = self.blade.discs().settle(q, node.s);
+                self.node(face, b, s, seen, q)
+            };
+            if next.distance >= node.distance {
+                return;
+            }
+            node = next;
+            self.take(node.distance, Place::Slice(face, node));
+        }
+    }
+
+    /// The best place known, where it lies on this face.
+    fn best_on(&self, face: Face) -> Option<Node> {
+        match self.place {
+            Place::Slice(on, node) if on == face => Some(node),
+            _ => None,
+        }
+    }
+
+    fn faces_outside(&mut self, face: Face, own: Node) {
+        self.polish(face, own);
+        let width = self.blade.discs().length / STARTS as f64;
+        let mut open = Vec::with_capacity(4 * STARTS);
+        for face in self.blade.faces() {
+            let Some(heights) = face.within(self.p.x, self.best) else { continue };
+            open.extend((0..STARTS).map(|k| (heights, [k as f64 * width, (k + 1) as f64 * width])));
+            while let Some((heights, way)) = open.pop() {
+                let best = self.best_on(face);
+                let (b, s) = (look_at(heights, best.map(|n| n.b)), look_at(way, best.map(|n| n.s)));
+                let q = self.turned_back(face.height(b));
+                let node = self.node(face, b, s, self.blade.discs().see(q, s), q);
+                if node.distance < self.best - NEAREST_ERROR_MM {
+                    self.polish(face, node);
+                }
+                let sides = [heights[0] - b, heights[1] - b];
+                let climb = (face.height(heights[1]) - node.x).max(node.x - face.height(heights[0]));
+                let (bound, fall) = self.bound_outside(&node, climb, [way[0] - s, way[1] - s]);
+                let (lower, lost) = self.lower(face, &node, &bound, sides);
+                let tiny = way[1] - way[0] < 1e-12 && heights[1] - heights[0] < 1e-12;
+                if lower >= self.best - NEAREST_ERROR_MM || tiny {
+                    continue;
+                }
+                let best = self.best_on(face);
+                if fall >= lost && way[1] - way[0] >= 1e-12 {
+                    let at = cut(way, best.map(|n| n.s));
+                    open.push((heights, [way[0], at]));
+                    open.push((heights, [at, way[1]]));
+                } else {
+                    let at = cut(heights, best.map(|n| n.b));
+                    open.push(([heights[0], at], way));
+                    open.push(([at, heights[1]], way));
+                }
+            }
+        }
+    }
+
+    fn faces_inside(&mut self, face: Face, own: Node) {
+        // Its distance was that of the solid.
+        let own = self.node(face, own.b, own.s, own.seen, self.turned_back(own.x));
+        if own.n <= 0.0 {
+            self.polish(face, own);
+        }
+        let mut open = Vec::with_capacity(16);
+        for face in self.blade.faces() {
+            open.extend(face.within(self.p.x, self.best));
+            while let Some(heights) = open.pop() {
+                let best = self.best_on(face);
+                let b = look_at(heights, best.map(|n| n.b));
+                let node = best.filter(|n| n.b == b).unwrap_or_else(|| self.slice(face, b));
+                if node.distance < self.best - NEAREST_ERROR_MM {
+                    self.polish(face, node);
+                }
+                let climb = (face.height(heights[1]) - node.x).max(node.x - face.height(heights[0]));
+                let bound = self.bound_inside(&node, climb);
+                let (lower, _) = self.lower(face, &node, &bound, [heights[0] - b, heights[1] - b]);
+                if lower >= self.best - NEAREST_ERROR_MM || heights[1] - heights[0] < 1e-12 {
+                    continue;
+                }
+                let at = cut(heights, self.best_on(face).map(|n| n.b));
+                open.push([heights[0], at]);
+                open.push([at, heights[1]]);
+            }
+        }
+    }
+
+    fn finish(&self) -> NearestOnBlade {
+        let (point, face_normal) = match self.place {
+            Place::Known(point, normal) => (point, normal),
+            Place::Slice(face, node) => self.foot(face, &node),
+        };
+        let away = self.p - point;
+        let outward = if self.inside { -away } else { away };
+        let normal = if self.best > CLOSE_MM { outward.try_normalize(0.0) } else { None };
+        NearestOnBlade {
+            point,
+            distance: if self.inside { -self.best } else { self.best },
+            normal: normal.unwrap_or(face_normal),
+        }
+    }
+
+    /// The point of the surface in a slice, and the normal there. With `S = x' e + P + d n`, `S_b = x'_b (e + w e x S) + d_b n` and the
+    /// tangent of the section, the normal is `n + a e` with `a = -w n . (e x S) - d_b / x'_b`.
+    fn foot(&self, face: Face, node: &Node) -> (Point, Vector) {
+        if node.n < 0.0 && !self.inside {
+            // Over the tip, or under the foot.
+            let sense = if self.p.x > node.x { 1.0 } else { -1.0 };
+            return (Point::new(node.x, self.p.y, self.p.z), Vector::new(sense, 0.0, 0.0));
+        }
+        let [ny, nz] = touching(&node.seen);
+        let out = node.seen.disc.radius + face.offset(node.b);
+        let [y, z] = [node.seen.disc.center[0] + out * ny, node.seen.disc.center[1] + out * nz];
+        let lean = -self.twist * (nz * y - ny * z);
+        let (along, part) = match face {
+            Face::Airfoil(_) => (lean, 1.0),
+            Face::Fillet(_) => {
+                let (s, c) = node.b.sin_cos();
+                (c + s * lean, s)
+            }
+        };
+        let (s, c) = (self.twist * node.x).sin_cos();
+        let turn = |v: [f64; 2]| [c * v[0] - s * v[1], s * v[0] + c * v[1]];
+        let ([y, z], [ny, nz]) = (turn([y, z]), turn([ny, nz]));
+        let normal = Vector::new(along, part * ny, part * nz);
+        (Point::new(node.x, y, z), normal.try_normalize(0.0).unwrap_or_else(Vector::x))
+    }
+}
+
+/// Direction from the center of a disc to the point; in the center itself that of one of its touching points.
+fn touching(seen: &Seen) -> [f64; 2] {
+    if seen.far > 0.0 {
+        return seen.away;
+    }
+    let [y, z] = seen.disc.along;
+    let (along, across) = (seen.slope, (1.0 - seen.slope * seen.slope).max(0.0).sqrt());
+    [along * y - across * z, along * z + across * y]
+}
+
+/// Least value of `cosine cos b + sine sin b` between two angles within a half turn.
+fn least_sine(cosine: f64, sine: f64, [lo, hi]: [f64; 2]) -> f64 {
+    let at = |b: f64| cosine * b.cos() + sine * b.sin();
+    let valley = (-sine).atan2(-cosine);
+    if valley > lo && valley < hi { -cosine.hypot(sine) } else { at(lo).min(at(hi)) }
+}
