@@ -149,6 +149,36 @@ impl<'a> Brute<'a> {
         self.winds(&self.outlines[0], p, p.x)
     }
 
+    /// How far a point lies off the face that it should be on: in a plane of one height, of the outline there.
+    fn off_the_surface(&self, p: &Point) -> f64 {
+        let (turn, offset) = match p.x {
+            x if self.platform && x < F => (x.max(0.0), if x < 0.0 { MARGIN } else { F - (F * F - (F - x).powi(2)).sqrt() }),
+            x => (x, 0.0),
+        };
+        let (s, c) = (self.blade.spec().twist * turn).sin_cos();
+        let q = [c * p.y + s * p.z, c * p.z - s * p.y];
+        let curve = self.blade.spec().section.curve(offset).unwrap();
+        let from = |arc: f64| {
+            let at = curve.at(arc).position;
+            (at[0] - q[0]).hypot(at[1] - q[1])
+        };
+        let step = curve.perimeter() / 500.0;
+        let mut arc = (0..500).map(|k| f64::from(k) * step).min_by(|a, b| from(*a).total_cmp(&from(*b))).unwrap();
+        let mut step = step;
+        while step > 1e-9 {
+            match [arc - step, arc + step].into_iter().find(|a| from(*a) < from(arc)) {
+                Some(to) => arc = to,
+                None => step *= 0.5,
+            }
+        }
+        let plane = |x: f64, on: bool| if on { (p.x - x).abs() } else { f64::INFINITY };
+        let base = if self.platform { LOW } else { 0.0 };
+        let tip = plane(TIP, self.winds(&self.outlines[0], p, TIP));
+        let bottom = plane(base, self.winds(&self.outlines[2], p, 0.0));
+        let top = plane(0.0, self.platform && self.winds(&self.outlines[2], p, 0.0) && !self.winds(&self.outlines[1], p, 0.0));
+        from(arc).min(tip).min(bottom).min(top)
+    }
+
     /// Distance from all faces: the best points of the grid, each gone down from by halved steps.
     fn distance(&self, p: &Point) -> f64 {
         let mut least = f64::INFINITY;
@@ -165,8 +195,10 @@ impl<'a> Brute<'a> {
         }
         for (face, points) in &self.faces {
             let mut all: Vec<_> = points.iter().map(|(arc, b, at)| ((at - p).norm(), *arc, *b)).collect();
+            all.select_nth_unstable_by(20, |a, b| a.0.total_cmp(&b.0));
+            all.truncate(20);
             all.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for &(mut d, mut arc, mut b) in all.iter().step_by(7).take(3) {
+            for &(mut d, mut arc, mut b) in all.iter().step_by(9) {
                 let mut step = [0.4, 0.02 * (face.bounds[1] - face.bounds[0])];
                 while step[0] > 1e-8 {
                     let mut moved = false;
@@ -196,7 +228,7 @@ fn points(blade: &Blade, platform: bool, random: &mut Random) -> Vec<Point> {
         let (s, c) = (blade.spec().twist * x).sin_cos();
         Point::new(x, c * y - s * z, s * y + c * z)
     };
-    for k in 0..cases(14) {
+    for k in 0..cases(5) {
         points.push(Point::new(random.range(-25.0, 60.0), random.range(-55.0, 55.0), random.range(-40.0, 40.0)));
         // On the camber line, where both sides are as near, and its ends, where all of an edge is; the axis of the camber line.
         let x = random.range(low, TIP);
@@ -239,9 +271,9 @@ fn no_point_of_the_surface_is_nearer_and_the_sign_is_that_of_the_solid() {
             let least = brute.distance(&p);
             let scale = 1.0 + 1e-9 * p.coords.norm();
             assert!(d <= least + NEAREST_ERROR_MM * scale, "{p} {found:?} {least} twist {twist}");
-            // The slow search may stop beside a minimum that is flat; the foot of the fast one lies on the surface, so that it is no lie.
+            // Not farther either: the slow search may stop beside a minimum that is flat, but what was found is a point of the surface.
             assert!(((p - found.point).norm() - d).abs() < 1e-9 * scale, "{p} {found:?}");
-            assert!(brute.distance(&found.point) < 2e-6 * scale, "{p} {found:?} is not on the surface, twist {twist}");
+            assert!(brute.off_the_surface(&found.point) < 1e-6 * scale, "{p} {found:?} is not on the surface, twist {twist}");
             if d > 1e-3 {
                 assert_eq!(found.distance < 0.0, brute.inside(&p), "{p} {found:?} twist {twist}");
             }
@@ -338,28 +370,21 @@ fn numbers_that_are_none_have_no_nearest_point_and_far_ones_end() {
 }
 
 #[test]
-fn scratch_crossing() {
+fn an_outline_that_crosses_itself_is_refused() {
+    // Bent by 139 degrees, thick in the middle: the arc of the trailing edge runs into the concave side, which does not fold.
+    let section = CamberSection { shift: [0.0; 2], ..section(35.495_491_974_335_16, 2.111_615, 15.652_537_414_059_042, 2.421_683_587_785_810_5) };
+    let platform = Some(Platform { fillet_radius: 0.1, margin: 0.616_231_168_992_817_5, thickness: 5.0 });
+    let error = Blade::new(BladeSpec { section, length: 20.0, twist: 0.0, platform }).unwrap_err();
+    assert!(error.to_string().contains("crosses itself"), "{error}");
+}
+
+#[test]
+#[ignore]
+fn scratch_time() {
     let mut r = Random(5);
-    let (mut folds, mut ok, mut crosses, mut other) = (0, 0, 0, 0);
-    for _ in 0..200_000 {
-        let (l, t) = (r.range(0.1, 30.0), r.range(0.1, 30.0));
-        let s = CamberSection { chord: 60.0, camber_angle: r.range(0.1, 2.99), thickness: r.range(0.3, 59.0), leading_radius: l, trailing_radius: t, shift: [0.0; 2] };
-        let m = r.range(0.2, 30.0);
-        let platform = Some(Platform { fillet_radius: 0.1, margin: m, thickness: 5.0 });
-        match Blade::new(BladeSpec { section: s.clone(), length: 20.0, twist: 0.0, platform }) {
-            Ok(_) => ok += 1,
-            Err(e) if e.to_string().contains("folds") => folds += 1,
-            Err(e) if e.to_string().contains("crosses") => {
-                crosses += 1;
-                if crosses < 6 { println!("{s:?} {m} {e}"); }
-            }
-            Err(_) => other += 1,
-        }
-    }
-    println!("{ok} {folds} {crosses} {other}");
     let (blade, _) = &blades()[1];
     for (name, d) in [("near", 0.002), ("half", 0.5), ("far", 20.0), ("inside", -0.002), ("deep", -0.5)] {
-        let n = 50_000;
+        let n = 20_000;
         let mut pts = Vec::new();
         for k in 0..n {
             let a = blade.at(r.range(0.0, 130.0), r.range(11.0, 44.0));
@@ -368,18 +393,29 @@ fn scratch_crossing() {
         let t = std::time::Instant::now();
         let sum: f64 = pts.iter().map(|p| blade.nearest(p).unwrap().distance).sum();
         println!("{name} side: {:.0} ns ({sum:.3})", t.elapsed().as_nanos() as f64 / n as f64);
-        pts.clear();
-        for _ in 0..n {
-            let on = blade.outline().at(r.range(0.0, 130.0));
-            let b = r.range(0.01, 1.56);
-            let [ny, nz] = on.normal();
-            let o = |d: f64| [on.position[0] + d * ny, on.position[1] + d * nz];
-            let at = blade.raised(o(F * (1.0 - b.sin())), on.normal_angle, F * (1.0 - b.cos()));
-            let nn = Vector::new(b.cos(), b.sin() * at.normal.y, b.sin() * at.normal.z);
-            pts.push(at.point + nn * (d * 0.5));
+        let parts: &[f64] = if name == "far" { &[0.2, 0.4, 0.45, 0.49, 0.5] } else { &[0.5] };
+        for part in parts {
+            pts.clear();
+            let n = if name == "far" { 1000 } else { n };
+            for _ in 0..n {
+                let on = blade.outline().at(r.range(0.0, 130.0));
+                let b = r.range(0.01, 1.56);
+                let [ny, nz] = on.normal();
+                let o = |d: f64| [on.position[0] + d * ny, on.position[1] + d * nz];
+                let at = blade.raised(o(F * (1.0 - b.sin())), on.normal_angle, F * (1.0 - b.cos()));
+                let nn = Vector::new(b.cos(), b.sin() * at.normal.y, b.sin() * at.normal.z);
+                pts.push(at.point + nn * (d * part));
+            }
+            let t = std::time::Instant::now();
+            let sum: f64 = pts.iter().map(|p| blade.nearest(p).unwrap().distance).sum();
+            println!("{name} {part} fillet: {:.0} ns ({sum:.3})", t.elapsed().as_nanos() as f64 / n as f64);
         }
-        let t = std::time::Instant::now();
-        let sum: f64 = pts.iter().map(|p| blade.nearest(p).unwrap().distance).sum();
-        println!("{name} fillet: {:.0} ns ({sum:.3})", t.elapsed().as_nanos() as f64 / n as f64);
     }
+    let mut pts = Vec::new();
+    for _ in 0..20000 {
+        pts.push(Point::new(r.range(-30.0, 60.0), r.range(-60.0, 60.0), r.range(-45.0, 45.0)));
+    }
+    let t = std::time::Instant::now();
+    let sum: f64 = pts.iter().map(|p| blade.nearest(p).unwrap().distance).sum();
+    println!("anywhere: {:.0} ns ({sum:.3})", t.elapsed().as_nanos() as f64 / 2e4);
 }

@@ -32,6 +32,8 @@ use super::section::CamberSection;
 
 /// An interval that cannot hold a value lower by more than this is left, mm.
 const SETTLED_MM: f64 = 1e-9;
+/// A place that is lower by more than this is gone down from at once, mm.
+const LOWER_MM: f64 = 1e-12;
 /// Intervals at the start.
 pub(super) const STARTS: usize = 8;
 /// Steps of Newton's method.
@@ -56,17 +58,19 @@ pub(super) struct Discs {
     pub(super) widening_bend: f64,
     /// Largest distance of a center from the origin.
     pub(super) reach: f64,
+    /// Those in the middle of the first intervals.
+    starts: [(f64, Disc); STARTS],
 }
 
 /// A disc and how it changes along the camber line.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Disc {
     pub(super) center: [f64; 2],
     /// Unit tangent of the camber line.
     pub(super) along: [f64; 2],
     pub(super) radius: f64,
     /// r' and r''.
-    widens: f64,
+    pub(super) widens: f64,
     bends: f64,
 }
 
@@ -92,7 +96,7 @@ impl Discs {
         let half = 0.5 * section.camber_angle;
         let pivot = [section.shift[0], section.shift[1] - radius * half.cos()];
         let bulge = 0.5 * section.thickness - 0.5 * (section.leading_radius + section.trailing_radius);
-        Self {
+        let mut discs = Self {
             pivot,
             camber_radius: radius,
             first_angle: 0.5 * PI + half,
@@ -103,7 +107,11 @@ impl Discs {
             camber_bend: 1.0 / radius,
             widening_bend: 2.0 * (PI / length).powi(2) * bulge.abs(),
             reach: pivot[0].hypot(pivot[1]) + radius,
-        }
+            starts: [(0.0, Disc::default()); STARTS],
+        };
+        let middle = |k: usize| (k as f64 + 0.5) * length / STARTS as f64;
+        discs.starts = std::array::from_fn(|k| (middle(k), discs.disc(middle(k))));
+        discs
     }
 
     /// The disc at a way along the camber line, mm.
@@ -121,7 +129,10 @@ impl Discs {
     }
 
     pub(super) fn see(&self, q: [f64; 2], s: f64) -> Seen {
-        let disc = self.disc(s);
+        Self::see_disc(q, self.disc(s))
+    }
+
+    fn see_disc(q: [f64; 2], disc: Disc) -> Seen {
         let z = [q[0] - disc.center[0], q[1] - disc.center[1]];
         let far = (z[0] * z[0] + z[1] * z[1]).sqrt();
         let away = if far > 0.0 { [z[0] / far, z[1] / far] } else { [0.0; 2] };
@@ -171,21 +182,23 @@ impl Discs {
     /// nanometer's thousandth.
     pub(super) fn nearest(&self, q: [f64; 2]) -> (f64, Seen) {
         let width = self.length / STARTS as f64;
-        let look = |k: usize| self.see(q, (k as f64 + 0.5) * width);
-        let first = (0..STARTS).min_by(|a, b| look(*a).value.total_cmp(&look(*b).value)).unwrap_or_default();
-        let mut best = self.settle(q, (first as f64 + 0.5) * width);
-        let mut open: Vec<[f64; 2]> = Vec::with_capacity(4 * STARTS);
-        open.extend((0..STARTS).map(|k| [k as f64 * width, (k + 1) as f64 * width]));
+        let seen = self.starts.map(|(_, disc)| Self::see_disc(q, disc));
+        let first = (0..STARTS).min_by(|a, b| seen[*a].value.total_cmp(&seen[*b].value)).unwrap_or_default();
+        let mut best = self.settle(q, self.starts[first].0);
+        let mut open: Vec<[f64; 2]> = Vec::new();
+        for (k, seen) in seen.iter().enumerate() {
+            let way = [k as f64 * width, (k + 1) as f64 * width];
+            if self.may_hold(seen, self.starts[k].0, way, best.1.value) {
+                open.push(way);
+            }
+        }
         while let Some([lo, hi]) = open.pop() {
             let at = look_at([lo, hi], Some(best.0));
             let seen = if at == best.0 { best.1 } else { self.see(q, at) };
-            if seen.value < best.1.value - SETTLED_MM {
+            if seen.value < best.1.value - LOWER_MM {
                 best = self.settle(q, at);
             }
-            let sides = [lo - at, hi - at];
-            let most = sides[1].max(-sides[0]);
-            let bend = self.camber_bend + self.widening_bend - self.convex(&seen, most, seen.far + most);
-            if seen.value + lowest(seen.slope, bend, sides) >= best.1.value - SETTLED_MM || hi - lo < 1e-12 {
+            if !self.may_hold(&seen, at, [lo, hi], best.1.value) || hi - lo < 1e-12 {
                 continue;
             }
             let cut = cut([lo, hi], Some(best.0));
@@ -193,6 +206,14 @@ impl Discs {
             open.push([cut, hi]);
         }
         best
+    }
+
+    /// Whether an interval may hold a lower value, seen from a place in it.
+    fn may_hold(&self, seen: &Seen, at: f64, [lo, hi]: [f64; 2], best: f64) -> bool {
+        let sides = [lo - at, hi - at];
+        let most = sides[1].max(-sides[0]);
+        let bend = self.camber_bend + self.widening_bend - self.convex(seen, most, seen.far + most);
+        seen.value + lowest(seen.slope, bend, sides) < best - SETTLED_MM
     }
 
     /// `b^2 / f` within `most` of a place, `far` the largest distance from the centers.

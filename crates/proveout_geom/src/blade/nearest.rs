@@ -19,11 +19,12 @@
 //!
 //! ```text
 //!     N >= M = A + B i + j - C i^2 / 2
-//!     X = x - x'0        V = |p - p'|^2 >= X^2 + A^2 - 2 X i + i^2 + 2 A (B i + j) + (B i + j)^2 - A C i^2 - |B i + j| C i^2
+//!     X = x - x'0        V = |p - p'|^2 >= (X - i)^2 + (A + B i + j)^2 - A C i^2 - |B i + j| C i^2
 //! ```
 //!
-//! as long as `M >= 0`. On the airfoil `i = t`, `j = 0`; in the fillet `i^2 + j^2 = 2 f^2 (1 - cos t)` and i, j are linear in `1 - cos t` and
-//! `sin t`. Both give a parabola in t, whose least value is taken. Besides, `V >= min (X - i)^2 + min(M, 0 below)^2`, and
+//! as long as `M >= 0`. Without its last two parts the right side is `U = (X - i)^2 + (A + B i + j)^2`: on the airfoil, where `i = t`, `j = 0`, a
+//! parabola; in the fillet, where i and j are sines in b, a sum of sines of b and 2 b, of which slope and least second derivative give a parabola
+//! below. Its least value is taken. Besides, `V >= min (X - i)^2 + min(M, 0 below)^2`, and
 //! for every unit vector `(m, n)` with `n >= 0`: `sqrt V >= m (X - i) + n M`, a sine in b.
 //!
 //! A and B come from the convexity of `|z|`: `z = R(-w x') q - c(s)` bends by no more than `w^2 |q|` along x' and 1/R along s (for q
@@ -34,7 +35,7 @@
 
 use super::{
     body::{Blade, Platform},
-    discs::{STARTS, Seen, cut, look_at, lowest},
+    discs::{Discs, STARTS, Seen, cut, look_at, lowest},
 };
 use crate::{Point, Vector};
 
@@ -44,6 +45,11 @@ pub const NEAREST_ERROR_MM: f64 = 1e-7;
 const FARTHEST_MM: f64 = 1e7;
 /// Nearer than this the normal is that of the face, mm; farther away it is the direction from the nearest point.
 const CLOSE_MM: f64 = 1e-3;
+/// A place that is nearer by more than this is gone down from at once, so that no search goes round the border of what is nearer by
+/// [`NEAREST_ERROR_MM`], mm.
+const LOWER_MM: f64 = 1e-11;
+/// Nearer to the center of a disc than this, it gives no direction, mm.
+const CENTER_MM: f64 = 1e-6;
 /// Steps of the search for a minimum nearby.
 const STEPS: usize = 30;
 
@@ -165,12 +171,12 @@ impl Blade {
         let own = search.slice(face, face.parameter(at));
         // At the platform's height or beside its rim it may be nearer than the slice.
         let platform = spec.platform.filter(|_| p.x < own.distance.max(own.n.abs()));
-        let base = platform.map(|platform| (platform, self.discs().nearest(foot).1));
+        let base = platform.map(|platform| (platform, self.discs().nearest(foot)));
         let in_blade = (0.0..=height).contains(&p.x) && own.n <= 0.0;
-        let in_base = base.is_some_and(|(b, g)| (-b.thickness..=0.0).contains(&p.x) && g.value <= b.margin);
+        let in_base = base.is_some_and(|(b, g)| (-b.thickness..=0.0).contains(&p.x) && g.1.value <= b.margin);
         search.inside = in_blade || in_base;
         if let Some((platform, seen)) = base {
-            search.platform(&platform, &seen);
+            search.platform(&platform, seen);
         }
         if search.inside {
             search.plane(height, &search.slice_at(height), 1.0);
@@ -252,9 +258,9 @@ impl Search<'_> {
     }
 
     /// Bottom, rim and top of the platform. `seen`: the disc of the section as it stands on the platform.
-    fn platform(&mut self, platform: &Platform, seen: &Seen) {
+    fn platform(&mut self, platform: &Platform, (s, seen): (f64, Seen)) {
         let (p, g) = (self.p, seen.value);
-        let away = touching(seen);
+        let away = touching(self.blade.discs(), &seen, s);
         // The point moved along its normal to a distance from the outline, at a height.
         let moved = |x: f64, to: f64| Point::new(x, p.y + (to - g) * away[0], p.z + (to - g) * away[1]);
         let (out, up) = (Vector::new(0.0, away[0], away[1]), Vector::x());
@@ -343,14 +349,15 @@ impl Search<'_> {
         let mut lost = curved + 0.5 * f * step * step;
         if least > 0.0 {
             square += least * least;
-            // V >= X^2 + A^2 + P (1 - cos t) + Q sin t - rest t^2, with (B i + j)^2 >= j^2 + 2 B i j.
-            let p = 2.0 * f * (f + (a * b - x) * c0 - sign * a * s0);
-            let q = 2.0 * f * ((a * b - x) * s0 + sign * a * c0);
+            // U = (e + f cos b)^2 + (h0 + h1 cos b + h2 sin b)^2 has this slope at the node and this second derivative.
+            let e = x - f * c0;
+            let [h0, h1, h2] = [a + b * f * c0 - sign * f * s0, -b * f, sign * f];
+            let slope = 2.0 * f * ((a * b - x) * s0 + sign * a * c0);
+            let bend = least_sine(-2.0 * (e * f + h0 * h1), -2.0 * h0 * h2, [lo, hi])
+                + least_sine(-2.0 * h1 * h1, -4.0 * h1 * h2, [2.0 * lo, 2.0 * hi]);
             let (di, dj) = (f * steep, f * level);
-            let rest = 2.0 * b.abs() * di * dj + (a + (b.abs() * di + dj) * step) * c * di * di;
-            // 1 - cos t lies between 0.397 t^2 (up to a right angle) and t^2 / 2; sin t within t^3 / 6 of t.
-            let bend = (if p > 0.0 { 0.397 } else { 0.5 }) * p - rest - q.abs() * step / 6.0;
-            square = square.max(x * x + a * a + lowest(q, -2.0 * bend, sides));
+            let rest = (a + (b.abs() * di + dj) * step) * c * di * di;
+            square = square.max(x * x + a * a + lowest(slope, 2.0 * rest - bend, sides));
         } else {
             lost += b.abs() * climb + j[1].max(-j[0]).max(j[0].max(-j[1]));
         }
@@ -417,6 +424,7 @@ impl Search<'_> {
     fn faces_outside(&mut self, face: Face, own: Node) {
         self.polish(face, own);
         let width = self.blade.discs().length / STARTS as f64;
+        let mut turned = (f64::NAN, [0.0; 2]);
         let mut open = Vec::with_capacity(4 * STARTS);
         for face in self.blade.faces() {
             let Some(heights) = face.within(self.p.x, self.best) else { continue };
@@ -424,9 +432,14 @@ impl Search<'_> {
             while let Some((heights, way)) = open.pop() {
                 let best = self.best_on(face);
                 let (b, s) = (look_at(heights, best.map(|n| n.b)), look_at(way, best.map(|n| n.s)));
-                let q = self.turned_back(face.height(b));
+                // Most intervals at the start share their height.
+                let x = face.height(b);
+                if turned.0 != x {
+                    turned = (x, self.turned_back(x));
+                }
+                let q = turned.1;
                 let node = self.node(face, b, s, self.blade.discs().see(q, s), q);
-                if node.distance < self.best - NEAREST_ERROR_MM {
+                if node.distance < self.best - LOWER_MM {
                     self.polish(face, node);
                 }
                 let sides = [heights[0] - b, heights[1] - b];
@@ -464,7 +477,7 @@ impl Search<'_> {
                 let best = self.best_on(face);
                 let b = look_at(heights, best.map(|n| n.b));
                 let node = best.filter(|n| n.b == b).unwrap_or_else(|| self.slice(face, b));
-                if node.distance < self.best - NEAREST_ERROR_MM {
+                if node.distance < self.best - LOWER_MM {
                     self.polish(face, node);
                 }
                 let climb = (face.height(heights[1]) - node.x).max(node.x - face.height(heights[0]));
@@ -503,7 +516,7 @@ impl Search<'_> {
             let sense = if self.p.x > node.x { 1.0 } else { -1.0 };
             return (Point::new(node.x, self.p.y, self.p.z), Vector::new(sense, 0.0, 0.0));
         }
-        let [ny, nz] = touching(&node.seen);
+        let [ny, nz] = touching(self.blade.discs(), &node.seen, node.s);
         let out = node.seen.disc.radius + face.offset(node.b);
         let [y, z] = [node.seen.disc.center[0] + out * ny, node.seen.disc.center[1] + out * nz];
         let lean = -self.twist * (nz * y - ny * z);
@@ -522,13 +535,23 @@ impl Search<'_> {
     }
 }
 
-/// Direction from the center of a disc to the point; in the center itself that of one of its touching points.
-fn touching(seen: &Seen) -> [f64; 2] {
-    if seen.far > 0.0 {
-        return seen.away;
-    }
+/// Direction from the center of a disc to where it touches the outline on the side of the point; at the ends of the camber line that to
+/// the point, since the whole arc belongs to one disc.
+fn touching(discs: &Discs, seen: &Seen, s: f64) -> [f64; 2] {
     let [y, z] = seen.disc.along;
-    let (along, across) = (seen.slope, (1.0 - seen.slope * seen.slope).max(0.0).sqrt());
+    let end = if s <= 0.0 {
+        Some(-1.0)
+    } else if s >= discs.length {
+        Some(1.0)
+    } else {
+        None
+    };
+    if let Some(sense) = end {
+        return if seen.far > CENTER_MM { seen.away } else { [sense * y, sense * z] };
+    }
+    // n . c' + r' = 0.
+    let along = -seen.disc.widens;
+    let across = (1.0 - along * along).max(0.0).sqrt() * if seen.across > 0.0 { -1.0 } else { 1.0 };
     [along * y - across * z, along * z + across * y]
 }
 
