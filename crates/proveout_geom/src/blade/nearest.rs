@@ -382,9 +382,11 @@ impl Search<'_> {
             Face::Airfoil(_) => (x - a * b) / (1.0 + b * b),
             Face::Fillet(f) => {
                 let (s, c) = node.b.sin_cos();
-                let p = f + (a * b - x) * c - sign * a * s;
-                let q = (a * b - x) * s + sign * a * c;
-                if p > 0.0 { -q / p } else { -0.1 * q.signum() }
+                let slope = f * ((a * b - x) * s + sign * a * c);
+                // Half of U'' at the node, with i' = f s, i'' = f c, j' = +-f c, j'' = -+f s.
+                let climb = b * f * s + sign * f * c;
+                let bend = f * f * s * s - x * f * c + climb * climb + a * f * (b * c - sign * s);
+                if bend > 0.0 { -slope / bend } else { -0.1 * slope.signum() }
             }
         }
     }
@@ -394,21 +396,25 @@ impl Search<'_> {
         let Some([low, high]) = face.within(0.0, f64::INFINITY) else { return };
         self.take(node.distance, Place::Slice(face, node));
         for _ in 0..STEPS {
-            let b = (node.b + self.step(face, &node)).clamp(low, high);
-            if (b - node.b).abs() < 1e-12 {
-                return;
-            }
-            let next = if self.inside {
-                self.slice(face, b)
-            } else {
-                let q = self.turned_back(face.height(b));
-                let (s, seen) = self.blade.discs().settle(q, node.s);
-                self.node(face, b, s, seen, q)
+            let mut step = (node.b + self.step(face, &node)).clamp(low, high) - node.b;
+            node = loop {
+                // Below this the distance does not tell.
+                if step.abs() < 1e-9 {
+                    return;
+                }
+                let b = node.b + step;
+                let next = if self.inside {
+                    self.slice(face, b)
+                } else {
+                    let q = self.turned_back(face.height(b));
+                    let (s, seen) = self.blade.discs().settle(q, node.s);
+                    self.node(face, b, s, seen, q)
+                };
+                if next.distance < node.distance {
+                    break next;
+                }
+                step *= 0.25;
             };
-            if next.distance >= node.distance {
-                return;
-            }
-            node = next;
             self.take(node.distance, Place::Slice(face, node));
         }
     }
