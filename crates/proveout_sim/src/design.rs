@@ -6,7 +6,11 @@ use std::{
     sync::Arc,
 };
 
-use proveout_geom::{Point, TriMesh, Vector, blade::NEAREST_ERROR_MM, rad};
+use proveout_geom::{
+    Point, TriMesh, Vector,
+    blade::{Blade, NEAREST_ERROR_MM},
+    rad,
+};
 use proveout_surface::{ConeFlank, ConeFrustum, DesignMesh, DesignSurface, chord_error};
 use rayon::prelude::*;
 
@@ -15,6 +19,10 @@ use crate::{
     scene::ConeFrustumFile,
     surface_map::{MapPoint, SurfaceMap},
 };
+
+/// Blades whose sides lean more than this from the X axis by their twist (tangent) are held against their mesh: the search on the closed
+/// form then takes long.
+const STEEPEST: f64 = 2.0;
 
 /// The points are held against a mesh.
 pub(crate) const MESH: &str = "mesh";
@@ -152,10 +160,18 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
     }
     let mesh = prepared.part_mesh.as_ref()?;
     let tree = Arc::new(DesignMesh::new(mesh).ok()?);
-    let closed = part.blade.and_then(|file| file.blade(0.0).ok()).and_then(|b| Some((chord_error(mesh, &b)?, b)));
+    let steepest = |b: &Blade| {
+        let reach = mesh.positions.iter().filter(|p| p.x > 0.0).map(|p| p.y.hypot(p.z)).fold(0.0, f64::max);
+        b.spec().twist.abs() * reach
+    };
+    let closed = part.blade.and_then(|file| file.blade(0.0).ok()).filter(|b| steepest(b) <= STEEPEST);
+    let closed = closed.and_then(|b| Some((chord_error(mesh, &b)?, b)));
     let (surface, floor, solid_floor, against): (Arc<dyn DesignSurface>, _, _, _) = match closed {
         Some((measured, blade)) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
-        None => (tree.clone(), part.chord_error_mm, part.chord_error_mm, MESH),
+        None => {
+            let asked = part.blade.map_or(part.chord_error_mm, |b| b.chord_error_mm);
+            (tree.clone(), asked, asked, MESH)
+        }
     };
     let name = if part.judged.is_some() { "surface in the judged box" } else { "whole surface" };
     Some(Design {

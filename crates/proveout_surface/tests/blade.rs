@@ -44,7 +44,8 @@ fn closed_form_and_mesh_agree_within_the_chord_error() {
     for k in 0..20_u8 {
         for j in 0..20_u8 {
             let p = Point::new(f64::from(k) * 3.3 - 15.0, f64::from(j) * 4.1 - 40.0, f64::from(k ^ j) - 12.0);
-            let (a, b) = (DesignSurface::nearest(&blade, &p, f64::INFINITY).unwrap(), tree.signed_distance(&p).unwrap());
+            let (a, b) =
+                (DesignSurface::nearest(&blade, &p, f64::INFINITY).unwrap(), tree.signed_distance(&p).unwrap());
             assert!((a.distance - b).abs() <= measured + 1e-6, "{p} {a:?} {b}");
             assert_eq!(DesignSurface::nearest(&blade, &p, 0.5 * a.distance.abs()), None);
         }

@@ -279,7 +279,8 @@ mod tests {
         let section = CamberSection::stand_in();
         let discs = Discs::new(&section);
         let n = 20_000;
-        let mut points: Vec<[f64; 2]> = (0..60).map(|k| discs.disc(f64::from(k) / 59.0 * discs.length).center).collect();
+        let mut points: Vec<[f64; 2]> =
+            (0..60).map(|k| discs.disc(f64::from(k) / 59.0 * discs.length).center).collect();
         points.extend([discs.pivot, [discs.pivot[0] + 0.3, discs.pivot[1]], [0.0, 1e4], [-2e3, -1e3]]);
         for k in 0..12 {
             points.extend((0..12).map(|j| [f64::from(k) * 7.3 - 40.0, f64::from(j) * 5.9 - 35.0]));
