@@ -6,8 +6,12 @@ use std::{
     sync::Arc,
 };
 
-use proveout_geom::{Point, TriMesh, Vector, rad};
-use proveout_surface::{ConeFlank, ConeFrustum, DesignMesh, DesignSurface};
+use proveout_geom::{
+    Point, TriMesh, Vector,
+    blade::{Blade, NEAREST_ERROR_MM},
+    rad,
+};
+use proveout_surface::{ConeFlank, ConeFrustum, DesignMesh, DesignSurface, chord_error};
 use rayon::prelude::*;
 
 use crate::{
@@ -15,6 +19,13 @@ use crate::{
     scene::ConeFrustumFile,
     surface_map::{MapPoint, SurfaceMap},
 };
+
+/// Blades whose sides lean more than this from the X axis by their twist (tangent) are held against their mesh: the search on the closed
+/// form then takes long.
+const STEEPEST: f64 = 2.0;
+
+/// The points are held against a mesh.
+pub(crate) const MESH: &str = "mesh";
 
 /// The design in the form that distances are taken to.
 pub(crate) struct Design<'a> {
@@ -25,8 +36,10 @@ pub(crate) struct Design<'a> {
     pub(crate) reach: f64,
     /// Error of the design itself, mm.
     pub(crate) floor: f64,
-    /// Error of its mesh, mm.
+    /// Error of its mesh, mm, by which the rays are judged: as the scene states it, or as measured against the closed form.
     pub(crate) solid_floor: f64,
+    /// What the points are held against, in words.
+    pub(crate) against: &'static str,
     /// Area of the face where it has a closed form, mm².
     pub(crate) area: Option<f64>,
     pub(crate) name: &'static str,
@@ -140,20 +153,34 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
             reach: cone.reach_mm,
             floor: 0.0,
             solid_floor: 0.0,
+            against: "closed form of the cone",
             area: Some(area),
             name: "cone flank",
         });
     }
     let mesh = prepared.part_mesh.as_ref()?;
     let tree = Arc::new(DesignMesh::new(mesh).ok()?);
-    let floor = part.blade.map_or(part.chord_error_mm, |b| b.chord_error_mm);
+    let steepest = |b: &Blade| {
+        let reach = mesh.positions.iter().filter(|p| p.x > 0.0).map(|p| p.y.hypot(p.z)).fold(0.0, f64::max);
+        b.spec().twist.abs() * reach
+    };
+    let closed = part.blade.and_then(|file| file.blade(0.0).ok()).filter(|b| steepest(b) <= STEEPEST);
+    let closed = closed.and_then(|b| Some((chord_error(mesh, &b)?, b)));
+    let (surface, floor, solid_floor, against): (Arc<dyn DesignSurface>, _, _, _) = match closed {
+        Some((measured, blade)) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
+        None => {
+            let asked = part.blade.map_or(part.chord_error_mm, |b| b.chord_error_mm);
+            (tree.clone(), asked, asked, MESH)
+        }
+    };
     let name = if part.judged.is_some() { "surface in the judged box" } else { "whole surface" };
     Some(Design {
-        surface: tree.clone(),
+        surface,
         solid: Some((mesh, tree)),
         reach: f64::INFINITY,
         floor,
-        solid_floor: floor,
+        solid_floor,
+        against,
         area: None,
         name,
     })

@@ -31,7 +31,8 @@ pub struct BladeFile {
     pub twist_deg_per_mm: f64,
     /// The platform.
     pub platform: Option<PlatformFile>,
-    /// Largest distance of the mesh that stands for the blade, mm.
+    /// Chord error asked of the mesh that stands for the blade on the rays, in the pictures and as stock, mm. How far it is off is measured and
+    /// stands in the verdict as `mesh_error_mm`; points of the cut part are held against the closed form.
     pub chord_error_mm: f64,
 }
 

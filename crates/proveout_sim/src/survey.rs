@@ -10,7 +10,7 @@ use proveout_surface::{
 };
 
 use crate::{
-    design::{Design, design},
+    design::{Design, MESH, design},
     error::SimError,
     observer::PointBand,
     prepare::Prepared,
@@ -303,7 +303,14 @@ impl Sums {
         unseen: Option<String>,
     ) -> Measured {
         let mut left_out = Vec::new();
-        let mut extent = design.name.to_owned();
+        let mut extent = format!("{}, against the {}", design.name, design.against);
+        let mesh_error = design.solid().map(|_| design.solid_floor);
+        if let Some(error) = mesh_error.filter(|_| design.against != MESH) {
+            extent = format!(
+                "{extent} (missing walls on rays through its mesh, up to {:.2} um off as measured)",
+                1e3 * error
+            );
+        }
         if let Some(area) = design.area {
             let cover = result.area / area;
             extent = format!("{extent}, {:.1} % of its {area:.0} mm2", 100.0 * cover);
@@ -335,6 +342,9 @@ impl Sums {
             (_, w) => w.map(|w| w.point),
         };
         let deviation = Deviation {
+            against: Some(design.against.into()),
+            design_error_mm: Some(design.floor),
+            mesh_error_mm: mesh_error,
             tolerance_floor_mm: Some(floor),
             gouge_max_mm: if deeper.is_some() { Some(gouge_max) } else { known(gouge_max) },
             excess_max_mm: known(result.excess_max),

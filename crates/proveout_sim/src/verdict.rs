@@ -222,7 +222,17 @@ pub struct PatchUsed {
 /// Cut part against the design part. Positive is material left, negative is gouge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Deviation {
-    /// Deviations below this may come from the design mesh's own chord error or the sweep bound, mm.
+    /// What the points of the cut part are held against: `mesh`, `closed form of the blade` or `closed form of the cone`.
+    #[serde(default)]
+    pub against: Option<String>,
+    /// Error of that design, mm: the chord error that the scene states for a mesh, the numerical error of a closed form.
+    #[serde(default)]
+    pub design_error_mm: Option<f64>,
+    /// Largest distance of the design's mesh from the design, mm: as the scene states it, or as measured where the design has a closed form.
+    /// Missing walls are looked for on rays through the mesh; null where there is none.
+    #[serde(default)]
+    pub mesh_error_mm: Option<f64>,
+    /// Deviations below this may come from the error of the design (`design_error_mm`) or the sweep bound, mm.
     pub tolerance_floor_mm: Option<f64>,
     /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is missing on a ray where that
     /// is more (a wall that is gone counts with its thickness).

@@ -3,8 +3,8 @@
 //! Data in: points of the cut surface and a design, both in one frame (the workpiece frame W), mm. Data out: signed
 //! deviations, mm; positive where material is left outside of the design, negative where it is missing inside.
 //!
-//! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`Plane`], [`Sphere`], [`ConeFrustum`]
-//!   and [`ConeFlank`] in closed form.
+//! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`Plane`], [`Sphere`], [`ConeFrustum`],
+//!   [`ConeFlank`] and blades ([`proveout_geom::blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
 //! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
 //! * [`Areas`] – what is too deep or too high, area by area.
@@ -15,10 +15,12 @@
 //!
 //! Known limits: the deviation of a cut point is its distance to the nearest design point; what it misses (walls that are
 //! thinner than a gouge is deep) is found on the rays, for designs that bound a solid. A groove of the cut part narrower than the cells, between
-//! all rays, is not seen. A design mesh counts as exact; its chord error is the caller's tolerance floor.
+//! all rays, is not seen. A design mesh counts as exact; its chord error is the caller's tolerance floor. The rays of
+//! a solid are compared with its mesh also where the points are held against a closed form.
 
 mod analytic;
 mod areas;
+mod blade;
 mod coverage;
 mod design;
 mod deviation;
@@ -30,6 +32,7 @@ pub mod topography;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
 pub use areas::{Area, AreaPart, Areas, MOST_CELLS, Seed};
+pub use blade::chord_error;
 pub use coverage::{Unseen, Watcher, unseen};
 pub use design::{DesignSurface, Nearest};
 pub use deviation::{

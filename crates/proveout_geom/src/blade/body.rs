@@ -2,7 +2,10 @@
 
 use thiserror::Error;
 
-use super::section::{CamberSection, SectionCurve, SectionError};
+use super::{
+    discs::Discs,
+    section::{CamberSection, SectionCurve, SectionError},
+};
 use crate::{Point, Vector};
 
 /// Platform below the blade: the outline of the section at a distance, with flat faces.
@@ -56,6 +59,11 @@ pub struct SurfacePoint {
     pub normal: Vector,
 }
 
+/// Places at which an outline is asked whether it crosses itself.
+const TOUCHES: u32 = 400;
+/// Crossings below this are rounding, mm.
+const CROSSING_MM: f64 = 1e-6;
+
 /// A blade along +X: its section turns by `twist` for each mm; the platform's top face lies at X = 0.
 ///
 /// In the fillet the outline of the section has the offset `f - sqrt(f^2 - (f - X)^2)`: for a blade without twist that is the
@@ -64,6 +72,7 @@ pub struct SurfacePoint {
 pub struct Blade {
     spec: BladeSpec,
     outline: SectionCurve,
+    discs: Discs,
 }
 
 impl Blade {
@@ -85,7 +94,22 @@ impl Blade {
             value("the thickness of the platform", platform.thickness, 0.0, 1e4, "above zero")?;
             spec.section.curve(platform.margin)?;
         }
-        Ok(Self { spec, outline })
+        let discs = Discs::new(&spec.section);
+        let largest = spec.platform.map_or(0.0, |p| p.margin);
+        // The outline that lies farthest out crosses itself where any does.
+        for k in 0..=TOUCHES {
+            let at = f64::from(k) / f64::from(TOUCHES);
+            let touches = spec.section.pair(at, largest).1;
+            if touches.iter().any(|p| discs.nearest(p.position).1.value < largest - CROSSING_MM) {
+                return Err(SectionError::Crosses { offset_mm: largest, at }.into());
+            }
+        }
+        Ok(Self { spec, outline, discs })
+    }
+
+    /// Its section as discs.
+    pub(super) fn discs(&self) -> &Discs {
+        &self.discs
     }
 
     /// Its numbers.

@@ -54,6 +54,14 @@ pub enum SectionError {
         /// Camber position from 0 to 1.
         at: f64,
     },
+    /// Parts of the outline lie within others.
+    #[error("with an offset of {offset_mm} mm the outline of the section crosses itself (camber position {at:.3})")]
+    Crosses {
+        /// Offset of the outline, mm.
+        offset_mm: f64,
+        /// Camber position from 0 to 1.
+        at: f64,
+    },
 }
 
 /// A section: envelope of circles on a circular camber line. Coordinates y, z in mm; the chord runs along y.

@@ -20,6 +20,12 @@ pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
         entry("Points measured", d.samples.map_or_else(|| "–".into(), count), ""),
         entry("Below this not judged", length_or_dash(d.tolerance_floor_mm), ""),
     ];
+    if let Some(against) = &d.against {
+        rows.push(entry("Held against", against.clone(), ""));
+    }
+    if let Some(error) = d.mesh_error_mm {
+        rows.push(entry("Error of the design's mesh", length(error), ""));
+    }
     if let Some(p) = d.worst_point {
         rows.push(entry("Worst point", format!("X {} Y {} Z {}", fixed(p[0], 3), fixed(p[1], 3), fixed(p[2], 3)), ""));
     }
