@@ -52,11 +52,14 @@ const PART_TRIANGLE: f64 = 400.0;
 const LINE: f64 = 64.0;
 
 const MIB: f64 = (1 << 20) as f64;
-/// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers.
-const MOTION: f64 = 56.0 * MIB;
-/// Page, tables and glTF files while they are written; the same with a recording.
-const FOLDER: f64 = 24.0 * MIB;
-const RECORDING: f64 = 44.0 * MIB;
+/// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few
+/// lines, and for as many as a stretch holds.
+const MOTION: [f64; 2] = [8.0 * MIB, 56.0 * MIB];
+/// Page, tables and glTF files while they are written; the same with a recording; likewise.
+const FOLDER: [f64; 2] = [8.0 * MIB, 24.0 * MIB];
+const RECORDING: [f64; 2] = [34.0 * MIB, 44.0 * MIB];
+/// Lines from which on a stretch and its buffers are full.
+const FULL: f64 = 2000.0;
 /// A band of rays with all that is found on it.
 const BAND: f64 = 30.0 * MIB;
 /// Bytes of a band for each ray of the stock, where it is smaller than that.
@@ -126,12 +129,14 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let all: f64 = rays.iter().sum();
     let ends = 2.0 * intervals * all;
     let triangles = 4.0 * all;
+    let full = (demand.lines as f64 / FULL).min(1.0);
+    let held = |[few, many]: [f64; 2]| few + (many - few) * full;
     let (triangles_shown, writers) = match demand.recorded {
         Recorded::Nothing => (0.0, 0.0),
-        Recorded::Folder => (GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles), FOLDER),
+        Recorded::Folder => (GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles), held(FOLDER)),
         Recorded::Recording => {
             let shown = GLB_TRIANGLES.min(triangles) + PAGE_TRIANGLES.min(triangles);
-            (shown + 2.0 * RECORDED_TRIANGLES.min(triangles), RECORDING)
+            (shown + 2.0 * RECORDED_TRIANGLES.min(triangles), held(RECORDING))
         }
     };
     let pictures = TRIANGLE * triangles_shown;
@@ -140,7 +145,10 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let meshes = END * ends + band + pictures;
     let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
-    LINE * demand.lines as f64 + MOTION + writers + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
+    LINE * demand.lines as f64
+        + held(MOTION)
+        + writers
+        + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
 }
 
 /// What the process holds now, bytes.

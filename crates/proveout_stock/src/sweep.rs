@@ -147,13 +147,8 @@ impl TriDexel {
                     let z = way.dot(&begin.axis);
                     body.signed_distance([(way - begin.axis * z).norm(), z])
                 };
-                reports[item].depth_mm = Some(depths.of_item(
-                    &self.grid,
-                    measures[item],
-                    of_item,
-                    longest,
-                    (held, self.sweep_bound),
-                ));
+                reports[item].depth_mm =
+                    Some(depths.of_item(&self.grid, measures[item], of_item, longest, (held, self.sweep_bound)));
             }
             first = next;
         }

@@ -59,13 +59,7 @@ impl Interpreter {
         // What this fault itself takes out is no reason for it.
         let follows = self.may_follow(&diagnostic);
         self.recovery.element_out |= self.state.held;
-        self.recovery.failed = Some(Failed {
-            text: text_of_fault,
-            code,
-            follows,
-            earlier: earlier.is_some(),
-            times,
-        });
+        self.recovery.failed = Some(Failed { text: text_of_fault, code, follows, earlier: earlier.is_some(), times });
         Box::new(diagnostic)
     }
 
