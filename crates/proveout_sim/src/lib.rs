@@ -25,6 +25,7 @@ mod scene_blade;
 mod scene_compare;
 mod scene_limits;
 mod scene_patch;
+mod scene_surface;
 pub mod verdict;
 
 mod bodies;
