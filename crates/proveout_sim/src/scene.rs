@@ -300,7 +300,7 @@ pub struct ControlFile {
     pub joint_limits: BTreeMap<String, JointLimitFile>,
 }
 
-/// Bounds of the gates, mm.
+/// Bounds of the gates.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerances {
@@ -312,11 +312,13 @@ pub struct Tolerances {
     pub near_miss_mm: f64,
     /// Overlap of a body with material below this counts as touching, not as cutting.
     pub contact_mm: f64,
+    /// The 95th percentile of the scallop between the passes may be so high above the design, micrometer; not judged when left out.
+    pub scallop_um: Option<f64>,
 }
 
 impl Default for Tolerances {
     fn default() -> Self {
-        Self { gouge_mm: 0.05, excess_mm: 0.05, near_miss_mm: 1.0, contact_mm: 0.01 }
+        Self { gouge_mm: 0.05, excess_mm: 0.05, near_miss_mm: 1.0, contact_mm: 0.01, scallop_um: None }
     }
 }
 
@@ -521,6 +523,16 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     if ![t.gouge_mm, t.excess_mm, t.near_miss_mm, t.contact_mm].iter().all(|v| (0.0..1e3).contains(v)) {
         let at = text.find("[tolerances]").unwrap_or(0);
         return fault(at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm");
+    }
+    if let Some(scallop) = t.scallop_um {
+        let at = text.find("scallop_um").unwrap_or(0);
+        if !(scallop > 0.0 && scallop < 1e6) {
+            let help = "write the allowed height in micrometers, for example 10";
+            return fault(at, format!("scallop_um = {scallop} is no height"), help);
+        }
+        if file.part.is_none() {
+            return fault(at, "scallop_um has no design to be counted from".into(), "give the design part as [part]");
+        }
     }
     for probe in &file.inspect {
         if probe_direction(probe.direction.get_ref()).is_none() {
