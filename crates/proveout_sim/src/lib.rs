@@ -37,6 +37,7 @@ mod engine;
 mod error;
 mod inspect;
 mod judge;
+mod kept_motion;
 mod legs;
 mod loose;
 mod machine_data;
@@ -48,7 +49,9 @@ mod process;
 mod program_survey;
 mod raw_stock;
 mod run_folder;
+mod scallop;
 mod show_mesh;
+mod surface_gate;
 mod surface_map;
 mod survey;
 

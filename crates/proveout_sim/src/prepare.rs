@@ -112,6 +112,11 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// Whether the motion is kept to the end of the run: for the tolerances of the surface.
+    pub(crate) fn keeps_motion(&self) -> bool {
+        self.scene.file.tolerances.scallop_um.is_some()
+    }
+
     /// Reads a scene and all that it names.
     ///
     /// # Errors

@@ -271,6 +271,9 @@ pub struct Surface {
     pub scallop_max_um: Option<f64>,
     /// Mean scallop, µm.
     pub scallop_mean_um: Option<f64>,
+    /// 95th percentile of the scallop, µm.
+    #[serde(default)]
+    pub scallop_p95_um: Option<f64>,
     /// Number of evaluated patches.
     pub patches: Option<u64>,
     /// ISO 21920 Ra.
