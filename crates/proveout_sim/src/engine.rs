@@ -24,6 +24,7 @@ use crate::{
     prepare::Prepared,
     process::{self, CuttingState, SweepPart, Sweeps, Swept, judge_sweep},
     run::Stages,
+    texture::{Recorder, Tracks},
     verdict::{Clearance, ToolUse},
 };
 
@@ -66,6 +67,8 @@ pub(crate) struct Facts {
     pub(crate) unknown_plunges: Vec<String>,
     /// All motion, where somebody asks for the surface that it swept.
     pub(crate) motion: Option<KeptMotion>,
+    /// Motion near the places of `[surface]`, where the scene has them.
+    pub(crate) tracks: Option<Tracks>,
 }
 
 /// The steepest way down into material of a tool that may not be allowed, and where.
@@ -107,6 +110,7 @@ pub(crate) struct Engine<'a> {
     sums: BTreeMap<u32, BlockSum>,
     block_of_piece: Vec<u32>,
     motion: Option<KeptMotion>,
+    recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
     removed: f64,
     loose: LooseParts,
@@ -146,6 +150,7 @@ impl<'a> Engine<'a> {
             sums: BTreeMap::new(),
             block_of_piece: Vec::new(),
             motion: prepared.keeps_motion().then(KeptMotion::default),
+            recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
             removed: 0.0,
             time: 0.0,
@@ -177,6 +182,9 @@ impl<'a> Engine<'a> {
             self.place(block);
         }
         let states = self.states_of_pieces(chunk);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.take(chunk, &states);
+        }
         let first_id = self.block_of_piece.len() as u32;
         let mut sweeps = Sweeps::default();
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
@@ -303,6 +311,7 @@ impl<'a> Engine<'a> {
             ended: self.ended,
             block_of_piece: self.block_of_piece,
             motion: self.motion,
+            tracks: self.recorder.map(Recorder::finish),
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
             checked_pairs: self.bodies.checked_pairs(),

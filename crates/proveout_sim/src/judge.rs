@@ -13,15 +13,23 @@ use crate::{
     gates::{self, Coverage},
     inspect, legs,
     log::FindingLog,
+    observer::PointBand,
     prepare::Prepared,
     program_survey, scallop, surface_gate,
     surface_gate::Judgement,
     surface_map::SurfaceShape,
-    survey::{Measured, ShowPoints, Surveyed, survey},
+    survey::{Measured, Surveyed, survey},
+    texture::{self, SurfaceTexture},
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
     },
 };
+
+/// What is shown to the observers on the way.
+pub(crate) enum Shown<'a> {
+    Points(&'a PointBand<'a>),
+    Texture(&'a SurfaceTexture),
+}
 
 /// Measures the part and judges the run; the points of its surface are shown on the way.
 pub(crate) fn judge(
@@ -30,11 +38,11 @@ pub(crate) fn judge(
     patches: &[Patch],
     facts: &Facts,
     summary: &Summary,
-    show: &mut ShowPoints<'_>,
+    show: &mut dyn FnMut(Shown<'_>) -> Result<(), SimError>,
 ) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
     program_survey::judge(prepared, &mut log);
-    let mut surveyed = survey(prepared, stock, patches, show)?;
+    let mut surveyed = survey(prepared, stock, patches, &mut |band| show(Shown::Points(band)))?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
         judge_areas(prepared, facts, m, &mut log);
@@ -44,8 +52,10 @@ pub(crate) fn judge(
         log.push(finding);
     }
     let mut surface = Surface::default();
+    surface.textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
     let of_surface: Vec<Judgement> =
         [scallop::judge(prepared, facts, stock, patches, &mut surface, &mut log)].into_iter().flatten().collect();
+    let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();
     let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &of_surface, &log);
     let verdict = Verdict {
         schema_version: SCHEMA_VERSION,

@@ -9,7 +9,7 @@
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
 //! Millimeter, radian, second inside; files carry units in their keys.
 //!
-//! Known limits: one setup a run; roughness is not evaluated; drive loads leave workpiece, tool and cutting forces out.
+//! Known limits: one setup a run; drive loads leave workpiece, tool and cutting forces out.
 
 pub mod compare;
 pub mod config;
@@ -54,6 +54,7 @@ mod show_mesh;
 mod surface_gate;
 mod surface_map;
 mod survey;
+mod texture;
 
 pub use engagement::Engagement;
 pub use error::SimError;
@@ -65,3 +66,4 @@ pub use prepare::{Choice, MadeProgram, Prepared, tool_radii};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, PatchMap, PatchShape, SurfaceKeeper, SurfaceMap, SurfaceShape};
+pub use texture::{Maker, SurfaceTexture, TextureMap, TextureProfile};

@@ -84,6 +84,8 @@ pub(crate) struct Demand<'a> {
     /// The design, where it is a mesh.
     pub(crate) part: Option<&'a TriMesh>,
     pub(crate) recorded: Recorded,
+    /// Motion near the patches of `[surface]` and the largest of them, bytes.
+    pub(crate) textures: u64,
 }
 
 /// What a run will hold, told before the stock is made.
@@ -140,7 +142,7 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let meshes = END * ends + band + pictures;
     let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
-    LINE * demand.lines as f64 + MOTION + writers + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
+    LINE * demand.lines as f64 + demand.textures as f64 + MOTION + writers + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
 }
 
 /// What the process holds now, bytes.
@@ -157,7 +159,7 @@ mod tests {
 
     #[test]
     fn more_of_anything_is_announced_with_more() {
-        let demand = |lines, recorded| Demand { lines, part: None, recorded };
+        let demand = |lines, recorded| Demand { lines, part: None, recorded, textures: 0 };
         let base = of_stages(&[1e6], 1.3, &demand(1000, Recorded::Folder));
         for more in [
             of_stages(&[2e6], 1.3, &demand(1000, Recorded::Folder)),

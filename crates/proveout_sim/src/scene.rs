@@ -550,6 +550,8 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         }
         if file.part.is_none() {
             return fault(at, "scallop_um has no design to be counted from".into(), "give the design part as [part]");
+        }
+    }
     for (key, value) in [("ra_um", t.ra_um), ("rz_um", t.rz_um)] {
         if let Some(value) = value.filter(|v| !(*v > 0.0 && *v <= 1e6)) {
             let at = text.find(key).unwrap_or(0);

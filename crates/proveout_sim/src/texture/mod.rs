@@ -29,7 +29,7 @@ pub(crate) use judge::judge;
 pub(crate) use record::{MOST_PIECES, PIECE_BYTES, Recorder, Tracks};
 
 use self::{
-    places::{Ground, Place},
+    places::{Ground, Place, Refused},
     record::Area,
 };
 use crate::{
@@ -190,7 +190,7 @@ impl Plan {
         size: [f64; 2],
         step_um: f64,
     ) -> Result<(), SimError> {
-        let fault = |(m, help): (String, String)| scene.fault(offset, format!("patch {name:?}: {m}"), help);
+        let fault = |(m, help): Refused| scene.fault(offset, format!("patch {name:?}: {m}"), help);
         let place = self.ground.place(middle, along).map_err(&fault)?;
         let step = 1e-3 * step_um;
         let steps = size.map(|s| (s / step).round().max(2.0) as usize);

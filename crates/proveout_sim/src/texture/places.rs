@@ -26,6 +26,9 @@ const EDGE_RAD: f64 = 0.5;
 /// Steps from the nearest point to a nearer one; a mesh needs two where the first is on an edge.
 const FOOT_STEPS: usize = 3;
 
+/// Why there is no such place, and what to do.
+pub(crate) type Refused = (String, String);
+
 /// What patches lie on.
 pub(crate) enum Ground {
     Design(Arc<dyn DesignSurface + Send>),
@@ -58,7 +61,7 @@ fn coordinates(p: &Point) -> String {
 
 impl Ground {
     /// The place of a middle; or why there is none, and what to do.
-    pub(crate) fn place(&self, middle: &Middle<'_>, along: Option<[f64; 3]>) -> Result<Place, (String, String)> {
+    pub(crate) fn place(&self, middle: &Middle<'_>, along: Option<[f64; 3]>) -> Result<Place, Refused> {
         let usual = |n: &Vector| if n.x.abs() < 0.9 { Vector::x() } else { Vector::y() };
         let finish = |point: Point, normal: Vector, usual: Vector, on_blade, plane| {
             let wanted = along.map_or(usual, Vector::from);
@@ -117,7 +120,7 @@ impl Place {
     }
 
     /// Looks whether the patch lies on the surface, at its middle lines and rim.
-    pub(crate) fn check(&self, ground: &Ground, steps: [usize; 2], step: [f64; 2]) -> Result<(), (String, String)> {
+    pub(crate) fn check(&self, ground: &Ground, steps: [usize; 2], step: [f64; 2]) -> Result<(), Refused> {
         match ground {
             Ground::Design(design) if !self.plane => {
                 let start = Node { point: self.middle, normal: self.normal, along: self.across };
@@ -133,7 +136,7 @@ impl Place {
     }
 
     /// Nodes `step` (mm) apart round the middle, `steps` of them along the columns and the rows.
-    pub(crate) fn lattice(&self, ground: &Ground, steps: [usize; 2], step: [f64; 2]) -> Result<Lattice, (String, String)> {
+    pub(crate) fn lattice(&self, ground: &Ground, steps: [usize; 2], step: [f64; 2]) -> Result<Lattice, Refused> {
         let offset = |i: usize, k: usize| (i as f64 - 0.5 * steps[k] as f64) * step[k];
         let (columns, rows) = (steps[0] + 1, steps[1] + 1);
         let made = match (self.plane, self.on_blade, ground) {
@@ -155,7 +158,7 @@ impl Place {
         [arc, x]: [f64; 2],
         steps: [usize; 2],
         step: [f64; 2],
-    ) -> Result<Option<Lattice>, (String, String)> {
+    ) -> Result<Option<Lattice>, Refused> {
         // Metric of the surface at the middle: direction = P_arc a + P_x b.
         let [u, v] = derivatives(blade, arc, x);
         let (uu, uv, vv) = (u.dot(&u), u.dot(&v), v.dot(&v));
@@ -175,7 +178,7 @@ impl Place {
             on_airfoil(blade, arc, x)?;
         }
         let (columns, rows) = (steps[0] + 1, steps[1] + 1);
-        let nodes = rows_of(rows, |j| {
+        let nodes: Vec<Vec<(Point, Vector)>> = rows_of(rows, |j| {
             (0..columns)
                 .map(|i| {
                     let [arc, x] = parameters(i, j);
@@ -193,7 +196,7 @@ impl Place {
         design: &dyn DesignSurface,
         steps: [usize; 2],
         step: [f64; 2],
-    ) -> Result<Option<Lattice>, (String, String)> {
+    ) -> Result<Option<Lattice>, Refused> {
         let start = Node { point: self.middle, normal: self.normal, along: self.across };
         // The middle lies between two nodes where the number of steps is odd.
         let spine = line(design, start, steps[1], step[1])?;
@@ -210,7 +213,7 @@ impl Place {
 }
 
 /// Rows in parallel, in their order.
-fn rows_of<T: Send>(rows: usize, row: impl Fn(usize) -> T + Sync) -> Vec<T> {
+fn rows_of<T: Send>(rows: usize, row: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
     use rayon::prelude::*;
     (0..rows).into_par_iter().map(row).collect()
 }
@@ -223,17 +226,17 @@ struct Node {
 }
 
 /// A row of a patch through a node of its spine.
-fn row(design: &dyn DesignSurface, node: &Node, steps: usize, step: f64) -> Result<Vec<Node>, (String, String)> {
+fn row(design: &dyn DesignSurface, node: &Node, steps: usize, step: f64) -> Result<Vec<Node>, Refused> {
     let along = laid(&node.along.cross(&node.normal), &node.normal).ok_or_else(|| leaves(&node.point))?;
     line(design, Node { along, ..*node }, steps, step)
 }
 
 /// `steps` + 1 nodes in a row whose middle is `start`.
-fn line(design: &dyn DesignSurface, start: Node, steps: usize, step: f64) -> Result<Vec<Node>, (String, String)> {
+fn line(design: &dyn DesignSurface, start: Node, steps: usize, step: f64) -> Result<Vec<Node>, Refused> {
     let half = steps / 2;
     // An odd number of steps begins half a step beside the middle.
     let first = if steps.is_multiple_of(2) { start } else { next(design, &start, 0.5 * step)? };
-    let go = |count: usize, step: f64| {
+    let go = |count: usize, step: f64| -> Result<Vec<Node>, Refused> {
         let mut nodes = Vec::with_capacity(count);
         let mut at = first;
         for _ in 0..count {
@@ -250,7 +253,7 @@ fn line(design: &dyn DesignSurface, start: Node, steps: usize, step: f64) -> Res
     Ok(nodes)
 }
 
-fn next(design: &dyn DesignSurface, from: &Node, step: f64) -> Result<Node, (String, String)> {
+fn next(design: &dyn DesignSurface, from: &Node, step: f64) -> Result<Node, Refused> {
     let wanted = from.point + from.along * step;
     let (point, normal) = foot(design, &wanted).ok_or_else(|| leaves(&from.point))?;
     let turned = from.normal.cross(&normal).norm().atan2(from.normal.dot(&normal));
@@ -262,7 +265,7 @@ fn next(design: &dyn DesignSurface, from: &Node, step: f64) -> Result<Node, (Str
     Ok(Node { point, normal, along })
 }
 
-fn leaves(p: &Point) -> (String, String) {
+fn leaves(p: &Point) -> Refused {
     (
         format!("it leaves the surface of the design, or runs over an edge, at {}", coordinates(p)),
         "move it, or make it smaller".into(),
@@ -292,7 +295,7 @@ fn derivatives(blade: &Blade, arc: f64, x: f64) -> [Vector; 2] {
     [Vector::new(0.0, -s, c), Vector::x() + Vector::x().cross(&p.coords) * twist]
 }
 
-fn on_airfoil(blade: &Blade, arc: f64, x: f64) -> Result<(), (String, String)> {
+fn on_airfoil(blade: &Blade, arc: f64, x: f64) -> Result<(), Refused> {
     let (low, high, perimeter) = (blade.airfoil_start(), blade.spec().length, blade.outline().perimeter());
     if !(low..=high).contains(&x) {
         return Err((
@@ -310,7 +313,7 @@ fn on_airfoil(blade: &Blade, arc: f64, x: f64) -> Result<(), (String, String)> {
 }
 
 /// Arc length and height of the point of the airfoil that is nearest: a search over the section, then Newton on the tangent plane.
-fn nearest_on_blade(blade: &Blade, p: &Point) -> Result<[f64; 2], (String, String)> {
+fn nearest_on_blade(blade: &Blade, p: &Point) -> Result<[f64; 2], Refused> {
     const STARTS: usize = 400;
     let perimeter = blade.outline().perimeter();
     let distance = |arc: f64| (blade.at(arc, p.x).point - p).norm();
