@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
+use crate::edges::edges_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
 use crate::{ProfileError, Segment, Tool};
 
@@ -218,7 +219,9 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
             length: s.length_mm,
         }));
     }
-    builder.build()
+    let mut tool = builder.build()?;
+    tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
+    Ok(tool)
 }
 
 fn segments_of(e: &ToolEntry) -> Result<Vec<Segment>, ShapeError> {

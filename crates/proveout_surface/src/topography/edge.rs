@@ -1,6 +1,7 @@
 //! Cutting edges: rounded corners of the teeth, with helix, run-out and rake.
 
 use proveout_geom::Vector;
+use proveout_tool::RunOut;
 
 /// The corner of one tooth: an arc in the plane of the edge.
 ///
@@ -45,15 +46,6 @@ pub struct Corner {
     pub corner: [f64; 2],
     /// Helix angle, radian, right-hand positive.
     pub helix: f64,
-}
-
-/// Run-out of one tooth, mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RunOut {
-    /// Outward along the radius of each point of the edge.
-    pub radial: f64,
-    /// Away from the work, along the axis.
-    pub axial: f64,
 }
 
 impl Corner {

@@ -34,10 +34,13 @@ mod envelope;
 mod lattice;
 mod motion;
 mod outline;
+mod teeth;
 #[cfg(test)]
 mod tests;
 
 pub use block::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope};
-pub use edge::{Corner, Edge, RunOut};
+pub use edge::{Corner, Edge};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;
+pub use proveout_tool::RunOut;
+pub use teeth::{TeethError, check_chip, check_motion, edges_of, phase_zero};

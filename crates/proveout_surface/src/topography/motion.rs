@@ -25,6 +25,18 @@ pub struct CutterPiece {
     pub motion: u32,
 }
 
+impl CutterPiece {
+    /// Whether all numbers are finite, and time passes where there is a way.
+    pub fn is_finite(&self) -> bool {
+        let tips = self.tip.iter().flat_map(|p| p.iter());
+        let vectors = self.housing.iter().flat_map(|v| v.iter()).chain(self.turn.iter());
+        let rest = [self.time[0], self.time[1], self.azimuth, self.azimuth_rate];
+        tips.chain(vectors).chain(&rest).all(|v| v.is_finite())
+            && (self.time[1] > self.time[0]
+                || (self.time[1] == self.time[0] && self.tip[0] == self.tip[1] && self.turn == Vector::zeros()))
+    }
+}
+
 /// Position and rates of a piece at a time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
