@@ -70,13 +70,6 @@ impl Touch {
         let along = self.normal.dot(&ray.normal);
         (1.0 - along * along).max(0.0).sqrt() / -along
     }
-
-    /// The height below which the tangent half space of the touch on `ray` does not reach on another ray.
-    pub(crate) fn floor_on(&self, ray: &Ray, other: &Ray) -> f64 {
-        let along = self.normal.dot(&other.normal);
-        let touch = ray.point + ray.normal * self.height;
-        if along < -1e-6 { self.normal.dot(&(touch - other.point)) / along } else { f64::NEG_INFINITY }
-    }
 }
 
 /// Values of one place on a ray at one time.

@@ -96,12 +96,6 @@ impl Piece {
         self.turn.map_or(0.0, |(_, rate)| rate * self.duration())
     }
 
-    /// By how much the velocity of the tip (mm/s) and the rate of the housing (rad/s) differ from those of another piece.
-    pub(crate) fn jump_to(&self, next: &Self) -> (f64, f64) {
-        let spin = |p: &Self| p.turn.map_or_else(Vector::zeros, |(u, rate)| u * rate);
-        ((next.velocity - self.velocity).norm(), (spin(next) - spin(self)).norm())
-    }
-
     /// Way of the tip, mm.
     pub(crate) fn travel(&self) -> f64 {
         self.velocity.norm() * self.duration()
