@@ -168,7 +168,7 @@ impl Prepared {
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
-        let texture = Plan::new(&scene, part_mesh.as_ref())?;
+        let texture = Plan::new(&scene, part_mesh.as_ref(), &tools)?;
         let lines = ProgramText::open(&program_path)?.lines() as u64;
         let demand = Demand {
             lines,

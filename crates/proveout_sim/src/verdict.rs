@@ -313,6 +313,8 @@ pub struct TextureUsed {
     pub nodes: u64,
     /// Nodes that no motion cuts.
     pub uncut: u64,
+    /// Whether every node has its row in `surface.parquet`.
+    pub nodes_in_table: bool,
     /// Sa of the unfiltered map (ISO 25178-2), µm; null where nodes are not cut.
     pub sa_um: Option<f64>,
     /// Sq, likewise.

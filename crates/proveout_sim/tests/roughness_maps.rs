@@ -168,11 +168,27 @@ fn a_face_mill_leaves_the_published_surface_from_its_files_alone() {
         worst = worst.max((h - height(p.x, p.y)).abs());
     }
     assert!(worst < 1e-6, "heights within 1e-3 um: {worst} mm");
-    // data/raw/ladder_dt_regimes.csv of the published repository.
-    let sa = used.sa_um.unwrap();
-    assert!((sa - 1.58088191701734).abs() < 1e-6, "{sa}");
     assert_eq!(used.blocks[0].line, Some(8));
     assert!(used.blocks[0].percent > 99.9);
+}
+
+/// The published path begins in the work: with a spindle that starts there the files give the published Sa, and say what the standing
+/// tool did on its way.
+#[test]
+fn a_path_that_begins_in_the_work_has_the_published_sa() {
+    let turns = CUTTING_SPEED / (PI * 10.0);
+    let feed = FEED_TOOTH * 2.0 * turns;
+    let program = format!(
+        "G21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z60.\nG0 X5. Y-5.\nZ0.\nS{turns:.9} M4\nG1 Y15. F{feed:.9}\nM5\nG0 Z60.\nM30\n"
+    );
+    for (n, published) in [(25, 1.48499349337313), (50, 1.5998235023622), (100, 1.58088191701734)] {
+        let more = face_surface(n, PHASE);
+        let (verdict, _) = Job { dynamics: "ideal", tools: FACE_MILL, program: &program, more: &more }.run().unwrap();
+        let used = &verdict.surface.textures[0];
+        // data/raw/ladder_dt_regimes.csv of the published repository.
+        assert!((used.sa_um.unwrap() - published).abs() < 1e-6, "n {n}: {:?} against {published}", used.sa_um);
+        assert!(used.unchecked.iter().any(|u| u.contains("without spindle speed")), "{:?}", used.unchecked);
+    }
 }
 
 #[test]
@@ -238,12 +254,6 @@ fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
         assert_eq!(low, high);
         assert!((low - 1e3 * ra).abs() < 0.02 * 1e3 * ra, "{low} against {}", 1e3 * ra);
         assert!(rq > ra);
-        if used.sz_um.unwrap() > 2.0 {
-            let m = textures[0].map.as_ref().unwrap();
-            for (k, h) in m.heights.iter().enumerate().filter(|(_, h)| **h > 0.002) {
-                println!("{} {} {h} {:?}", k % m.columns, k / m.columns, m.makers[k]);
-            }
-        }
         assert!((used.sz_um.unwrap() - 1e3 * 0.04 / 24.0).abs() < 0.01, "{:?}", used.sz_um);
         assert_eq!(across.report["class"], "Sc3");
         assert_eq!(across.report["lambda_c_mm"], 0.8);
@@ -252,6 +262,29 @@ fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
         assert!(lay.min(180.0 - lay) < 1.0, "{lay}");
         assert!(used.profiles[1].ra_um.unwrap()[1] < 0.01, "flat along the marks");
     }
+}
+
+#[test]
+fn what_a_tool_states_of_its_residual_counts_on_top() {
+    let program = rows();
+    let judged = |residual: &str, limit: f64| {
+        let tools = format!("{BALL}{residual}");
+        let more = format!("[tolerances]\nra_um = {limit}\n{ROWS}");
+        let (verdict, _) = Job { dynamics: "planned", tools: &tools, program: &program, more: &more }.run().unwrap();
+        (surface_gate(&verdict).0, verdict.surface.textures[0].residual.clone())
+    };
+    let (state, none) = judged("", 0.6);
+    assert_eq!((state, none.ra_um), (State::Pass, [0.0, 0.0]));
+    assert_eq!(none.source, "BALL states none: taken as zero");
+    let residual = "[tool.residual]\nra_um = [0.1, 0.3]\nrz_um = [0.4, 1]\nsource = \"own trials\"\n";
+    // About 0.43 um of the motion alone.
+    assert_eq!(judged(residual, 0.6).0, State::Unchecked, "0.53 to 0.73 um");
+    assert_eq!(judged(residual, 0.8).0, State::Pass);
+    assert_eq!(judged(residual, 0.5).0, State::Fail);
+    let turned = residual.replace("[0.1, 0.3]", "[0.3, 0.1]");
+    let tools = format!("{BALL}{turned}");
+    let told = Job { dynamics: "planned", tools: &tools, program: &program, more: ROWS }.refused();
+    assert!(told.contains("ra_um"), "{told}");
 }
 
 #[test]

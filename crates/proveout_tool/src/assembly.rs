@@ -1,4 +1,4 @@
-use crate::{CuttingEdges, Profile, Segment};
+use crate::{CuttingEdges, Profile, Residual, Segment};
 
 /// What a part of the assembly may do to the stock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -60,6 +60,8 @@ pub struct Tool {
     pub has_holder: bool,
     /// Edges of the teeth, where they are described.
     pub edges: Option<CuttingEdges>,
+    /// What it adds to the roughness of its motion, where that is known.
+    pub residual: Option<Residual>,
 }
 
 impl Tool {

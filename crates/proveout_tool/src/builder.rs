@@ -57,6 +57,7 @@ impl ToolBuilder {
             left_handed: false,
             has_holder: false,
             edges: None,
+            residual: None,
         };
         Self { tool, cutter, neck: None, transition: None, shank_diameter: None, overall_length: None, holder: vec![] }
     }

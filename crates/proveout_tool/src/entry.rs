@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
 use crate::edges::edges_of;
+use crate::residual::residual_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
 use crate::{ProfileError, Segment, Tool};
 
@@ -220,6 +221,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }));
     }
     let mut tool = builder.build()?;
+    tool.residual = e.residual.as_ref().map(residual_of).transpose()?;
     tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
     Ok(tool)
 }

@@ -29,6 +29,7 @@ mod library;
 mod library_file;
 mod outline;
 mod profile;
+mod residual;
 mod text;
 
 pub use assembly::{Body, Role, Tool, ToolId};
@@ -38,4 +39,5 @@ pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
 pub use error::{Defect, ToolError};
 pub use library::{ToolLibrary, ToolNotes};
+pub use residual::Residual;
 pub use profile::{Nearest, Profile, ProfileError, Segment};

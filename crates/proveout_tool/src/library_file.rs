@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::RakeAbout;
+use crate::residual::ResidualEntry;
 
 /// Cutting-tool library: cutters with their holders. Lengths are in millimeter, angles in degree.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -129,6 +130,8 @@ pub(crate) struct ToolEntry {
     pub(crate) hand: Option<Hand>,
     /// Edges of the teeth for the topography of the surface: helix, run-out, inserts, rake. Needs `flutes`.
     pub(crate) edges: Option<EdgesEntry>,
+    /// What the tool adds to the roughness of its motion.
+    pub(crate) residual: Option<ResidualEntry>,
     /// Holder; without one, checks against the holder are unchecked.
     pub(crate) holder: Option<HolderEntry>,
     /// Catalogue reference of the dimensions.

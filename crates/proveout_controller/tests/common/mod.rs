@@ -62,6 +62,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         left_handed: false,
         has_holder: false,
         edges: None,
+        residual: None,
     }
 }
 

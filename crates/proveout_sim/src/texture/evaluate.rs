@@ -23,7 +23,7 @@ use crate::{
     prepare::Prepared,
     scene::{ProfileDirectionFile, SurfaceFile},
     scene_surface::SurfaceModelFile,
-    verdict::{BlockShare, PhaseSpread, ProfileUsed, TextureUsed},
+    verdict::{BlockShare, PhaseSpread, ProfileUsed, ResidualUsed, TextureUsed},
 };
 
 /// Side and spacing of the map on which the lay round a single profile is found, mm.
@@ -131,6 +131,8 @@ impl<'a> Work<'a> {
             }
             tools.push((tool, pieces, edges));
         }
+        used.residual = residual(tools.iter().filter_map(|t| prepared.tools.tools.get(t.0)));
+        used.nodes_in_table = surface.save_nodes && matches!(entry.wanted, Wanted::Map { .. });
         let repeats = if teeth && unknown_phase { surface.phases } else { 1 };
         Self { prepared, facts, plan, tracks, surface, entry, tools, standing, repeats, used }
     }
@@ -495,6 +497,29 @@ fn lower(lowest: &mut Cuts, cuts: Cuts) {
             *low = new;
         }
     }
+}
+
+/// What the tools state: from the least of one to the most of one; a tool that states nothing counts as zero.
+fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
+    let mut all: Option<ResidualUsed> = None;
+    for tool in tools {
+        let own = match &tool.residual {
+            Some(r) => ResidualUsed { ra_um: r.ra_um, rz_um: r.rz_um, source: format!("{}: {}", tool.name, r.source) },
+            None => ResidualUsed { source: format!("{} states none: taken as zero", tool.name), ..ResidualUsed::default() },
+        };
+        all = Some(match all {
+            None => own,
+            Some(before) => {
+                let join = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+                ResidualUsed {
+                    ra_um: join(before.ra_um, own.ra_um),
+                    rz_um: join(before.rz_um, own.rz_um),
+                    source: format!("{}; {}", before.source, own.source),
+                }
+            }
+        });
+    }
+    all.unwrap_or_else(|| ResidualUsed { source: "no tool comes near: taken as zero".into(), ..ResidualUsed::default() })
 }
 
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {

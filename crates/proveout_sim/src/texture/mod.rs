@@ -19,6 +19,7 @@ mod record;
 use std::sync::Arc;
 
 use proveout_geom::{Point, TriMesh, Vector};
+use proveout_tool::ToolLibrary;
 use proveout_surface::{
     DesignMesh, DesignSurface,
     texture::{Profile, SettingClass},
@@ -139,8 +140,21 @@ impl Plan {
     ///
     /// # Errors
     /// A place off the design or over its edge, by name.
-    pub(crate) fn new(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<Option<Self>, SimError> {
+    pub(crate) fn new(
+        scene: &Scene,
+        part_mesh: Option<&TriMesh>,
+        tools: &ToolLibrary,
+    ) -> Result<Option<Self>, SimError> {
         let Some(surface) = &scene.file.surface else { return Ok(None) };
+        for spanned in &surface.phase {
+            if let Some(name) = &spanned.get_ref().tool
+                && !tools.tools.iter().any(|t| t.name == *name)
+            {
+                let names: Vec<&str> = tools.tools.iter().map(|t| t.name.as_str()).collect();
+                let message = format!("the library has no tool {name:?}");
+                return Err(scene.fault(spanned.span().start, message, format!("write one of {}", names.join(", "))).into());
+            }
+        }
         let (ground, chord_error) = ground(scene, part_mesh)?;
         let mut plan =
             Self { ground, entries: Vec::new(), class: surface.class.map_or(SettingClass::Sc3, Into::into), chord_error };

@@ -35,6 +35,8 @@ pub(crate) const MOST_PIECES: usize = 1_000_000;
 pub(crate) const PIECE_BYTES: u64 = 256;
 /// Largest distance along the path of the tip from its place in time, mm.
 const UNEVEN_MM: f64 = 1e-5;
+/// Longest kept piece, mm: short ones are told apart from those that do not come near a node. No height hangs on it.
+const LONGEST_MM: f64 = 2.0;
 /// A phase is known from a place that the tip passes within this, mm.
 pub(crate) const PASSED_MM: f64 = 0.01;
 /// Run-out and rounding by which a cutter may reach beyond its nominal body, mm.
@@ -218,7 +220,9 @@ impl<'a> Recorder<'a> {
             housing(&pose.rotation.column(0).into(), &[from, to][k].axis)
         });
         let whole = Whole { tips: [from.tip, to.tip], frame: frames[0], turn: turn(&frames[0], &frames[1]) };
-        for [(t0, s0), (t1, s1)] in self.parts(piece) {
+        let longest = self.cylinders[tool].map_or(LONGEST_MM, |c| (0.25 * c.radius).clamp(0.5, LONGEST_MM));
+        let way = (to.tip - from.tip).norm();
+        for [(t0, s0), (t1, s1)] in self.parts(piece).into_iter().flat_map(|part| short_parts(part, way / longest)) {
             let time = [begin.0 + t0 * duration, begin.0 + t1 * duration];
             let azimuth = begin.1 + rate * (t0 * duration);
             let part = whole.part([s0, s1], time, azimuth, rate, self.tracks.pieces.len() as u32);
@@ -341,6 +345,16 @@ impl<'a> Recorder<'a> {
             *best = Some(Passage { distance, tool: kept.tool, block: kept.block, offset });
         }
     }
+}
+
+/// Equal parts of a stretch, so many for the whole way.
+fn short_parts([(t0, s0), (t1, s1)]: [(f64, f64); 2], lengths: f64) -> impl Iterator<Item = [(f64, f64); 2]> {
+    let count = ((s1 - s0) * lengths - 1e-9).ceil().clamp(1.0, 1e6) as usize;
+    let at = move |k: usize| {
+        let part = k as f64 / count as f64;
+        if k == count { (t1, s1) } else { (t0 + (t1 - t0) * part, s0 + (s1 - s0) * part) }
+    };
+    (0..count).map(move |k| [at(k), at(k + 1)])
 }
 
 /// A whole piece in the workpiece frame.
