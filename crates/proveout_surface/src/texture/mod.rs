@@ -9,6 +9,7 @@
 //!   the marks, [`Autocorrelation`] their lengths.
 //! * [`gaussian_mean`] – the linear Gaussian filter of ISO 16610-21 and -61.
 //! * [`SettingClass`] – Sc1 to Sc5 of ISO 21920-3:2021, table 1.
+//! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be evaluated.
 //! * [`cusp`] – closed forms of the rows of arcs that a path with a constant step leaves.
 //!
 //! # The chain
@@ -31,6 +32,7 @@ mod gaussian;
 mod height_map;
 mod profile;
 mod profile_parameters;
+mod report;
 mod spacing;
 
 pub use areal::{ArealEvaluation, ArealParameters, ArealSetting};
@@ -40,3 +42,4 @@ pub use gaussian::{gaussian_mean, gaussian_mean_of_map};
 pub use height_map::{HeightMap, TextureError};
 pub use profile::{Profile, ProfileEvaluation, ProfileSetting};
 pub use profile_parameters::ProfileParameters;
+pub use report::{ArealReport, ArealValues, Asked, Form, ProfileReport, ProfileValues, TextureReport, Unchecked};
