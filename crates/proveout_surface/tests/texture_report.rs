@@ -109,7 +109,7 @@ fn a_pitch_beyond_the_cutoff_goes_to_the_next_class_or_stays_unchecked() {
 
 #[test]
 fn a_long_wave_under_fine_marks_is_waviness() {
-    let wavy = profile(0.0005, 5.6, |x| 0.001 * parabola(x, 0.1) + 0.02 * (TAU * x / 4.0).sin());
+    let wavy = profile(0.0005, 5.6, |x| 0.001 * parabola(x, 0.1) + 0.002 * (TAU * x / 3.0).sin());
     let report = ProfileReport::of(&wavy, &Asked::default());
     assert_eq!((report.class, report.unchecked.len()), ("Sc3", 0), "{report}");
     assert!((report.filtered.expect("evaluated").rsm_mm.expect("elements") - 0.1).abs() < 2e-3, "{report}");

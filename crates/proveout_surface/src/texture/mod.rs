@@ -10,6 +10,8 @@
 //! * [`gaussian_mean`] – the linear Gaussian filter of ISO 16610-21 and -61.
 //! * [`SettingClass`] – Sc1 to Sc5 of ISO 21920-3:2021, table 1.
 //! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be evaluated.
+//! * [`dong`] – the analytic profile of passes of a bull-nose tool.
+//! * [`file`] – SMD, SDF and X3P files.
 //! * [`cusp`] – closed forms of the rows of arcs that a path with a constant step leaves.
 //!
 //! # The chain
@@ -28,6 +30,8 @@ mod areal;
 mod autocorrelation;
 mod classes;
 pub mod cusp;
+pub mod dong;
+pub mod file;
 mod gaussian;
 mod height_map;
 mod profile;

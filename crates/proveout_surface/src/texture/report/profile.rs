@@ -187,12 +187,16 @@ impl ProfileReport {
             Some(e) => (e.unfiltered, class.evaluation_length()),
             None => (profile.unfiltered(asked.standard), profile.length()),
         };
-        if let Some(long) = found.as_ref().and(unfiltered.rsm).filter(|p| *p > class.lambda_c() * (1.0 + PITCH_SLACK))
-            && pitch.is_none_or(|p| p <= class.lambda_c())
-        {
-            remarks.push(format!(
-                "the unfiltered profile has elements of {long:.4} mm, beyond lambda_c: the filter takes them away as waviness"
-            ));
+        // The filtered profile has its pitch below the cut-off; what is longer in the unfiltered one is no mark.
+        if found.is_some() && pitch.is_some_and(|p| p <= class.lambda_c() * (1.0 + PITCH_SLACK)) {
+            let long = match unfiltered.rsm {
+                Some(p) if p > class.lambda_c() * (1.0 + PITCH_SLACK) => Some(format!("elements of {p:.4} mm")),
+                Some(_) => None,
+                None => Some("no whole element in its length".to_owned()),
+            };
+            remarks.extend(long.map(|l| {
+                format!("the unfiltered profile has {l}: what is longer than lambda_c is taken away as waviness")
+            }));
         }
         let end_rule = match &found {
             Some(e) => e.setting.ends,
