@@ -34,6 +34,7 @@ mod envelope;
 mod lattice;
 mod motion;
 mod outline;
+mod path;
 #[cfg(test)]
 mod tests;
 
@@ -41,3 +42,4 @@ pub use block::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope
 pub use edge::{Corner, Edge, RunOut};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;
+pub use path::{PathContact, PathPiece, StandingCutter, SweptPath, Touching};
