@@ -42,7 +42,10 @@ pub(crate) fn judge(
 ) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
     program_survey::judge(prepared, &mut log);
-    let mut surveyed = survey(prepared, stock, patches, &mut |band| show(Shown::Points(band)))?;
+    let scallop = scallop::measure(prepared, facts, stock, patches);
+    let heights = scallop.as_ref().and_then(|s| s.as_ref().ok()).and_then(scallop::Measured::map);
+    let points = &mut |band: &PointBand<'_>| show(Shown::Points(band));
+    let mut surveyed = survey(prepared, stock, patches, heights.as_ref(), points)?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
         judge_areas(prepared, facts, m, &mut log);
@@ -54,7 +57,7 @@ pub(crate) fn judge(
     let mut surface = Surface::default();
     surface.textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
     let of_surface: Vec<Judgement> =
-        [scallop::judge(prepared, facts, stock, patches, &mut surface, &mut log)].into_iter().flatten().collect();
+        [scallop::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)].into_iter().flatten().collect();
     let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();
     let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &of_surface, &log);
     let verdict = Verdict {

@@ -50,6 +50,7 @@ mod program_survey;
 mod raw_stock;
 mod run_folder;
 mod scallop;
+mod scallop_figures;
 mod show_mesh;
 mod surface_gate;
 mod surface_map;

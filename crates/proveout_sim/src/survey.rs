@@ -10,10 +10,11 @@ use proveout_surface::{
 };
 
 use crate::{
-    design::{Design, design},
+    design::{Design, Neighbors, design},
     error::SimError,
     observer::PointBand,
     prepare::Prepared,
+    scallop,
     surface_map::{MapPoint, PatchShape, SurfaceShape},
     verdict::Deviation,
 };
@@ -54,6 +55,7 @@ pub(crate) fn survey(
     prepared: &Prepared,
     stock: &TriDexel,
     patches: &[Patch],
+    ridges: Option<&Neighbors>,
     show: &mut ShowPoints<'_>,
 ) -> Result<Surveyed, SimError> {
     let design = design(prepared);
@@ -112,7 +114,13 @@ pub(crate) fn survey(
             deviations: Vec::new(),
         };
         part.run(|band| {
-            let points = of_part.take(&band, &shown, &mut sums);
+            let mut points = of_part.take(&band, &shown, &mut sums);
+            if ridges.is_some() {
+                let cut: Vec<Point> = points.iter().map(|p| Point::from(p.position)).collect();
+                for (point, height) in points.iter_mut().zip(scallop::at(ridges, &cut)) {
+                    point.scallop = height.filter(|_| point.made_by.is_some());
+                }
+            }
             show(&PointBand { patch, points: &points })
         })?;
         let own = of_part.tally.finish();

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
+pub use crate::scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch};
 
 /// Version of the layout of [`Verdict`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -274,6 +275,9 @@ pub struct Surface {
     /// 95th percentile of the scallop, µm.
     #[serde(default)]
     pub scallop_p95_um: Option<f64>,
+    /// The ridges between the passes in figures; null where the scene sets no tolerance for them.
+    #[serde(default)]
+    pub scallop: Option<Scallop>,
     /// Number of evaluated patches.
     pub patches: Option<u64>,
     /// ISO 21920 Ra.

@@ -24,6 +24,7 @@ mod design;
 mod deviation;
 mod gaps;
 mod mesh;
+pub mod scallop;
 mod survey;
 pub mod texture;
 pub mod topography;

@@ -34,6 +34,7 @@ mod envelope;
 mod lattice;
 mod motion;
 mod outline;
+mod path;
 mod teeth;
 #[cfg(test)]
 mod tests;
@@ -42,5 +43,6 @@ pub use block::{Cut, Settings, Topography, heights_by_edges, heights_by_envelope
 pub use edge::{Corner, Edge};
 pub use lattice::Lattice;
 pub use motion::CutterPiece;
+pub use path::{PathContact, PathPiece, StandingCutter, SweptPath, Touching};
 pub use proveout_tool::RunOut;
 pub use teeth::{TeethError, check_chip, check_motion, edges_of, phase_zero};
