@@ -17,7 +17,8 @@
 //! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch; nodes of the roughness maps with their heights |
 //! | [`StockObserver`] | `stock.dexel`, `stock-patch-NAME.dexel` | the stock that is left and its patches, bit for bit, as raw stock of the next setup; W, mm |
 //! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
-| | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
+//! | [`MapFilesObserver`] | `maps/NAME.png`, `.sdf`, `.x3p` | roughness maps that are cut at all nodes: picture with color bar, and files of ISO 25178-71 and -72 |
+//! | | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
 //! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
@@ -52,6 +53,7 @@ mod error;
 mod gather;
 mod glb;
 mod json;
+mod map_files;
 mod mode;
 mod part;
 mod picture;
@@ -70,6 +72,7 @@ mod units;
 pub use color::{DeviationMap, HeightMapColors, Rgba};
 pub use error::RecordError;
 pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
+pub use map_files::MapFilesObserver;
 pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
 pub use program::ProgramObserver;

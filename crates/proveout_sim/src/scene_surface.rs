@@ -86,7 +86,7 @@ pub struct SurfaceFile {
     /// Seed of the random phases.
     #[serde(default)]
     pub seed: u32,
-    /// Writes a row for every node of a patch into `surface.parquet`.
+    /// Writes all nodes: a row each in `surface.parquet`, and `maps/NAME.sdf` and `.x3p` of the run folder.
     #[serde(default = "default_true")]
     pub save_nodes: bool,
     /// Patches.
