@@ -59,34 +59,17 @@ impl DeviationMap {
     }
 }
 
-/// Low to high on the map of heights: dark blue, green, yellow, near white, with lightness rising all the way.
-const HEIGHTS: [[u8; 3]; 5] = [[22, 22, 84], [28, 92, 134], [46, 158, 120], [208, 196, 74], [255, 250, 226]];
+/// Ink of frames and letters.
+pub(crate) const NEUTRAL_INK: [u8; 3] = [32, 34, 38];
+/// Heights from the lowest to the highest; lightness rises all the way, so that the order shows without color, too.
+const HEIGHTS: [[u8; 3]; 5] = [[28, 20, 68], [32, 84, 140], [28, 146, 140], [126, 200, 92], [250, 232, 120]];
 
-/// Height to color: lightness rises with height, straight in `OKLab` between five stops.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeightMapColors {
-    /// Heights of the first and the last color, in one unit with those that are asked for.
-    pub range: [f64; 2],
-}
-
-impl HeightMapColors {
-    /// Color of a height; heights that are not numbers get the color of plain steel.
-    pub fn color(&self, height: f64) -> Rgba {
-        if height.is_nan() {
-            return STEEL;
-        }
-        let [low, high] = self.range;
-        Self::at(if high > low { (height - low) / (high - low) } else { 0.5 })
-    }
-
-    /// Color at a position 0..=1 of the map.
-    pub fn at(position: f64) -> Rgba {
-        let t = position.clamp(0.0, 1.0) * (HEIGHTS.len() - 1) as f64;
-        let k = (t.floor() as usize).min(HEIGHTS.len() - 2);
-        let (a, b) = (oklab_from_srgb(HEIGHTS[k]), oklab_from_srgb(HEIGHTS[k + 1]));
-        let [r, g, b] = srgb_from_oklab([0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * (t - k as f64)));
-        [r, g, b, 255]
-    }
+/// Color of a height at a share 0..=1 of the range, straight in `OKLab` between the stops.
+pub(crate) fn height_color(share: f64) -> [u8; 3] {
+    let t = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 } * (HEIGHTS.len() - 1) as f64;
+    let k = (t.floor() as usize).min(HEIGHTS.len() - 2);
+    let (a, b, t) = (oklab_from_srgb(HEIGHTS[k]), oklab_from_srgb(HEIGHTS[k + 1]), t - k as f64);
+    srgb_from_oklab([0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * t))
 }
 
 /// Smallest of 1, 2, 5 times a power of ten that is not below `value`.
@@ -172,20 +155,11 @@ mod tests {
     }
 
     #[test]
-    fn heights_get_lighter_all_the_way() {
-        let light: Vec<f64> = (0..=64)
-            .map(|i| {
-                let [r, g, b, _] = HeightMapColors::at(f64::from(i) / 64.0);
-                oklab_from_srgb([r, g, b])[0]
-            })
-            .collect();
-        assert!(light.windows(2).all(|w| w[1] > w[0] - 0.004));
-        assert!(light[64] - light[0] > 0.6);
-        let map = HeightMapColors { range: [-2.0, 3.0] };
-        assert_eq!(map.color(-2.0)[..3], HEIGHTS[0]);
-        assert_eq!(map.color(9.0)[..3], HEIGHTS[4]);
-        assert_eq!(map.color(f64::NAN), STEEL);
-        assert_eq!(HeightMapColors { range: [1.0, 1.0] }.color(1.0), HeightMapColors::at(0.5), "a flat");
+    fn higher_is_lighter() {
+        let light: Vec<f64> = (0..=64).map(|i| oklab_from_srgb(height_color(f64::from(i) / 64.0))[0]).collect();
+        assert!(light.windows(2).all(|w| w[1] > w[0] - 0.002), "{light:?}");
+        assert_eq!((height_color(0.0), height_color(1.0)), (HEIGHTS[0], HEIGHTS[4]));
+        assert_eq!(height_color(f64::NAN), HEIGHTS[0]);
     }
 
     #[test]

@@ -22,6 +22,7 @@
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
 //! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
+//! | [`write_height_map_png`] | as named | a height map with color bar, units, direction of the lay |
 //! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
 //!
 //! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of the run
@@ -50,8 +51,10 @@ pub mod compare;
 mod encode;
 mod envelope;
 mod error;
+mod font;
 mod gather;
 mod glb;
+mod height_picture;
 mod json;
 mod map_files;
 mod mode;
@@ -69,8 +72,9 @@ mod tables;
 mod texture;
 mod units;
 
-pub use color::{DeviationMap, HeightMapColors, Rgba};
+pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
+pub use height_picture::{height_map_png, write_height_map_png};
 pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
 pub use map_files::MapFilesObserver;
 pub use mode::{RECORDING_FILE, RerunMode};

@@ -99,7 +99,7 @@ fn write_roughness(folder: &Path, textures: &[ShownTexture]) -> Result<(), Recor
     }
     let every = textures.iter().map(|t| t.every).max().unwrap_or(1);
     let note = format!(
-        "{} maps, up to every {every}. node; height above the design from dark blue {:.4} um to near white {:.4} um",
+        "{} maps, up to every {every}. node; height above the design from dark blue {:.4} um to yellow {:.4} um",
         textures.len(),
         range[0],
         range[1]

@@ -4,7 +4,7 @@ use proveout_geom::Point;
 use proveout_sim::{SurfaceTexture, TextureMap, TextureProfile};
 
 use crate::{
-    color::{HeightMapColors, Rgba},
+    color::{Rgba, STEEL, height_color},
     picture::{Picture, single},
 };
 
@@ -64,8 +64,15 @@ impl ShownTexture {
 
     /// Its colors; those of all maps together where `range` is given, µm.
     pub(crate) fn colors(&self, range: [f64; 2]) -> Vec<Rgba> {
-        let colors = HeightMapColors { range };
-        self.heights.iter().map(|h| colors.color(f64::from(*h))).collect()
+        let [low, high] = range;
+        let color = |h: &f32| {
+            if h.is_nan() {
+                return STEEL;
+            }
+            let [r, g, b] = height_color(if high > low { (f64::from(*h) - low) / (high - low) } else { 0.5 });
+            [r, g, b, 255]
+        };
+        self.heights.iter().map(color).collect()
     }
 
     /// As a mesh; cells with a node that nothing cuts are left out.

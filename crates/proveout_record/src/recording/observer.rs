@@ -463,7 +463,7 @@ impl Open {
         }
         if !self.textures.is_empty() {
             let text = format!(
-                "roughness maps: height above the design from dark blue {:.4} um to near white {:.4} um",
+                "roughness maps: height above the design from dark blue {:.4} um to yellow {:.4} um",
                 range[0], range[1]
             );
             self.sink.text(path(["log", "roughness"]), end, Level::Info, &text)?;

@@ -4,7 +4,7 @@ use proveout_sim::verdict::TextureUsed;
 use serde::Serialize;
 
 use crate::{
-    color::HeightMapColors,
+    color::height_color,
     encode::base64,
     report::{
         format::{count, fixed},
@@ -76,13 +76,13 @@ pub(crate) fn map_data(all: &[ShownTexture]) -> Vec<MapData> {
 
 /// The color map in 256 steps of red, green, blue.
 pub(crate) fn color_table() -> String {
-    base64(&(0..256).flat_map(|i| HeightMapColors::at(f64::from(i) / 255.0)[..3].to_vec()).collect::<Vec<u8>>())
+    base64(&(0..256).flat_map(|i| height_color(f64::from(i) / 255.0)).collect::<Vec<u8>>())
 }
 
 /// Stops of the color bar for a style sheet.
 pub(crate) fn color_stops() -> String {
     let stop = |k: usize| {
-        let [r, g, b, _] = HeightMapColors::at(k as f64 / (STOPS - 1) as f64);
+        let [r, g, b] = height_color(k as f64 / (STOPS - 1) as f64);
         format!("rgb({r} {g} {b})")
     };
     (0..STOPS).map(stop).collect::<Vec<_>>().join(", ")

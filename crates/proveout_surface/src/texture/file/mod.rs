@@ -144,6 +144,18 @@ fn count(columns: usize, rows: usize) -> Result<usize, Fault> {
     }
 }
 
+/// Whether a path names a file of texture: by its ending, else by its first bytes.
+pub fn is_texture(path: &Path) -> bool {
+    use std::io::Read;
+    let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    if matches!(ending.as_deref(), Some("sdf" | "x3p" | "smd")) {
+        return !path.is_dir();
+    }
+    let mut begin = Vec::new();
+    let read = std::fs::File::open(path).and_then(|f| f.take(64).read_to_end(&mut begin));
+    read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_one(&begin) || begin.starts_with(b"ISO 5436"))
+}
+
 /// Reads the bytes of a file; the format is told from them, not from the name.
 ///
 /// # Errors
