@@ -1,7 +1,7 @@
 //! Roughness maps as pictures: thinned to a bounded number of nodes, with colors by height.
 
 use proveout_geom::Point;
-use proveout_sim::{SurfaceTexture, TextureMap, TextureProfile};
+use proveout_sim::{SurfaceTexture, TextureMap};
 
 use crate::{
     color::{Rgba, STEEL, height_color},
@@ -26,15 +26,13 @@ pub(crate) struct ShownTexture {
     pub(crate) lay: Option<f64>,
     /// Smallest and largest height of all nodes, µm.
     pub(crate) range: [f64; 2],
-    pub(crate) profiles: Vec<TextureProfile>,
 }
 
 impl ShownTexture {
     /// With at most `side` nodes along each side; none of a profile alone without its map.
     pub(crate) fn of(texture: &SurfaceTexture, side: usize) -> Self {
-        let profiles = texture.profiles.clone();
         let Some(map) = &texture.map else {
-            return Self { name: texture.name.clone(), profiles, ..Self::default() };
+            return Self { name: texture.name.clone(), ..Self::default() };
         };
         let every = (map.columns.max(map.rows) - 1).div_ceil(side.max(2) - 1).max(1);
         let (columns, rows) = ((map.columns - 1) / every + 1, (map.rows - 1) / every + 1);
@@ -54,7 +52,6 @@ impl ShownTexture {
                 .iter()
                 .filter(|h| h.is_finite())
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(1e3 * h), b.max(1e3 * h)]),
-            profiles,
         }
     }
 

@@ -322,7 +322,7 @@ impl<'a> Work<'a> {
                 Err(why) => {
                     let class = asked.class.name();
                     let also = remark.map_or_else(String::new, |r| format!("; {r}"));
-                    self.used.unchecked.push(format!("profile {word}, class {class}: {why}{also}"));
+                    self.open(direction, format!("profile {word}, class {class}: {why}{also}"));
                     return None;
                 }
             };
@@ -349,7 +349,7 @@ impl<'a> Work<'a> {
         if of_phases.len() < self.repeats as usize {
             let why: Vec<String> = report.unchecked.iter().map(ToString::to_string).collect();
             let why = if why.is_empty() { "not at every spindle phase".to_owned() } else { why.join("; ") };
-            self.used.unchecked.push(format!("profile {word}: {why}"));
+            self.open(direction, format!("profile {word}: {why}"));
         }
         self.used.remarks.extend(remark.map(|r| format!("profile {word}: {r}, and was taken")));
         if self.used.blocks.is_empty() {
@@ -378,6 +378,13 @@ impl<'a> Work<'a> {
             class: report.class.to_owned(),
             roughness: report.roughness,
         })
+    }
+
+    /// What a profile leaves open. Drawings ask for the direction across the lay, where the values are largest (ISO 21920-1): beside it a
+    /// profile along the lay is for information.
+    fn open(&mut self, direction: Option<ProfileDirectionFile>, what: String) {
+        let beside = matches!(self.entry.wanted, Wanted::Map { .. }) && direction == Some(ProfileDirectionFile::Along);
+        if beside { self.used.remarks.push(what) } else { self.used.unchecked.push(what) }
     }
 
     /// Points of a profile of a class, and what cuts them.
