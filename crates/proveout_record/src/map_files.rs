@@ -43,7 +43,7 @@ impl Observer for MapFilesObserver {
         let Ok(heights) = HeightMap::new(map.columns, map.rows, x, y, map.heights.clone()) else { return Ok(()) };
         fs::create_dir_all(folder).map_err(RecordError::io(folder))?;
         let place = |ending: &str| folder.join(format!("{}.{ending}", texture.name));
-        write_height_map_png(&place("png"), &heights, &texture.name, map.lay_deg)?;
+        write_height_map_png(&place("png"), &heights, &texture.name, map.lay_deg.map(f64::to_radians))?;
         if setup.scene.file.surface.as_ref().is_some_and(|s| s.save_nodes) {
             let failed = |e: proveout_surface::texture::file::TextureFileError| ObserverError {
                 what: e.path.display().to_string(),

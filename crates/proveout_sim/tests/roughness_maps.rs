@@ -370,3 +370,112 @@ fn places_off_the_surface_are_refused_by_name() {
     let told = with_part(&patch("arc_mm = 3\nx_mm = 2"));
     assert!(told.contains("belong to a blade"), "{told}");
 }
+
+/// Five axes: the tip runs straight while table and head turn evenly, so that the housing of the spindle turns in the workpiece.
+mod five_axes {
+    use super::*;
+    use proveout_geom::{Point, Pose, Vector, rad};
+
+    const FEED: f64 = 1800.0;
+    const SPEED: f64 = 3000.0;
+    const FROM: [f64; 3] = [-6.0, 1.0, 0.0];
+    const TO: [f64; 3] = [6.0, 2.0, 0.1];
+    const B: [f64; 2] = [20.0, 26.0];
+    const C: [f64; 2] = [10.0, 55.0];
+    const RUN_OUT: [f64; 2] = [0.0, 0.006];
+    const TOOTH: f64 = 40.0;
+
+    fn orientation(u: f64) -> Pose {
+        let angle = |[a, b]: [f64; 2]| rad(a + (b - a) * u);
+        Pose::from_axis_angle(&Vector::z(), angle(C)) * Pose::from_axis_angle(&Vector::y(), angle(B))
+    }
+
+    /// The least height over a node by scanning time: at each time the plane of an edge meets the vertical line in one height, and the arc
+    /// in it is passed where the distance from its center changes sign.
+    fn height(x: f64, y: f64) -> f64 {
+        let (from, to) = (Point::from(FROM), Point::from(TO));
+        let way = to - from;
+        let duration = way.norm() / (FEED / 60.0);
+        let rate = -SPEED / 60.0 * TAU;
+        // The first tooth stands at 40 degrees from the feed direction when the motion begins.
+        let start = orientation(0.0);
+        let feed = start.inverse().vector(&way);
+        let zero = feed.y.atan2(feed.x) + rad(TOOTH);
+        let mut lowest = f64::INFINITY;
+        for (k, off) in RUN_OUT.iter().enumerate() {
+            let at = |t: f64| {
+                let u = t / duration;
+                let housing = orientation(u);
+                let azimuth = zero + PI * k as f64 + rate * t;
+                let tooth = housing.vector(&Vector::new(azimuth.cos(), azimuth.sin(), 0.0));
+                let axis = housing.vector(&Vector::z());
+                let across = axis.cross(&tooth);
+                let base = Point::new(x, y, 0.0) - (from + way * u);
+                let h = -across.dot(&base) / across.z;
+                let q = base + Vector::z() * h;
+                let (side, up) = (q.dot(&tooth) - off, q.dot(&axis) - 3.0);
+                (h, side.hypot(up) - 3.0, side, up)
+            };
+            let step = 60.0 / SPEED / 2000.0;
+            let mut t = 0.0;
+            while t < duration {
+                let (mut a, mut b) = (t, t + step);
+                t = b;
+                let (fa, fb) = (at(a), at(b));
+                if fa.1 * fb.1 > 0.0 || fa.0.abs() > 0.5 || fb.0.abs() > 0.5 || fa.2 < -0.01 || fa.3 > 0.0 {
+                    continue;
+                }
+                for _ in 0..50 {
+                    let m = 0.5 * (a + b);
+                    if at(m).1 * fa.1 <= 0.0 { b = m } else { a = m }
+                }
+                let found = at(0.5 * (a + b));
+                if found.2 >= 0.0 {
+                    lowest = lowest.min(found.0);
+                }
+            }
+        }
+        lowest
+    }
+
+    #[test]
+    fn the_spindle_turns_in_a_housing_that_turns_in_the_workpiece() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let scene = format!(
+            "name = \"five\"\nmachine = {:?}\ntools = \"tools.toml\"\nresolution_mm = 1\n[stock]\n\
+             box = {{ min_mm = [-5, -5, -10], max_mm = [5, 5, 0.2] }}\n[mount]\ntranslation_mm = [0, 0, 140]\n\
+             [work_offsets.G54]\nZ_mm = 140\n[control]\ndynamics = \"ideal\"\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n\
+             dialect = \"siemens-840d\"\n[surface]\nmodel = \"teeth\"\nprofiles = false\n[[surface.patch]]\nname = \"p\"\n\
+             at_mm = [0, 1.5, 0]\nnormal = [0, 0, 1]\nalong = [1, 0, 0]\nsize_mm = [2, 1]\nstep_um = 100\n[[surface.phase]]\n\
+             at_mm = {FROM:?}\ntooth_deg = {TOOTH}\n",
+            root.join("machines/spinner-u5-620"),
+        );
+        let [[x0, y0, z0], [x1, y1, z1]] = [FROM, TO];
+        let program = format!(
+            "N10 G17 G710 G90 G94\nN20 T=\"BALL\"\nN30 M6\nN40 G54 D1\nN50 S{SPEED} M3\nN60 TRAORI\nN70 ORIAXES\n\
+             N80 G0 X{x0} Y{y0} Z30 B{} C{}\nN90 G0 X{x0} Y{y0} Z{z0}\nN100 G1 X{x1} Y{y1} Z{z1} B{} C{} F{FEED}\nN110 G0 Z40\n\
+             N120 TRAFOOF\nN130 M5\nN140 M30\n",
+            B[0], C[0], B[1], C[1]
+        );
+        let tools = "[[tool]]\nnumber = 1\nname = \"BALL\"\nkind = \"ball\"\ndiameter_mm = 6\nflute_length_mm = 20\n\
+                     gauge_length_mm = 150\nflutes = 2\n[tool.edges]\nradial_run_out_mm = [0, 0.006]\n";
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        fs::write(folder.path().join("tools.toml"), tools).unwrap();
+        fs::write(folder.path().join("main.mpf"), program).unwrap();
+        let kept: Arc<Mutex<Vec<SurfaceTexture>>> = Arc::default();
+        let prepared = Prepared::read(folder.path(), &Choice::default()).unwrap();
+        let verdict = run(prepared, &mut [Box::new(Keeper(Arc::clone(&kept)))], folder.path()).unwrap().verdict;
+        let used = &verdict.surface.textures[0];
+        assert!(used.unchecked.is_empty(), "{:?}", used.unchecked);
+        let map = kept.lock().unwrap()[0].map.clone().unwrap();
+        let mut worst = 0.0_f64;
+        for (p, h) in map.points.iter().zip(&map.heights) {
+            let wanted = height(p.x, p.y);
+            worst = worst.max((h - wanted).abs());
+        }
+        // Pieces stay within 0.5 um of the motion anywhere between tip and gauge line, 150 mm away: near the tip within a fraction of it.
+        assert!(worst < 1e-4, "{worst} mm; Sz {:?}", used.sz_um);
+        assert!(used.sz_um.unwrap() > 3.0, "{:?}", used.sz_um);
+    }
+}

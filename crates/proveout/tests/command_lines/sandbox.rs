@@ -95,7 +95,7 @@ pub(crate) fn sandbox() -> TempDir {
     // In place of the viewer.
     write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
-    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross"] {
+    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks"] {
         smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
     }
     folder
@@ -112,7 +112,9 @@ fn smaller(from: &Path, to: &Path) {
                 &text,
                 &[
                     ("resolution_mm = 0.5", "resolution_mm = 2"),
+                    ("resolution_mm = 0.25", "resolution_mm = 1"),
                     ("resolution_mm = 0.2", "resolution_mm = 2"),
+                    ("step_um = 10", "step_um = 100"),
                     // The bar of the cone frustum without what its first blocks do not reach.
                     (
                         "base_mm = [0, 0, -80], radius_mm = 50, height_mm = 80",
