@@ -70,7 +70,7 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
     assert_eq!(verdict["verdict"], "pass");
     let (state, reason) = surface_gate(&verdict);
     assert_eq!(state, "pass", "{reason}");
-    assert!(reason.contains("ra_um: 4 profiles at most 2.5 um; worst "), "{reason}");
+    assert!(reason.contains("ra_um: 2 profiles at most 2.5 um; worst "), "{reason}");
     let textures = verdict["surface"]["textures"].as_array().expect("textures");
     assert_eq!(textures.len(), 2);
     for texture in textures {

@@ -392,7 +392,7 @@ mod five_axes {
 
     /// The least height over a node by scanning time: at each time the plane of an edge meets the vertical line in one height, and the arc
     /// in it is passed where the distance from its center changes sign.
-    fn height(x: f64, y: f64) -> f64 {
+    fn height(x: f64, y: f64, parts: f64) -> f64 {
         let (from, to) = (Point::from(FROM), Point::from(TO));
         let way = to - from;
         let duration = way.norm() / (FEED / 60.0);
@@ -416,7 +416,7 @@ mod five_axes {
                 let (side, up) = (q.dot(&tooth) - off, q.dot(&axis) - 3.0);
                 (h, side.hypot(up) - 3.0, side, up)
             };
-            let step = 60.0 / SPEED / 2000.0;
+            let step = 60.0 / SPEED / parts;
             let mut t = 0.0;
             while t < duration {
                 let (mut a, mut b) = (t, t + step);
@@ -447,7 +447,7 @@ mod five_axes {
              box = {{ min_mm = [-5, -5, -10], max_mm = [5, 5, 0.2] }}\n[mount]\ntranslation_mm = [0, 0, 140]\n\
              [work_offsets.G54]\nZ_mm = 140\n[control]\ndynamics = \"ideal\"\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n\
              dialect = \"siemens-840d\"\n[surface]\nmodel = \"teeth\"\nprofiles = false\n[[surface.patch]]\nname = \"p\"\n\
-             at_mm = [0, 1.5, 0]\nnormal = [0, 0, 1]\nalong = [1, 0, 0]\nsize_mm = [2, 1]\nstep_um = 100\n[[surface.phase]]\n\
+             at_mm = [0, 1.5, 0]\nnormal = [0, 0, 1]\nalong = [1, 0, 0]\nsize_mm = [2, 1]\nstep_um = 200\n[[surface.phase]]\n\
              at_mm = {FROM:?}\ntooth_deg = {TOOTH}\n",
             root.join("machines/spinner-u5-620"),
         );
@@ -471,11 +471,15 @@ mod five_axes {
         let map = kept.lock().unwrap()[0].map.clone().unwrap();
         let mut worst = 0.0_f64;
         for (p, h) in map.points.iter().zip(&map.heights) {
-            let wanted = height(p.x, p.y);
+            let mut wanted = height(p.x, p.y, 1000.0);
+            // Near the axis of a ball an edge passes a node in and out within a thousandth of a turn.
+            if *h < wanted - 1e-6 {
+                wanted = height(p.x, p.y, 50_000.0);
+            }
             worst = worst.max((h - wanted).abs());
         }
         // Pieces stay within 0.5 um of the motion anywhere between tip and gauge line, 150 mm away: near the tip within a fraction of it.
-        assert!(worst < 1e-4, "{worst} mm; Sz {:?}", used.sz_um);
+        assert!(worst < 1e-5, "{worst} mm; Sz {:?}", used.sz_um);
         assert!(used.sz_um.unwrap() > 3.0, "{:?}", used.sz_um);
     }
 }
