@@ -401,7 +401,8 @@ impl<D: DesignSurface + ?Sized> Search<'_, D> {
             curvature: None,
             geometric: None,
         };
-        sides(self.path, self.cutters, self.design, &mut ridge, contacts, self.settings.reach);
+        let range = (self.settings.reach, self.stock.cell_mm());
+        sides(self.path, self.cutters, self.design, &mut ridge, contacts, range);
         if ridge.pieces[0] > ridge.pieces[1] {
             ridge.pieces.swap(0, 1);
             ridge.sides = ridge.sides.map(|[a, b]| [b, a]);

@@ -21,6 +21,10 @@ const MOST_STEPS: usize = 2000;
 const JOINED: f64 = 1e-6;
 /// Heights that differ by less are one, mm.
 const SAME: f64 = 1e-12;
+/// Largest turn of a part of a piece that is searched at once, radian: bends of 0.5 r 0.0009 / 4, below a micrometer at 8 mm from the axis
+/// of the turn; and most parts.
+const TURN: f64 = 0.03;
+const MOST_PARTS: f64 = 256.0;
 /// Pieces whose bounds are asked together.
 const GROUP: usize = 64;
 
@@ -151,19 +155,42 @@ impl SweptPath {
     }
 
     /// The lowest place of one piece over a line, searched from a height and a part of the piece.
+    ///
+    /// The height over a line is a convex function of time while the cutter runs straight; a turn by an angle bends it by reach times angle
+    /// squared, so that a piece that turns far may have several lowest places. It is searched in parts that turn by [`TURN`] at most.
     pub fn contact(&self, number: u32, point: &Point, normal: &Vector, near: (f64, f64)) -> Option<PathContact> {
         let (known, bodies) = self.of(number)?;
-        let moving = piece(number, &known.from, &known.to);
-        let stands = moving.travel() < 1e-12 && moving.angle() < 1e-12;
         let line = ray(point, normal);
-        let each = bodies.iter().filter_map(|body| {
-            if stands {
-                touch(&line, &moving, body, 0.0, near.0).map(|t| (t.height, 0.0))
+        let parts = (known.from.angle_to(&known.to) / TURN).ceil().clamp(1.0, MOST_PARTS);
+        let mut best: Option<PathContact> = None;
+        let mut from = known.from;
+        for k in 0..parts as usize {
+            let begin = k as f64 / parts;
+            let to = if k + 1 == parts as usize {
+                known.to
             } else {
-                lowest(&line, &moving, body, (near.1, near.0))
+                known.from.interpolated(&known.to, (k + 1) as f64 / parts)
+            };
+            let moving = piece(number, &from, &to);
+            let stands = moving.travel() < 1e-12 && moving.angle() < 1e-12;
+            // Within the part where it is thought to be; of the others the middle.
+            let at = (near.1 - begin) * parts;
+            let guess = (if (0.0..=1.0).contains(&at) { at } else { f64::NAN }, near.0);
+            for body in bodies {
+                let found = if stands {
+                    touch(&line, &moving, body, 0.0, near.0).map(|t| (t.height, 0.0))
+                } else {
+                    lowest(&line, &moving, body, guess)
+                };
+                if let Some((height, at)) = found
+                    && best.is_none_or(|b| height < b.height)
+                {
+                    best = Some(PathContact { height, piece: number, at: begin + at / parts });
+                }
             }
-        });
-        each.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(height, at)| PathContact { height, piece: number, at })
+            from = to;
+        }
+        best
     }
 
     /// Whether the cutter goes on from piece `a` to piece `b`, its neighbor.
