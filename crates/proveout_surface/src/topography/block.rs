@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::{
     CutterPiece, Edge, Lattice,
     contact::{Hull, Lowest, Run},
-    envelope::{Ray, lowest, touch},
+    envelope::{Ray, descend, lowest, touch},
     motion::Piece,
     outline::{Body, Outline},
 };
@@ -79,12 +79,31 @@ pub fn heights_by_envelope(
     Search::new(lattice, pieces, Body::Outline(Outline::new(cutter)), None, settings).heights()
 }
 
-/// Heights that the edges of the teeth leave.
+/// Heights that the edges of the teeth leave. Edges that are not finite, or whose arc has no radius, leave none.
 pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece], settings: &Settings) -> Topography {
-    match Body::of_edges(edges) {
-        Some(body) => Search::new(lattice, pieces, body, Some(edges), settings).heights(),
-        None => Topography { cuts: vec![None; lattice.points().len()], again: 0 },
+    // Arcs of one kind are searched together, those of ball and side of a barrel apart: one body would hold both only loosely.
+    let kind = |e: &Edge| [e.radius.to_bits(), e.corner[0].to_bits(), e.corner[1].to_bits()];
+    let mut kinds: Vec<([u64; 3], Vec<usize>)> = Vec::new();
+    for (i, edge) in edges.iter().enumerate().filter(|(_, e)| e.is_finite() && e.radius > 0.0) {
+        match kinds.iter_mut().find(|k| k.0 == kind(edge)) {
+            Some(k) => k.1.push(i),
+            None => kinds.push((kind(edge), vec![i])),
+        }
     }
+    let mut lowest = Topography { cuts: vec![None; lattice.points().len()], again: 0 };
+    for (_, members) in kinds {
+        let part: Vec<Edge> = members.iter().map(|i| edges[*i]).collect();
+        let Some(body) = Body::of_edges(&part) else { continue };
+        let found = Search::new(lattice, pieces, body, Some(&part), settings).heights();
+        lowest.again += found.again;
+        for (low, cut) in lowest.cuts.iter_mut().zip(found.cuts) {
+            let Some(cut) = cut else { continue };
+            if low.is_none_or(|l| cut.height < l.height) {
+                *low = Some(Cut { edge: cut.edge.map(|k| members[k]), ..cut });
+            }
+        }
+    }
+    lowest
 }
 
 struct Search<'a> {
@@ -133,11 +152,20 @@ impl<'a> Search<'a> {
         edges: Option<&'a [Edge]>,
         settings: &Settings,
     ) -> Self {
-        let joined = std::iter::once(false).chain(pieces.windows(2).map(|w| joins(&w[0], &w[1]))).take(pieces.len());
+        let (mut ready, mut joined): (Vec<Piece>, Vec<bool>) = (Vec::new(), Vec::new());
+        let mut before: Option<&CutterPiece> = None;
+        for piece in pieces.iter().filter(|p| p.is_finite()) {
+            let follows = before.is_some_and(|b| joins(b, piece));
+            for (k, part) in Piece::new(piece).parts().enumerate() {
+                ready.push(part);
+                joined.push(k > 0 || follows);
+            }
+            before = Some(piece);
+        }
         Self {
             lattice,
-            joined: joined.collect(),
-            pieces: pieces.iter().map(Piece::new).collect(),
+            pieces: ready,
+            joined,
             body,
             edges,
             hulls: edges.unwrap_or_default().iter().map(Hull::new).collect(),
@@ -176,7 +204,7 @@ impl<'a> Search<'a> {
         let cuts = found
             .into_iter()
             .map(|best| {
-                (best.height <= self.max_height).then_some(Cut {
+                (best.height.is_finite() && best.height <= self.max_height).then_some(Cut {
                     height: best.height,
                     time: best.time,
                     motion: best.motion,
@@ -290,7 +318,8 @@ impl<'a> Search<'a> {
     fn floor(&self, piece: &Piece, patch: &Patch) -> (f64, f64) {
         let middle = &patch.middle;
         let smallest = self.body.smallest_radius();
-        let found = lowest(middle, piece, &self.body, (f64::NAN, 0.0))
+        let found = descend(middle, piece, &self.body, (f64::NAN, 0.0))
+            .0
             .and_then(|(height, time)| Some((touch(middle, piece, &self.body, time, height)?, time)));
         let Some((touch, time)) = found else {
             // Nothing is nearer than the distance at the middle of the piece less what the piece moves and the block is wide.
@@ -376,6 +405,9 @@ impl<'a> Leaf<'a> {
     /// The lowest contact of a point; `hint` is that of a neighbor.
     fn point(&self, ray: &Ray, hint: &Lowest) -> Lowest {
         let mut best = Lowest::NONE;
+        if !ray.is_finite() {
+            return best;
+        }
         match self.search.edges {
             None => {
                 for &(i, floor) in &self.sorted {
@@ -384,8 +416,13 @@ impl<'a> Leaf<'a> {
                     }
                     let piece = &self.search.pieces[i as usize];
                     let guess = if hint.height.is_finite() { hint.height } else { 0.0 };
-                    if let Some((height, time)) = lowest(ray, piece, &self.search.body, (hint.time, guess))
-                        && height < best.height
+                    if let Some((height, time)) = lowest(
+                        ray,
+                        piece,
+                        &self.search.body,
+                        (hint.time, guess),
+                        best.height.min(self.search.max_height),
+                    ) && height < best.height
                     {
                         best = Lowest { height, time, motion: piece.motion, edge: usize::MAX };
                     }

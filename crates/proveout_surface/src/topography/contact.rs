@@ -75,6 +75,8 @@ pub(crate) struct Hull {
     margin: f64,
     /// Distance from the axis within which the arc stands on the other side of it.
     behind: f64,
+    /// Sine and cosine of the nose turn.
+    nose: (f64, f64),
 }
 
 /// A point seen from a hull.
@@ -87,12 +89,8 @@ struct Look {
 
 impl Hull {
     pub(crate) fn new(edge: &Edge) -> Self {
-        // A point of the arc behind the axis, r sin kappa = s below |c|, is 2 |c| - s from the center line's mirror image instead of s.
-        let (c, r) = (edge.center_radius, edge.radius);
-        let s = r * edge.corner[0].sin();
-        let crosses = c < 0.0 && s < -c;
-        let margin = if crosses { (r * r + 4.0 * c * c + 4.0 * c * s).sqrt() - r } else { 0.0 };
-        Self { edge: *edge, margin: margin.max(0.0), behind: if crosses { -c - s } else { 0.0 } }
+        let behind = edge.behind_axis();
+        Self { edge: *edge, margin: edge.margin(), behind, nose: edge.nose_turn.sin_cos() }
     }
 
     #[inline]
@@ -111,13 +109,24 @@ impl Hull {
         }
     }
 
-    /// Distance from the circle of the arc turned about the axis, and its gradient.
+    /// Distance from the arc turned about the axis (in the plane of the edge), and its gradient.
+    ///
+    /// With the plane of the edge turned by g about the nose, a point at distance `side` from the nose line is rho from the axis with
+    /// rho^2 = c^2 + 2 c side cos g + side^2.
     #[inline]
     fn ring(&self, q: &Vector) -> (f64, Vector) {
-        let rho = (q.x * q.x + q.y * q.y).sqrt();
-        let (out, up) = (rho - self.edge.center_radius, q.z - self.edge.center_height);
+        let (c, up) = (self.edge.center_radius, q.z - self.edge.center_height);
+        let rho2 = q.x * q.x + q.y * q.y;
+        let rho = rho2.sqrt();
+        let (out, by_rho) = if self.edge.nose_turn == 0.0 {
+            (rho - c, 1.0)
+        } else {
+            let (sin, cos) = self.nose;
+            let root = (rho2 - c * c * sin * sin).max(1e-12).sqrt();
+            (root - c * cos, rho / root)
+        };
         let length = (out * out + up * up).sqrt().max(1e-15);
-        let radial = out / (length * rho.max(1e-300));
+        let radial = out * by_rho / (length * rho.max(1e-300));
         (length - self.edge.radius, Vector::new(radial * q.x, radial * q.y, up / length))
     }
 }
@@ -148,7 +157,7 @@ impl Run {
 
     /// Lowers `best` by the contacts of edge `index`, searched outward from `from`; heights above `cap` do not count.
     pub(crate) fn search(&self, ray: &Ray, hull: &Hull, index: usize, from: f64, cap: f64, best: &mut Lowest) {
-        if self.pieces.is_empty() {
+        if self.pieces.is_empty() || !from.is_finite() {
             return;
         }
         let middle = self.piece_of(from);
@@ -249,7 +258,7 @@ impl Walk<'_> {
             }
             match self.root(guess.0, guess.1) {
                 Some(root)
-                    if (root.time - guess.0).abs() < 0.3 * turn && (root.time - time) * direction > -1e-6 * turn =>
+                    if (root.time - guess.0).abs() < 0.3 * turn && (root.time - time) * direction > -1e-5 * turn =>
                 {
                     self.lower(&root, best);
                     time = root.time;
@@ -274,7 +283,7 @@ impl Walk<'_> {
         if along < 0.0 {
             let d = look.distance - ROUNDING;
             let rate = look.gradient.dot(velocity) * direction;
-            let bend = spin * (spin * q.norm() + 2.0 * velocity.norm());
+            let bend = spin * (spin * (q.norm() + self.piece.travel()) + 2.0 * self.piece.speed());
             if d > 0.0 || (d > -2.0 * ROUNDING && rate > 0.0) {
                 let d = d.max(0.0);
                 leap = if bend > 0.0 {
@@ -304,10 +313,14 @@ impl Walk<'_> {
             let room = normal.z * below - across * inside;
             let free = inside * inside + below * below - r * r;
             if room >= 0.0 && free > 0.0 {
-                // (inside - outward t)^2 + (below - upward t)^2 = r^2.
-                let (a, b) = (outward * outward + upward * upward, inside * outward + below * upward);
-                let bend = b * b - a * free;
-                let first = if bend > 0.0 { free / (b + bend.sqrt()) } else { b / a.max(1e-300) };
+                // (inside - outward t)^2 + (below - upward t)^2 = r^2, where that comes before the ring's circle is under the point.
+                let under = inside / outward.max(1e-300);
+                let first = if below - upward * under > r {
+                    (below - r) / upward.max(1e-300)
+                } else {
+                    let (a, b) = (outward * outward + upward * upward, inside * outward + below * upward);
+                    free / (b + (b * b - a * free).max(0.0).sqrt()).max(1e-300)
+                };
                 let upright = room / (normal.z * upward).max(1e-300);
                 leap = leap.max(first.min(upright));
             } else if room < 0.0 {
@@ -356,7 +369,12 @@ impl Walk<'_> {
         let rho2 = q.x * q.x + q.y * q.y;
         let rho = rho2.sqrt();
         let speed = met.norm();
-        if speed > 0.2 * w.abs() * rho || rho < 2.0 * self.hull.behind {
+        // Nearest to the axis on the way over this turn and the quarter that the next contact may lie beyond it.
+        let (run, over) = ((q.x * met.x + q.y * met.y) * direction, 1.25 * TAU / w.abs());
+        let flat = met.x * met.x + met.y * met.y;
+        let until = (-run / flat.max(1e-300)).clamp(0.0, over);
+        let nearest = (rho2 + (2.0 * run + flat * until) * until).max(0.0).sqrt();
+        if speed > 0.2 * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
             return None;
         }
         let residual = edge.residual(&q, state.azimuth);
@@ -377,18 +395,18 @@ impl Walk<'_> {
             turn
         } else {
             // A contact at the very begin is not passed over.
-            (alpha / close * direction + 1e-7 * turn).rem_euclid(turn) - 1e-7 * turn
+            (alpha / close * direction + 1e-6 * turn).rem_euclid(turn) - 1e-6 * turn
         };
         let guess = time + direction * ahead;
         let climb = -gradient.dot(&rate) / along;
-        let spread = (0.02 + speed / (w.abs() * rho)) * ahead.abs() + 1e-3 * turn;
+        let spread = (0.02 + speed / (w.abs() * nearest)) * ahead.abs() + 1e-3 * turn;
         Some(((guess, height + climb * direction * ahead), spread))
     }
 
     /// Takes a root if it is lower, on the edge and within the piece.
     fn lower(&self, root: &Root, best: &mut Lowest) {
         let [begin, end] = self.piece.time;
-        let rim = 1e-9 * TAU / self.piece.azimuth_rate.abs();
+        let rim = 1e-7 * TAU / self.piece.azimuth_rate.abs();
         if root.on_edge && root.height < best.height && root.time >= begin - rim && root.time <= end + rim {
             let time = root.time.clamp(begin, end);
             *best = Lowest { height: root.height, time, motion: self.piece.motion, edge: self.index };
@@ -472,7 +490,10 @@ impl Walk<'_> {
             return;
         }
         let turn = TAU / self.piece.azimuth_rate.abs();
-        let parts = (((to - from) / turn * PARTS as f64).ceil() as usize).clamp(1, PARTS + 1);
+        // A way of a twentieth of the arc's radius is as small a part, where the spindle hardly turns.
+        let ways = (self.piece.travel() + self.piece.angle() * self.hull.edge.radius) / (0.05 * self.hull.edge.radius);
+        let share = (to - from) / self.piece.duration().max(1e-300);
+        let parts = ((to - from) / turn * PARTS as f64).max(ways * share).ceil().clamp(1.0, 4096.0) as usize;
         let mut last: Option<Meeting> = None;
         let mut start = height;
         for i in 0..=parts {

@@ -128,6 +128,29 @@ impl Edge {
         }
     }
 
+    /// Whether all numbers are finite and of the size of a tool's.
+    pub fn is_finite(&self) -> bool {
+        let numbers = [self.center_radius, self.center_height, self.radius, self.azimuth, self.lead, self.nose_turn];
+        numbers.iter().chain(&self.corner).all(|v| v.abs() < 1e9)
+    }
+
+    /// Distance from the axis within which an arc with its center beyond the axis stands on the other side of it, mm; else zero.
+    pub(crate) fn behind_axis(&self) -> f64 {
+        (-self.center_radius - self.radius * self.corner[0].sin()).max(0.0)
+    }
+
+    /// By how much such a part lies farther from the circle of the centers (on its own side of the axis) than the arc's radius, mm: a point at
+    /// r sin kappa = s below |c| is 2 |c| - s from it across the axis, where s would be the arc.
+    pub(crate) fn margin(&self) -> f64 {
+        let (c, r) = (self.center_radius, self.radius);
+        let s = r * self.corner[0].sin();
+        if self.behind_axis() > 0.0 {
+            ((r * r + 4.0 * c * c + 4.0 * c * s).max(r * r).sqrt() - r).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
     /// Whether a point of the arc's plane lies in the range of corner angles.
     #[inline]
     pub(crate) fn holds(&self, r: &Residual) -> bool {

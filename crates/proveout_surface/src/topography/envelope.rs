@@ -11,6 +11,12 @@ pub(crate) struct Ray {
     pub normal: Vector,
 }
 
+impl Ray {
+    pub(crate) fn is_finite(&self) -> bool {
+        self.point.iter().chain(self.normal.iter()).all(|v| v.abs() < 1e9)
+    }
+}
+
 /// The height at which a cutter in one position meets a ray first, coming from inside of the design.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
@@ -72,9 +78,14 @@ impl Touch {
     }
 }
 
+/// A touch lower by less may be left out where a piece turns, mm.
+const CERTAIN: f64 = 1e-10;
+
 /// Values of one place on a ray at one time.
 struct Sample {
     distance: f64,
+    /// Distance from the tip.
+    reach: f64,
     /// Derivatives of the distance with height and time.
     by_height: f64,
     by_time: f64,
@@ -89,19 +100,88 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
     let gradient = Vector::new(over * q.x, over * q.y, gz);
     Sample {
         distance,
+        reach: q.norm(),
         by_height: gradient.dot(&state.direction(&ray.normal)),
         by_time: gradient.dot(&piece.rate(&state, &q)),
     }
 }
 
-/// The lowest touch over a piece, and when: (height, time).
+/// The lowest touch of a piece below a height, and when: (height, time). `near` is a time and a height to begin with.
 ///
-/// A convex body that moves straight makes the height a convex function of time: the lowest lies where its rate changes sign, else at an
-/// end. A turn of the piece bends that by less than reach times angle squared. Height and time are improved together, one evaluation
-/// a step: the height by Newton's method, the time by the secant of its rate, kept between the last times with a falling and with
-/// a rising height. `near` is a time and a height to begin with. What does not settle, as where the body leaves the ray
-/// within the piece, goes to [`lowest_slowly`].
-pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> Option<(f64, f64)> {
+/// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its lowest place. Where the
+/// piece turns, or the body leaves the ray within the piece, there may be several: the whole piece is then gone through by leaps. With d(h, t) the
+/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `contact`), no touch
+/// lies below h0 while d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0, provided that d falls with h. So that leaps have a length at the lowest
+/// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
+pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), below: f64) -> Option<(f64, f64)> {
+    let (mut best, certain) = descend(ray, piece, body, near);
+    if certain && !piece.turns() {
+        return best;
+    }
+    // Each round lowers the best touch by [`CERTAIN`] at least; the count only guards against rounding.
+    for _ in 0..1000 {
+        let level = best.map_or(below, |b| b.0.min(below));
+        let from = best.map_or(piece.time[0], |b| b.1);
+        let lower = [true, false].into_iter().find_map(|forward| lower_touch(ray, piece, body, from, forward, level));
+        let Some(found) = lower else { break };
+        best = match descend(ray, piece, body, (found.1, found.0)).0 {
+            Some(b) if b.0 < found.0 => Some(b),
+            _ => Some(found),
+        };
+    }
+    best
+}
+
+/// A touch below a height in one direction from a time, by leaps.
+fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, level: f64) -> Option<(f64, f64)> {
+    let (spin, speed) = (piece.spin.norm(), piece.speed());
+    let height = level - CERTAIN;
+    // So short a step is as good as none: the distance changes by less than rounding.
+    let least = 1e-7 * piece.duration();
+    let (direction, end) = if forward { (1.0, piece.time[1]) } else { (-1.0, piece.time[0]) };
+    let mut time = from;
+    loop {
+        let s = sample(ray, piece, body, time, height);
+        let bend = spin * (spin * (s.reach + piece.travel()) + 2.0 * speed);
+        let rate = s.by_time * direction;
+        let leap = if s.by_height < 0.0 && s.distance > 0.0 {
+            // The positive root of d + d_t t - K t^2 / 2.
+            let root = (rate * rate + 2.0 * bend * s.distance).sqrt();
+            match (bend > 0.0, rate >= 0.0) {
+                (true, true) => (rate + root) / bend,
+                (true, false) => 2.0 * s.distance / (root - rate),
+                (false, true) => f64::INFINITY,
+                (false, false) => -s.distance / rate,
+            }
+        } else if s.distance > 0.0 {
+            // Past the body; so must the design point be: the cutter comes from outside of the design.
+            let design = sample(ray, piece, body, time, height.min(0.0));
+            let free = if design.by_height >= 0.0 { s.distance.min(design.distance) } else { 0.0 };
+            free / (speed + spin * s.reach).max(1e-300)
+        } else {
+            0.0
+        };
+        if !(leap > least)
+            && let Some(t) = touch(ray, piece, body, time, height)
+            && t.height < height
+        {
+            return Some((t.height, time));
+        }
+        if !((end - time) * direction > 0.0) {
+            return None;
+        }
+        let next = time + direction * leap.max(least);
+        // The end of the piece itself is looked at.
+        time = if (end - next) * direction > 0.0 { next } else { end };
+    }
+}
+
+/// The nearest lowest touch, and whether it is the only one of a straight piece.
+///
+/// Height and time are improved together, one evaluation a step: the height by Newton's method, the time by the secant of its rate, kept between
+/// the last times with a falling and with a rising height. What does not settle, as where the body leaves the ray within the piece, goes
+/// to [`lowest_slowly`].
+pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> (Option<(f64, f64)>, bool) {
     let [begin, end] = piece.time;
     let (mut low, mut high) = (begin, end);
     let mut time = if near.0.is_nan() { 0.5 * (begin + end) } else { near.0.clamp(begin, end) };
@@ -109,6 +189,8 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
     // Second derivative of the height to begin with: that of a ball of the smallest radius.
     let speed = piece.travel() / piece.duration();
     let mut bend = speed * speed / body.smallest_radius().min(1e3);
+    // By how much the rate changes with height, 1/s.
+    let turning = speed / body.smallest_radius().min(1e3) + piece.spin.norm();
     let mut before: Option<(f64, f64)> = None;
     for _ in 0..24 {
         let s = sample(ray, piece, body, time, height);
@@ -122,17 +204,17 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
         // Toward the lower side; at an end that is the lowest nothing moves.
         if (time <= begin && rate >= 0.0) || (time >= end && rate <= 0.0) {
             if settled {
-                return Some((height, time));
+                return (Some((height, time)), true);
             }
             continue;
         }
-        if settled && (rate * (high - low).min(2.0 * (rate / bend).abs())).abs() <= 1e-13 {
-            return Some((height, time));
+        // A rate away from the touch has the sign of the rate there only if the way to it cannot turn it.
+        if settled || 4.0 * up.abs() * turning < rate.abs() {
+            if rate < 0.0 { low = time } else { high = time }
         }
-        if rate < 0.0 {
-            low = time
-        } else {
-            high = time
+        // A convex height cannot fall by more on the way to the zero of its rate, which lies between `low` and `high`.
+        if settled && (rate * (high - low)).abs() <= 1e-13 {
+            return (Some((height, time)), true);
         }
         if let Some((t, r)) = before
             && t != time
@@ -143,7 +225,9 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
             }
         }
         before = Some((time, rate));
-        let mut next = time - rate / bend;
+        // Where little is left to fall, twice the step: that closes the bracket from the other side, or shows that the bend was too large.
+        let closing = (rate * rate / bend).abs() <= 1e-12;
+        let mut next = time - rate / bend * if closing { 2.0 } else { 1.0 };
         if !(next >= low && next <= high) {
             // Beyond what is known: to the end if nothing was seen there, else halfway.
             next = match (rate < 0.0, low > begin, high < end) {
@@ -155,7 +239,7 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
         height += rate * (next - time) + 0.5 * bend * (next - time) * (next - time);
         time = next;
     }
-    lowest_slowly(ray, piece, body, 0.0)
+    (lowest_slowly(ray, piece, body, 0.0), false)
 }
 
 /// A time at which the ray goes through the body; none when there is none.
