@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use proptest::prelude::*;
 use proveout_surface::texture::{
     ArealReport, Asked, Form, HeightMap, Profile, ProfileReport, SettingClass, Standard, TextureReport, Unchecked, cusp,
 };
@@ -191,4 +192,37 @@ fn a_map_has_its_lay_its_filter_and_its_rules() {
         &Asked { class: SettingClass::Sc1, ..asked },
     );
     assert_eq!(fine.s_filter_um, Some(2.5), "{fine}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Corners: two points, flats, single spikes, steps from the finest to far beyond the class, pitches that are no numbers, heights of a kilometer.
+    #[test]
+    fn any_profile_and_any_map_have_a_report(
+        heights in prop::collection::vec(prop::sample::select(vec![0.0, 1e-9, -1e-3, 0.002, 0.5, 1e6, -1e6]), 4..400),
+        step in prop::sample::select(vec![1e-7, 2.5e-5, 0.0005, 0.0015, 0.01, 0.1, 1e6]),
+        class in prop::sample::select(SettingClass::ALL.to_vec()),
+        old in any::<bool>(),
+        pitch in prop::sample::select(vec![None, Some(f64::NAN), Some(-1.0), Some(0.0), Some(0.3), Some(5.0), Some(1e9)]),
+    ) {
+        let asked = Asked {
+            standard: if old { Standard::Iso4287 } else { Standard::Iso21920 },
+            class,
+            form: if old { Form::Level } else { Form::None },
+            to_lay: pitch,
+            pitch,
+        };
+        let report = ProfileReport::of(&Profile::new(step, heights.clone()).expect("a profile"), &asked);
+        prop_assert_eq!(report.filtered.is_none(), !report.unchecked.is_empty(), "{}", report);
+        prop_assert!(report.unfiltered.ra_um.is_finite() && report.unfiltered.rz_um.is_finite());
+        let rows = 2 + heights.len() % 5;
+        let columns = heights.len() / rows;
+        if columns >= 2 {
+            let map = HeightMap::new(columns, rows, step, step, heights[..columns * rows].to_vec()).expect("a map");
+            let report = ArealReport::of(&map, &asked);
+            prop_assert_eq!(report.filtered.is_none(), !report.unchecked.is_empty(), "{}", report);
+            prop_assert!(report.unfiltered.sa_um.is_finite());
+        }
+    }
 }
