@@ -57,7 +57,7 @@ fn a_report_names_everything_that_its_values_depend_on() {
     assert_eq!(report.roughness.len(), 8001);
     let text = report.to_string();
     for word in
-        ["ISO 21920-2:2021", "Sc3", "0.8 mm", "4 mm", "across the lay", "0.5000 um", "one cut-off of data", "Ra"]
+        ["ISO 21920-2:2021", "Sc3", "0.8 mm", "4 mm", "across the lay", "0.5000 µm", "one cut-off of data", "Ra"]
     {
         assert!(text.contains(word), "{word}:\n{text}");
     }
@@ -122,7 +122,7 @@ fn spacing_and_length_are_held_to_the_class() {
     let asked = Asked::default();
     let coarse = ProfileReport::of(&profile(0.005, 5.6, |x| parabola(x, 0.25)), &asked);
     assert_eq!(rules(&coarse.unchecked), ["spacing-too-coarse"]);
-    assert!(coarse.to_string().contains("points every 5.0000 um cannot carry class Sc3, which wants 0.5 um or less"));
+    assert!(coarse.to_string().contains("points every 5.0000 µm cannot carry class Sc3, which wants 0.5 µm or less"));
     let fine = ProfileReport::of(&profile(0.000_01, 0.1, |x| x), &asked);
     assert_eq!(rules(&fine.unchecked), ["spacing-too-fine"]);
     let short = ProfileReport::of(&profile(0.0005, 3.0, |x| 0.001 * parabola(x, 0.25)), &asked);
@@ -182,6 +182,9 @@ fn a_map_has_its_lay_its_filter_and_its_rules() {
     let wider = ArealReport::of(&map(401, 0.01, |x, _| 0.001 * parabola(x, 0.4)), &Asked { pitch: Some(3.0), ..asked });
     assert_eq!(rules(&wider.unchecked), ["pitch-beyond-cutoff", "cutoff-beyond-patch"], "{wider}");
     assert_eq!(wider.filtered, None);
+    // One ridge and a half: no whole element, and no silent number.
+    let one = ArealReport::of(&map(401, 0.01, |x, _| 0.001 * parabola(x + 1.2, 3.2)), &asked);
+    assert_eq!(rules(&one.unchecked)[0], "pitch-beyond-cutoff", "{one}");
     let small = ArealReport::of(&map(41, 0.01, |x, _| 0.001 * parabola(x, 0.1)), &asked);
     assert_eq!(rules(&small.unchecked), ["cutoff-beyond-patch"]);
     let coarse = ArealReport::of(&map(41, 0.2, |x, _| 0.001 * parabola(x, 0.7)), &asked);
