@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use proptest::prelude::*;
 use proveout_surface::texture::{
     ArealReport, Asked, Form, HeightMap, Profile, ProfileReport, SettingClass, Standard, TextureReport, Unchecked, cusp,
 };
@@ -56,7 +57,7 @@ fn a_report_names_everything_that_its_values_depend_on() {
     assert_eq!(report.roughness.len(), 8001);
     let text = report.to_string();
     for word in
-        ["ISO 21920-2:2021", "Sc3", "0.8 mm", "4 mm", "across the lay", "0.5000 um", "one cut-off of data", "Ra"]
+        ["ISO 21920-2:2021", "Sc3", "0.8 mm", "4 mm", "across the lay", "0.5000 µm", "one cut-off of data", "Ra"]
     {
         assert!(text.contains(word), "{word}:\n{text}");
     }
@@ -121,7 +122,7 @@ fn spacing_and_length_are_held_to_the_class() {
     let asked = Asked::default();
     let coarse = ProfileReport::of(&profile(0.005, 5.6, |x| parabola(x, 0.25)), &asked);
     assert_eq!(rules(&coarse.unchecked), ["spacing-too-coarse"]);
-    assert!(coarse.to_string().contains("points every 5.0000 um cannot carry class Sc3, which wants 0.5 um or less"));
+    assert!(coarse.to_string().contains("points every 5.0000 µm cannot carry class Sc3, which wants 0.5 µm or less"));
     let fine = ProfileReport::of(&profile(0.000_01, 0.1, |x| x), &asked);
     assert_eq!(rules(&fine.unchecked), ["spacing-too-fine"]);
     let short = ProfileReport::of(&profile(0.0005, 3.0, |x| 0.001 * parabola(x, 0.25)), &asked);
@@ -181,6 +182,9 @@ fn a_map_has_its_lay_its_filter_and_its_rules() {
     let wider = ArealReport::of(&map(401, 0.01, |x, _| 0.001 * parabola(x, 0.4)), &Asked { pitch: Some(3.0), ..asked });
     assert_eq!(rules(&wider.unchecked), ["pitch-beyond-cutoff", "cutoff-beyond-patch"], "{wider}");
     assert_eq!(wider.filtered, None);
+    // One ridge and a half: no whole element, and no silent number.
+    let one = ArealReport::of(&map(401, 0.01, |x, _| 0.001 * parabola(x + 1.2, 3.2)), &asked);
+    assert_eq!(rules(&one.unchecked)[0], "pitch-beyond-cutoff", "{one}");
     let small = ArealReport::of(&map(41, 0.01, |x, _| 0.001 * parabola(x, 0.1)), &asked);
     assert_eq!(rules(&small.unchecked), ["cutoff-beyond-patch"]);
     let coarse = ArealReport::of(&map(41, 0.2, |x, _| 0.001 * parabola(x, 0.7)), &asked);
@@ -191,4 +195,37 @@ fn a_map_has_its_lay_its_filter_and_its_rules() {
         &Asked { class: SettingClass::Sc1, ..asked },
     );
     assert_eq!(fine.s_filter_um, Some(2.5), "{fine}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// Corners: two points, flats, single spikes, steps from the finest to far beyond the class, pitches that are no numbers, heights of a kilometer.
+    #[test]
+    fn any_profile_and_any_map_have_a_report(
+        heights in prop::collection::vec(prop::sample::select(vec![0.0, 1e-9, -1e-3, 0.002, 0.5, 1e6, -1e6]), 4..400),
+        step in prop::sample::select(vec![1e-7, 2.5e-5, 0.0005, 0.0015, 0.01, 0.1, 1e6]),
+        class in prop::sample::select(SettingClass::ALL.to_vec()),
+        old in any::<bool>(),
+        pitch in prop::sample::select(vec![None, Some(f64::NAN), Some(-1.0), Some(0.0), Some(0.3), Some(5.0), Some(1e9)]),
+    ) {
+        let asked = Asked {
+            standard: if old { Standard::Iso4287 } else { Standard::Iso21920 },
+            class,
+            form: if old { Form::Level } else { Form::None },
+            to_lay: pitch,
+            pitch,
+        };
+        let report = ProfileReport::of(&Profile::new(step, heights.clone()).expect("a profile"), &asked);
+        prop_assert_eq!(report.filtered.is_none(), !report.unchecked.is_empty(), "{}", report);
+        prop_assert!(report.unfiltered.ra_um.is_finite() && report.unfiltered.rz_um.is_finite());
+        let rows = 2 + heights.len() % 5;
+        let columns = heights.len() / rows;
+        if columns >= 2 {
+            let map = HeightMap::new(columns, rows, step, step, heights[..columns * rows].to_vec()).expect("a map");
+            let report = ArealReport::of(&map, &asked);
+            prop_assert_eq!(report.filtered.is_none(), !report.unchecked.is_empty(), "{}", report);
+            prop_assert!(report.unfiltered.sa_um.is_finite());
+        }
+    }
 }

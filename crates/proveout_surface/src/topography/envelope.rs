@@ -242,107 +242,18 @@ pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -
     (lowest_slowly(ray, piece, body, 0.0), false)
 }
 
-/// A time at which the ray goes through the body; none when there is none.
-///
-/// The distance of P + h n from a convex body that moves straight is a convex function of height and time together, so that its least value
-/// over all heights, D(t), is convex, with the derivative of the distance by time at the least place as slope. Where D is above zero and its
-/// tangent stays above zero over what is left of the piece, nothing is met; else the slope says on which side to halve. A turn bends
-/// D by less than the reach times its angle squared.
-fn meeting(ray: &Ray, piece: &Piece, body: &Body) -> Option<f64> {
-    let [mut low, mut high] = piece.time;
-    for _ in 0..60 {
-        let time = 0.5 * (low + high);
-        let (distance, rate, reach) = nearest_height(ray, piece, body, time);
-        if distance < 0.0 {
-            return Some(time);
-        }
-        if distance - 0.5 * rate.abs() * (high - low) > reach * piece.angle() * piece.angle() {
-            return None;
-        }
-        if rate < 0.0 {
-            low = time;
-        } else {
-            high = time;
-        }
-        if !(low < time || time < high) {
-            return None;
-        }
-    }
-    None
-}
-
-/// Least distance of a ray from the body at a time, its derivative by time, and the distance of the place from the tip.
-fn nearest_height(ray: &Ray, piece: &Piece, body: &Body, time: f64) -> (f64, f64, f64) {
-    let at = |height: f64| sample(ray, piece, body, time, height);
-    // The foot of the tip on the ray; from there doubling steps downhill until the distance rises again.
-    let state = piece.state(time);
-    let (base, direction) = (state.point(&ray.point), state.direction(&ray.normal));
-    let foot = -base.dot(&direction);
-    let down = if at(foot).by_height > 0.0 { -1.0 } else { 1.0 };
-    let (mut a, mut b, mut step) = (foot, foot + down, 1.0);
-    for _ in 0..40 {
-        if at(b).by_height * down > 0.0 {
-            break;
-        }
-        step *= 2.0;
-        (a, b) = (b, b + down * step);
-    }
-    for _ in 0..50 {
-        let middle = 0.5 * (a + b);
-        if at(middle).by_height * down > 0.0 { b = middle } else { a = middle }
-    }
-    let (height, place) = (0.5 * (a + b), at(0.5 * (a + b)));
-    (place.distance, place.by_time, (base + direction * height).norm())
-}
-
-/// The lowest touch beginning at one: times without touch lie beyond the border of those with one, which are a whole interval.
-fn lowest_from(ray: &Ray, piece: &Piece, body: &Body, (from, first): (f64, Touch)) -> (f64, f64) {
-    let [mut low, mut high] = piece.time;
-    let mut best = (first.height, from);
-    if first.rate < 0.0 {
-        low = from;
-    } else {
-        high = from;
-    }
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        match touch(ray, piece, body, middle, best.0) {
-            Some(here) => {
-                if here.height < best.0 {
-                    best = (here.height, middle);
-                }
-                // What the height can still fall on the way to the zero of its rate.
-                if (here.rate * (high - low)).abs() <= 1e-13 {
-                    break;
-                }
-                if here.rate < 0.0 {
-                    low = middle;
-                } else {
-                    high = middle;
-                }
-            }
-            None if middle > best.1 => high = middle,
-            None => low = middle,
-        }
-    }
-    best
-}
-
 /// The same by halving between touches that are each found to the end.
 fn lowest_slowly(ray: &Ray, piece: &Piece, body: &Body, start: f64) -> Option<(f64, f64)> {
     let [mut a, mut b] = piece.time;
     let (ta, tb) = (touch(ray, piece, body, a, start), touch(ray, piece, body, b, start));
     let (first, last) = match (ta, tb) {
         (Some(x), Some(y)) => (x, y),
-        // The body meets the ray for a part of the piece only.
-        (Some(x), None) => return Some(lowest_from(ray, piece, body, (a, x))),
-        (None, Some(y)) => return Some(lowest_from(ray, piece, body, (b, y))),
-        (None, None) => {
-            let t = meeting(ray, piece, body)?;
-            return touch(ray, piece, body, t, start).map(|x| lowest_from(ray, piece, body, (t, x)));
+        // The body leaves the ray within the piece: it is met again at the middle or nowhere.
+        (x, y) => {
+            let ends = [(x, a), (y, b)].into_iter().filter_map(|(t, time)| t.map(|t| (t.height, time)));
+            let middle = 0.5 * (a + b);
+            let at = touch(ray, piece, body, middle, start).map(|t| (t.height, middle));
+            return ends.chain(at).min_by(|x, y| x.0.total_cmp(&y.0));
         }
     };
     if first.rate >= 0.0 && last.rate >= 0.0 {

@@ -28,6 +28,8 @@ use super::{HeightMap, Profile, TextureError};
 
 /// Largest number of heights in a file: a square of 5000 by 5000. Its evaluation takes about 2 GiB.
 pub const MOST_HEIGHTS: usize = 25_000_000;
+/// Largest height and step, mm: a thousand times the largest machines.
+const FARTHEST: f64 = 1e6;
 /// Largest file, bytes.
 const MOST_BYTES: u64 = 1 << 30;
 
@@ -125,6 +127,18 @@ impl<'a> From<&'a Profile> for Lattice<'a> {
 
 /// A profile for one row, a map for more.
 fn measured(columns: usize, rows: usize, steps: [f64; 2], heights: Vec<f64>) -> Result<Measured, Fault> {
+    if let Some(k) = heights.iter().position(|z| z.abs() > FARTHEST) {
+        return Err(Fault::new(
+            format!("height {} is {} mm; {FARTHEST} mm are taken at most", k + 1, heights[k]),
+            "look at the unit and the scale of the heights",
+        ));
+    }
+    if let Some(step) = steps.into_iter().find(|s| *s > FARTHEST) {
+        return Err(Fault::new(
+            format!("a step of {step} mm; {FARTHEST} mm are taken at most"),
+            "look at the unit and the scale of the axes",
+        ));
+    }
     let built = if rows == 1 {
         Profile::new(steps[0], heights).map(Measured::Profile)
     } else {

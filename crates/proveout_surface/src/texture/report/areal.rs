@@ -137,7 +137,7 @@ impl ArealReport {
                 }
             };
             let values = ArealValues::of(&filtered);
-            let seen = across(&filtered, values.std_deg);
+            let seen = across(&filtered, values.std_deg, class.lambda_c());
             match seen.filter(|p| *p > class.lambda_c() * (1.0 + PITCH_SLACK)) {
                 None => {
                     pitch = pitch.into_iter().chain(seen).reduce(f64::max);
@@ -172,12 +172,12 @@ impl ArealReport {
             "used: the spacing carries it".to_owned()
         } else {
             remarks.push(format!(
-                "points every {:.4} um carry no profile parameters of class {}, which wants {} um: take profiles of their own",
+                "points every {:.4} µm carry no profile parameters of class {}, which wants {} µm: take profiles of their own",
                 1e3 * map.step_x().max(map.step_y()),
                 class.name(),
                 1e3 * class.max_spacing()
             ));
-            format!("left out: {} um are not carried by this spacing", 1e3 * class.lambda_s())
+            format!("left out: {} µm are not carried by this spacing", 1e3 * class.lambda_s())
         };
         let lay_deg = found.as_ref().map_or(unfiltered.std_deg, |(_, v)| v.std_deg);
         Self {
@@ -228,28 +228,32 @@ fn filter(map: &HeightMap, class: SettingClass) -> Result<HeightMap, Unchecked> 
 }
 
 /// Pitch across the lay, mm: the median RSm of the lines along that direction of the map which crosses the marks more squarely, times the
-/// sine of its angle to them.
-fn across(map: &HeightMap, lay_deg: Option<f64>) -> Option<f64> {
+/// sine of its angle to them. Where most lines have heights and no element, the pitch is at least half of their length: that, if it
+/// lies beyond the cut-off.
+fn across(map: &HeightMap, lay_deg: Option<f64>, cutoff: f64) -> Option<f64> {
     let (sin, cos) = lay_deg?.to_radians().sin_cos();
     let along_x = sin.abs() >= cos.abs();
     let (lines, step) = if along_x { (map.rows(), map.step_x()) } else { (map.columns(), map.step_y()) };
-    let mut found: Vec<f64> = (0..lines)
-        .filter_map(|k| {
-            let line: Vec<f64> = if along_x {
-                (0..map.columns()).map(|i| map.at(i, k)).collect()
-            } else {
-                (0..map.rows()).map(|j| map.at(k, j)).collect()
-            };
-            let mean = line.iter().sum::<f64>() / line.len() as f64;
-            let line: Vec<f64> = line.iter().map(|z| z - mean).collect();
-            let p = ProfileParameters::of(&line, step, crate::texture::Standard::Iso21920);
-            p.rsm.filter(|_| p.rt > FLAT)
-        })
-        .collect();
-    // Lines without an element tell nothing; where most have none, there is no pitch.
-    if found.len() * 2 < lines {
-        return None;
+    let mut found = Vec::with_capacity(lines);
+    for k in 0..lines {
+        let line: Vec<f64> = if along_x {
+            (0..map.columns()).map(|i| map.at(i, k)).collect()
+        } else {
+            (0..map.rows()).map(|j| map.at(k, j)).collect()
+        };
+        let mean = line.iter().sum::<f64>() / line.len() as f64;
+        let line: Vec<f64> = line.iter().map(|z| z - mean).collect();
+        let p = ProfileParameters::of(&line, step, crate::texture::Standard::Iso21920);
+        if p.rt > FLAT {
+            found.push(p.rsm.unwrap_or(f64::INFINITY));
+        }
     }
     found.sort_by(f64::total_cmp);
-    found.get(found.len() / 2).map(|rsm| rsm * sin.abs().max(cos.abs()))
+    let median = found.get(found.len() / 2)?;
+    let square = sin.abs().max(cos.abs());
+    if median.is_finite() {
+        return Some(median * square);
+    }
+    let half = 0.5 * map.size()[usize::from(!along_x)] * square;
+    (half > cutoff * (1.0 + PITCH_SLACK)).then_some(half)
 }

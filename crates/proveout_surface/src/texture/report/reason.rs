@@ -35,7 +35,7 @@ pub enum Unchecked {
         smaller: Option<&'static str>,
     },
     /// The points lie too far apart.
-    #[error("points every {spacing_um:.4} um cannot carry class {class}, which wants {limit_um} um or less")]
+    #[error("points every {spacing_um:.4} µm cannot carry class {class}, which wants {limit_um} µm or less")]
     TooCoarse {
         /// Spacing, um.
         spacing_um: f64,
@@ -46,7 +46,7 @@ pub enum Unchecked {
     },
     /// The points lie closer than what is filtered in reasonable time.
     #[error(
-        "points every {spacing_um:.6} um are closer than {limit_um} um, the finest that is filtered for class {class}: thin them out"
+        "points every {spacing_um:.6} µm are closer than {limit_um} µm, the finest that is filtered for class {class}: thin them out"
     )]
     TooFine {
         /// Spacing, um.

@@ -39,14 +39,14 @@ impl Display for ProfileReport {
         writeln!(f, "profile: {}; class {} of {}", self.standard, self.class, self.class_standard)?;
         writeln!(
             f,
-            "  lambda_s {} um, lambda_c {} mm, evaluation length {} mm in {} sections; {}",
+            "  lambda_s {} µm, lambda_c {} mm, evaluation length {} mm in {} sections; {}",
             self.lambda_s_um, self.lambda_c_mm, self.evaluation_length_mm, self.sections, self.filter_standard
         )?;
         writeln!(f, "  form: {}; ends: {}", self.form_removal, self.end_rule)?;
         let angle = self.direction_to_lay_deg.map_or_else(String::new, |d| format!(" ({d:.1} degrees)"));
         writeln!(
             f,
-            "  points every {:.4} um over {:.4} mm; direction to the lay: {}{angle}; pitch {} mm; unfiltered over {:.4} mm",
+            "  points every {:.4} µm over {:.4} mm; direction to the lay: {}{angle}; pitch {} mm; unfiltered over {:.4} mm",
             self.spacing_um,
             self.length_mm,
             self.direction_to_lay,
@@ -54,12 +54,12 @@ impl Display for ProfileReport {
             self.unfiltered_length_mm
         )?;
         let rows: &[Row<ProfileValues>] = &[
-            ("Ra", |v| format!("{:.4}", v.ra_um), "um"),
-            ("Rq", |v| format!("{:.4}", v.rq_um), "um"),
-            ("Rp", |v| format!("{:.4}", v.rp_um), "um"),
-            ("Rv", |v| format!("{:.4}", v.rv_um), "um"),
-            ("Rz", |v| format!("{:.4}", v.rz_um), "um"),
-            ("Rt", |v| format!("{:.4}", v.rt_um), "um"),
+            ("Ra", |v| format!("{:.4}", v.ra_um), "µm"),
+            ("Rq", |v| format!("{:.4}", v.rq_um), "µm"),
+            ("Rp", |v| format!("{:.4}", v.rp_um), "µm"),
+            ("Rv", |v| format!("{:.4}", v.rv_um), "µm"),
+            ("Rz", |v| format!("{:.4}", v.rz_um), "µm"),
+            ("Rt", |v| format!("{:.4}", v.rt_um), "µm"),
             ("Rsk", |v| format!("{:.4}", v.rsk), ""),
             ("Rku", |v| format!("{:.4}", v.rku), ""),
             ("RSm", |v| or_none(v.rsm_mm, 4), "mm"),
@@ -76,23 +76,23 @@ impl Display for ArealReport {
         writeln!(
             f,
             "  S-filter {}; L-filter {} mm (lambda_c of class {})",
-            self.s_filter_um.map_or_else(|| self.s_filter.clone(), |s| format!("{s} um")),
+            self.s_filter_um.map_or_else(|| self.s_filter.clone(), |s| format!("{s} µm")),
             self.l_filter_mm,
             self.class
         )?;
         writeln!(f, "  form: {}; ends: {}", self.form_removal, self.end_rule)?;
         writeln!(
             f,
-            "  {nx} x {ny} points every {dx:.4} x {dy:.4} um over {x:.4} x {y:.4} mm; lay {} degrees from x; pitch {} mm",
+            "  {nx} x {ny} points every {dx:.4} x {dy:.4} µm over {x:.4} x {y:.4} mm; lay {} degrees from x; pitch {} mm",
             or_none(self.lay_deg, 1),
             or_none(self.pitch_mm, 4)
         )?;
         let rows: &[Row<ArealValues>] = &[
-            ("Sa", |v| format!("{:.4}", v.sa_um), "um"),
-            ("Sq", |v| format!("{:.4}", v.sq_um), "um"),
-            ("Sp", |v| format!("{:.4}", v.sp_um), "um"),
-            ("Sv", |v| format!("{:.4}", v.sv_um), "um"),
-            ("Sz", |v| format!("{:.4}", v.sz_um), "um"),
+            ("Sa", |v| format!("{:.4}", v.sa_um), "µm"),
+            ("Sq", |v| format!("{:.4}", v.sq_um), "µm"),
+            ("Sp", |v| format!("{:.4}", v.sp_um), "µm"),
+            ("Sv", |v| format!("{:.4}", v.sv_um), "µm"),
+            ("Sz", |v| format!("{:.4}", v.sz_um), "µm"),
             ("Ssk", |v| format!("{:.4}", v.ssk), ""),
             ("Sku", |v| format!("{:.4}", v.sku), ""),
             ("Sdq", |v| format!("{:.6}", v.sdq), ""),
