@@ -77,7 +77,16 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
         assert_eq!(texture["residual"]["source"], "FACE_D20 states none: taken as zero");
         assert_eq!(texture["phases"]["repeats"], 2);
         let report = &texture["profiles"][0]["report"];
-        for key in ["standard", "class", "lambda_s_um", "lambda_c_mm", "evaluation_length_mm", "form_removal", "end_rule", "spacing_um"] {
+        for key in [
+            "standard",
+            "class",
+            "lambda_s_um",
+            "lambda_c_mm",
+            "evaluation_length_mm",
+            "form_removal",
+            "end_rule",
+            "spacing_um",
+        ] {
             assert!(!report[key].is_null(), "{key}");
         }
     }
@@ -90,7 +99,11 @@ fn a_scene_that_keeps_its_tolerances_passes_with_exit_code_0_and_leaves_its_maps
     }
     assert!(fs::metadata(result.join("roughness.glb")).is_ok_and(|m| m.len() > 10_000));
     let page = fs::read_to_string(result.join("report.html")).expect("a page");
-    assert!(page.contains("Texture of the surface") && page.contains("texture-data") && page.contains("FACE_D20 states none"));
+    assert!(
+        page.contains("Texture of the surface")
+            && page.contains("texture-data")
+            && page.contains("FACE_D20 states none")
+    );
 }
 
 #[test]
@@ -104,8 +117,13 @@ fn tolerances_that_are_missed_fail_with_place_and_block() {
     let findings = verdict["findings"].as_array().expect("findings");
     let found: Vec<_> = findings.iter().filter(|f| f["code"] == "surface-roughness").collect();
     assert!(!found.is_empty());
-    assert!(found.iter().all(|f| f["line"] == 9 && f["file"].as_str().is_some_and(|n| n.ends_with("face.nc"))), "{found:#?}");
-    assert!(found.iter().all(|f| f["limit"] == 0.4 && f["unit"] == "um" && f["value"].as_f64().is_some_and(|v| v > 0.4)));
+    assert!(
+        found.iter().all(|f| f["line"] == 9 && f["file"].as_str().is_some_and(|n| n.ends_with("face.nc"))),
+        "{found:#?}"
+    );
+    assert!(
+        found.iter().all(|f| f["limit"] == 0.4 && f["unit"] == "um" && f["value"].as_f64().is_some_and(|v| v > 0.4))
+    );
 }
 
 #[test]

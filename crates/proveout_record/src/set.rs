@@ -3,7 +3,8 @@
 use proveout_sim::Observer;
 
 use crate::{
-    GltfObserver, JsonObserver, MapFilesObserver, ProgramObserver, RecordError, ReportObserver, RerunMode, StockObserver, TableObserver,
+    GltfObserver, JsonObserver, MapFilesObserver, ProgramObserver, RecordError, ReportObserver, RerunMode,
+    StockObserver, TableObserver,
 };
 
 /// The observers that write a whole run folder (but `run.json`, which is known only after them).

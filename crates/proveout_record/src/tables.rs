@@ -168,12 +168,11 @@ struct SurfaceTable {
 impl SurfaceTable {
     /// `names` are those of the patches.
     fn create(path: &Path, names: Vec<Arc<str>>) -> Result<Self, RecordError> {
-        let notes =
-            [
-                ("frame", "workpiece W, mm".to_owned()),
-                ("deviation", "positive: material left; negative: gouge".into()),
-                ("map", "rows with a map: nodes of a roughness map on the design, height along the normal".into()),
-            ];
+        let notes = [
+            ("frame", "workpiece W, mm".to_owned()),
+            ("deviation", "positive: material left; negative: gouge".into()),
+            ("map", "rows with a map: nodes of a roughness map on the design, height along the normal".into()),
+        ];
         Ok(Self { table: Table::create(path, &surface_columns(), &notes)?, names })
     }
 

@@ -142,7 +142,11 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let meshes = END * ends + band + pictures;
     let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
-    LINE * demand.lines as f64 + demand.textures as f64 + MOTION + writers + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
+    LINE * demand.lines as f64
+        + demand.textures as f64
+        + MOTION
+        + writers
+        + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
 }
 
 /// What the process holds now, bytes.

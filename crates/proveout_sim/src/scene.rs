@@ -555,7 +555,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     for (key, value) in [("ra_um", t.ra_um), ("rz_um", t.rz_um)] {
         if let Some(value) = value.filter(|v| !(*v > 0.0 && *v <= 1e6)) {
             let at = text.find(key).unwrap_or(0);
-            return fault(at, format!("{key} = {value} is no height"), "write a height above 0 micrometers, or leave it out");
+            return fault(
+                at,
+                format!("{key} = {value} is no height"),
+                "write a height above 0 micrometers, or leave it out",
+            );
         }
     }
     for probe in &file.inspect {

@@ -268,16 +268,18 @@ impl Middle<'_> {
             return Some(("`normal` makes a plane through `at_mm`, which is missing".into(), "give `at_mm`"));
         }
         let numbers = self.at.iter().flatten().copied().chain(self.arc).chain(self.x);
-        numbers.into_iter().find(|v| !v.is_finite() || v.abs() > 1e6).map(|v| {
-            (format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame")
-        })
+        numbers
+            .into_iter()
+            .find(|v| !v.is_finite() || v.abs() > 1e6)
+            .map(|v| (format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"))
     }
 }
 
 fn direction_fault(key: &str, v: &Option<[f64; 3]>) -> Option<(String, &'static str)> {
     let v = (*v)?;
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
-    (!(length > 1e-9 && length < 1e9)).then(|| (format!("{key} = {v:?} is no direction"), "write for example [1, 0, 0]"))
+    (!(length > 1e-9 && length < 1e9))
+        .then(|| (format!("{key} = {v:?} is no direction"), "write for example [1, 0, 0]"))
 }
 
 fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
@@ -289,10 +291,16 @@ fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
     }
     let nodes: f64 = size.iter().map(|s| (s * 1e3 / step_um).round() + 1.0).product();
     if size.iter().any(|s| s * 1e3 < 2.0 * step_um) {
-        return Some((format!("sides of {size:?} mm hold no two steps of {step_um} um"), "give a larger patch or a smaller step_um"));
+        return Some((
+            format!("sides of {size:?} mm hold no two steps of {step_um} um"),
+            "give a larger patch or a smaller step_um",
+        ));
     }
     (nodes > MOST_NODES).then(|| {
-        (format!("{nodes:.0} nodes are more than the {MOST_NODES:.0} of a patch"), "give a smaller patch or a larger step_um")
+        (
+            format!("{nodes:.0} nodes are more than the {MOST_NODES:.0} of a patch"),
+            "give a smaller patch or a larger step_um",
+        )
     })
 }
 
@@ -321,10 +329,21 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), C
         let what = format!("{kind} {name:?}");
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
         if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(plain) {
-            return fault(offset, &what, ("this is no name".into(), "use 1 to 40 letters, digits, `-` and `_`: the name becomes part of file names"));
+            return fault(
+                offset,
+                &what,
+                (
+                    "this is no name".into(),
+                    "use 1 to 40 letters, digits, `-` and `_`: the name becomes part of file names",
+                ),
+            );
         }
         if names.contains(&name) {
-            return fault(offset, &what, ("the name is taken".into(), "give patches, grids and profiles each a name of their own"));
+            return fault(
+                offset,
+                &what,
+                ("the name is taken".into(), "give patches, grids and profiles each a name of their own"),
+            );
         }
         names.push(name);
     }
@@ -380,7 +399,13 @@ impl SurfaceGridFile {
     fn fault(&self) -> Option<(String, &'static str)> {
         let of_blade = self.arc_mm.is_some() && self.x_mm.is_some();
         let in_space = self.corner_mm.is_some() && self.u_mm.is_some() && self.v_mm.is_some();
-        let given = [self.arc_mm.is_some(), self.x_mm.is_some(), self.corner_mm.is_some(), self.u_mm.is_some(), self.v_mm.is_some()];
+        let given = [
+            self.arc_mm.is_some(),
+            self.x_mm.is_some(),
+            self.corner_mm.is_some(),
+            self.u_mm.is_some(),
+            self.v_mm.is_some(),
+        ];
         let given = given.iter().filter(|g| **g).count();
         if !(of_blade && given == 2 || in_space && given == 3) {
             return Some((
@@ -389,7 +414,8 @@ impl SurfaceGridFile {
             ));
         }
         let sides = [&self.u_mm, &self.v_mm].into_iter().flatten().flatten();
-        let numbers = self.arc_mm.iter().chain(&self.x_mm).flatten().chain(self.corner_mm.iter().flatten()).chain(sides);
+        let numbers =
+            self.arc_mm.iter().chain(&self.x_mm).flatten().chain(self.corner_mm.iter().flatten()).chain(sides);
         if let Some(v) = numbers.into_iter().find(|v| !v.is_finite() || v.abs() > 1e6) {
             return Some((format!("{v} is no coordinate"), "write lengths in mm of the workpiece frame"));
         }
@@ -403,16 +429,19 @@ impl SurfaceGridFile {
             _ => return Some(("it needs a number of patches".into(), "give `count` or `spacing_mm`")),
         };
         let patches = rows * columns;
-        (!(1.0..=MOST_PATCHES as f64).contains(&patches)).then(|| {
-            (format!("{patches:.0} patches are none, or more than {MOST_PATCHES}"), "give 1 to 10000 patches")
-        })
+        (!(1.0..=MOST_PATCHES as f64).contains(&patches))
+            .then(|| (format!("{patches:.0} patches are none, or more than {MOST_PATCHES}"), "give 1 to 10000 patches"))
     }
 
     /// Lengths of its sides, mm.
     fn sides(&self) -> [f64; 2] {
         let norm = |v: &Option<[f64; 3]>| v.map_or(0.0, |v| v.iter().map(|c| c * c).sum::<f64>().sqrt());
         let range = |r: &Option<[f64; 2]>| r.map_or(0.0, |[a, b]| (b - a).abs());
-        if self.arc_mm.is_some() { [range(&self.arc_mm), range(&self.x_mm)] } else { [norm(&self.u_mm), norm(&self.v_mm)] }
+        if self.arc_mm.is_some() {
+            [range(&self.arc_mm), range(&self.x_mm)]
+        } else {
+            [norm(&self.u_mm), norm(&self.v_mm)]
+        }
     }
 
     /// Patches along both directions.

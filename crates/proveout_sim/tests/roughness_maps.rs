@@ -205,7 +205,8 @@ fn the_other_way_round_is_another_surface_and_a_random_phase_is_told() {
     let apart = heights(&there).iter().zip(&heights(&back)).fold(0.0_f64, |a, (x, y)| a.max((x - y).abs()));
     // Mirrored along X, and the rake with it.
     assert!(apart > 1e-4, "{apart}");
-    let mirrored = heights(&back).chunks(101).flat_map(|row| row.iter().rev().copied().collect::<Vec<_>>()).collect::<Vec<f64>>();
+    let mirrored =
+        heights(&back).chunks(101).flat_map(|row| row.iter().rev().copied().collect::<Vec<_>>()).collect::<Vec<f64>>();
     let apart = heights(&there).iter().zip(&mirrored).fold(0.0_f64, |a, (x, y)| a.max((x - y).abs()));
     assert!(apart < 1e-6, "{apart}");
     let (verdict, _) = run(&program, &tools, "");
@@ -238,9 +239,14 @@ fn surface_gate(v: &Verdict) -> (State, String) {
 #[test]
 fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
     let program = rows();
-    for (limit, state) in [("ra_um = 0.5\nrz_um = 2", State::Pass), ("ra_um = 0.1", State::Fail), ("ra_um = 0.5\nrz_um = 0.5", State::Fail)] {
+    for (limit, state) in [
+        ("ra_um = 0.5\nrz_um = 2", State::Pass),
+        ("ra_um = 0.1", State::Fail),
+        ("ra_um = 0.5\nrz_um = 0.5", State::Fail),
+    ] {
         let more = format!("[tolerances]\n{limit}\n{ROWS}");
-        let (verdict, textures) = Job { dynamics: "planned", tools: BALL, program: &program, more: &more }.run().unwrap();
+        let (verdict, textures) =
+            Job { dynamics: "planned", tools: BALL, program: &program, more: &more }.run().unwrap();
         let (is, reason) = surface_gate(&verdict);
         assert_eq!(is, state, "{limit}: {reason}");
         assert_eq!(verdict.findings.iter().any(|f| f.code == "surface-roughness"), state == State::Fail);
@@ -262,6 +268,22 @@ fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
         assert!(lay.min(180.0 - lay) < 1.0, "{lay}");
         assert!(used.profiles[1].ra_um.unwrap()[1] < 0.01, "flat along the marks");
     }
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let program = face_program("M3");
+    let tools = FACE_MILL.replace("hand = \"left\"\n", "");
+    let more = face_surface(50, "");
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| Job { dynamics: "planned", tools: &tools, program: &program, more: &more }.run().unwrap())
+    };
+    let ((one, single), (many, several)) = (run(1), run(3));
+    assert_eq!(one.surface, many.surface);
+    let bits =
+        |t: &[SurfaceTexture]| -> Vec<u64> { t[0].map.iter().flat_map(|m| &m.heights).map(|h| h.to_bits()).collect() };
+    assert_eq!(bits(&single), bits(&several));
 }
 
 #[test]
@@ -338,7 +360,10 @@ fn places_off_the_surface_are_refused_by_name() {
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [400, 400]"), "nodes are more"),
         ("[surface]\nphases = 0\n".into(), "phases = 0"),
         ("[surface]\nmax_height_mm = -1\n".into(), "max_height_mm"),
-        ("[surface]\n[[surface.profile]]\nname = \"q\"\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n".into(), "no one direction"),
+        (
+            "[surface]\n[[surface.profile]]\nname = \"q\"\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n".into(),
+            "no one direction",
+        ),
         ("[surface]\n[[surface.phase]]\nat_mm = [0, 0, 0]\ntooth_deg = 0\n".into(), "no phase"),
         ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "no one region"),
         ("[tolerances]\nra_um = 0\n".into(), "ra_um = 0"),

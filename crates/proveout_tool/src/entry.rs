@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
 use crate::edges::edges_of;
-use crate::residual::residual_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
+use crate::residual::residual_of;
 use crate::{ProfileError, Segment, Tool};
 
 /// Fastest spindle that is believed, 1/min.

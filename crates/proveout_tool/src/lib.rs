@@ -39,5 +39,5 @@ pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
 pub use error::{Defect, ToolError};
 pub use library::{ToolLibrary, ToolNotes};
-pub use residual::Residual;
 pub use profile::{Nearest, Profile, ProfileError, Segment};
+pub use residual::Residual;

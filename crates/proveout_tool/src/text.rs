@@ -60,7 +60,9 @@ impl<'a> Text<'a> {
         let Some(tool) = self.tool(index) else { return (0..0, false) };
         let mut candidates = vec![tool.get_ref()];
         // Keys of holder sections are found in the holder, those of inserts in the edges.
-        candidates.extend(["holder", "edges", "residual"].iter().filter_map(|k| tool.get_ref().get(*k)).map(Spanned::get_ref));
+        candidates.extend(
+            ["holder", "edges", "residual"].iter().filter_map(|k| tool.get_ref().get(*k)).map(Spanned::get_ref),
+        );
         let insert = tool.get_ref().get("edges").and_then(|e| e.get_ref().get("round_insert"));
         candidates.extend(insert.map(Spanned::get_ref));
         for table in candidates {

@@ -129,7 +129,7 @@ fn page(message: &str) -> String {
         joints: &[x],
         process: &process,
         part: &part,
-            textures: &[],
+        textures: &[],
     };
     render(&page).expect("the template fits its data")
 }

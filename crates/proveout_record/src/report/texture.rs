@@ -183,11 +183,14 @@ fn rows_of(t: &TextureUsed) -> Vec<TextureRow> {
 
 /// What the table is about.
 pub(crate) fn texture_words(t: &TextureUsed) -> String {
-    let model = if t.model == "teeth" { "edges of the teeth" } else { "envelope of the cutter, without teeth and run-out" };
+    let model =
+        if t.model == "teeth" { "edges of the teeth" } else { "envelope of the cutter, without teeth and run-out" };
     let error = if t.design_error_um > 0.0 {
         format!("; the design's own error of {} {} counts on top", fixed(t.design_error_um, 2), symbol("um"))
     } else {
         String::new()
     };
-    format!("Kinematic surface by the {model}; form removed by distance to the design{error}. Sa and Sz are those of the unfiltered map.")
+    format!(
+        "Kinematic surface by the {model}; form removed by distance to the design{error}. Sa and Sz are those of the unfiltered map."
+    )
 }

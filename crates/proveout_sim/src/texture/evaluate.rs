@@ -274,7 +274,9 @@ impl<'a> Work<'a> {
         let place = match direction {
             Some(direction) => {
                 if lay_deg.is_none() {
-                    self.used.remarks.push("no marks are seen round it: the profile runs along X laid into the surface".into());
+                    self.used
+                        .remarks
+                        .push("no marks are seen round it: the profile runs along X laid into the surface".into());
                 }
                 self.to_lay(&self.entry.place, lay_deg, direction)
             }
@@ -357,8 +359,7 @@ impl<'a> Work<'a> {
             self.used.blocks = self.blocks(&makers);
             self.doubts(&lattice, &cuts);
         }
-        let ranges = (!of_phases.is_empty())
-            .then(|| [0, 1].map(|k| range(of_phases.iter().map(|p| p[k]))));
+        let ranges = (!of_phases.is_empty()).then(|| [0, 1].map(|k| range(of_phases.iter().map(|p| p[k]))));
         if let ([Some([ra, _]), Some(spread)], true) = ([ranges.map(|r| r), None::<[[f64; 2]; 2]>], false) {
             let _ = (ra, spread);
         }
@@ -512,7 +513,9 @@ fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
     for tool in tools {
         let own = match &tool.residual {
             Some(r) => ResidualUsed { ra_um: r.ra_um, rz_um: r.rz_um, source: format!("{}: {}", tool.name, r.source) },
-            None => ResidualUsed { source: format!("{} states none: taken as zero", tool.name), ..ResidualUsed::default() },
+            None => {
+                ResidualUsed { source: format!("{} states none: taken as zero", tool.name), ..ResidualUsed::default() }
+            }
         };
         all = Some(match all {
             None => own,
@@ -526,7 +529,10 @@ fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
             }
         });
     }
-    all.unwrap_or_else(|| ResidualUsed { source: "no tool comes near: taken as zero".into(), ..ResidualUsed::default() })
+    all.unwrap_or_else(|| ResidualUsed {
+        source: "no tool comes near: taken as zero".into(),
+        ..ResidualUsed::default()
+    })
 }
 
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {

@@ -19,11 +19,11 @@ mod record;
 use std::sync::Arc;
 
 use proveout_geom::{Point, TriMesh, Vector};
-use proveout_tool::ToolLibrary;
 use proveout_surface::{
     DesignMesh, DesignSurface,
     texture::{Profile, SettingClass},
 };
+use proveout_tool::ToolLibrary;
 
 pub(crate) use evaluate::evaluate;
 pub(crate) use judge::judge;
@@ -152,12 +152,18 @@ impl Plan {
             {
                 let names: Vec<&str> = tools.tools.iter().map(|t| t.name.as_str()).collect();
                 let message = format!("the library has no tool {name:?}");
-                return Err(scene.fault(spanned.span().start, message, format!("write one of {}", names.join(", "))).into());
+                return Err(scene
+                    .fault(spanned.span().start, message, format!("write one of {}", names.join(", ")))
+                    .into());
             }
         }
         let (ground, chord_error) = ground(scene, part_mesh)?;
-        let mut plan =
-            Self { ground, entries: Vec::new(), class: surface.class.map_or(SettingClass::Sc3, Into::into), chord_error };
+        let mut plan = Self {
+            ground,
+            entries: Vec::new(),
+            class: surface.class.map_or(SettingClass::Sc3, Into::into),
+            chord_error,
+        };
         for spanned in &surface.patch {
             let patch = spanned.get_ref();
             let (size, step_um) = (patch.size_mm.unwrap_or(surface.size_mm), patch.step_um.unwrap_or(surface.step_um));
@@ -256,7 +262,7 @@ fn ground(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<(Ground, f64), S
         return Ok((Ground::Blade(Box::new(blade)), 0.0));
     }
     let Some(mesh) = part_mesh else { return Ok((Ground::None, 0.0)) };
-    let tree = DesignMesh::new(mesh)
-        .map_err(|e| ConfigError::file(&scene.path, format!("[part]: {e}"), "mend the mesh"))?;
+    let tree =
+        DesignMesh::new(mesh).map_err(|e| ConfigError::file(&scene.path, format!("[part]: {e}"), "mend the mesh"))?;
     Ok((Ground::Design(Arc::new(tree)), part.chord_error_mm))
 }

@@ -66,7 +66,10 @@ impl Ground {
         let finish = |point: Point, normal: Vector, usual: Vector, on_blade, plane| {
             let wanted = along.map_or(usual, Vector::from);
             let along = laid(&wanted, &normal).ok_or_else(|| {
-                ("`along` stands upright on the surface".to_owned(), "give a direction that lies in the surface".to_owned())
+                (
+                    "`along` stands upright on the surface".to_owned(),
+                    "give a direction that lies in the surface".to_owned(),
+                )
             })?;
             Ok(Place { middle: point, normal, along, across: normal.cross(&along), on_blade, plane })
         };
@@ -99,7 +102,11 @@ impl Ground {
                 let distance = off.map_or(f64::INFINITY, |n| n.distance.abs());
                 let foot = (distance <= BESIDE_MM).then(|| foot(design.as_ref(), &asked)).flatten();
                 let Some((point, normal)) = foot else {
-                    let how_far = if distance.is_finite() { format!("{distance:.3} mm beside the design") } else { "off the design".into() };
+                    let how_far = if distance.is_finite() {
+                        format!("{distance:.3} mm beside the design")
+                    } else {
+                        "off the design".into()
+                    };
                     return Err((
                         format!("{} lies {how_far}", coordinates(&asked)),
                         format!("give a point at most {BESIDE_MM} mm beside the surface of the design"),
@@ -336,4 +343,83 @@ fn nearest_on_blade(blade: &Blade, p: &Point) -> Result<[f64; 2], Refused> {
         format!("{} lies {off:.3} mm beside the airfoil", coordinates(p)),
         format!("give a point at most {BESIDE_MM} mm beside its surface, or `arc_mm` and `x_mm`"),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::blade::{BladeSpec, CamberSection};
+    use proveout_surface::{ConeFlank, ConeFrustum};
+
+    use super::*;
+
+    fn middle<'a>(at: &'a Option<[f64; 3]>, arc: Option<f64>, x: Option<f64>) -> Middle<'a> {
+        Middle { at, arc, x, normal: &None }
+    }
+
+    /// Distances of neighbors along rows and columns, and the angle between them in the middle, radian.
+    fn steps(lattice: &Lattice) -> (Vec<f64>, Vec<f64>, f64) {
+        let (n, m, p) = (lattice.columns(), lattice.rows(), lattice.points());
+        let along = |i: usize, j: usize| p[j * n + i + 1] - p[j * n + i];
+        let across = |i: usize, j: usize| p[(j + 1) * n + i] - p[j * n + i];
+        let rows = (0..m).flat_map(|j| (0..n - 1).map(move |i| (i, j))).map(|(i, j)| along(i, j).norm()).collect();
+        let columns = (0..m - 1).flat_map(|j| (0..n).map(move |i| (i, j))).map(|(i, j)| across(i, j).norm()).collect();
+        (rows, columns, along(n / 2, m / 2).angle(&across(n / 2, m / 2)))
+    }
+
+    fn within(values: &[f64], step: f64, part: f64) {
+        for v in values {
+            assert!((v - step).abs() < part * step, "{v} for {step}");
+        }
+    }
+
+    #[test]
+    fn nodes_on_a_cone_lie_on_it_at_equal_steps() {
+        let frustum =
+            ConeFrustum { base: Point::origin(), axis: Vector::z(), base_radius: 20.0, top_radius: 12.0, height: 30.0 };
+        let design = ConeFlank { frustum, end_margin: 0.0 };
+        let ground = Ground::Design(Arc::new(design));
+        let place = ground.place(&middle(&Some([16.2, 0.1, 15.0]), None, None), None).expect("a place");
+        for steps_of in [[40, 40], [41, 39]] {
+            place.check(&ground, steps_of, [0.1, 0.1]).expect("on the flank");
+            let lattice = place.lattice(&ground, steps_of, [0.1, 0.1]).expect("a lattice");
+            assert_eq!((lattice.columns(), lattice.rows()), (steps_of[0] + 1, steps_of[1] + 1));
+            for (p, n) in lattice.points().iter().zip(lattice.normals()) {
+                let near = design.nearest(p, 1.0).expect("on the flank");
+                assert!(near.distance.abs() < 1e-12 && (near.normal - n).norm() < 1e-12);
+            }
+            let (rows, columns, angle) = steps(&lattice);
+            within(&rows, 0.1, 1e-4);
+            // Rows beside the spine come nearer to each other or go apart, as meridians do.
+            within(&columns, 0.1, 1e-2);
+            assert!((angle - std::f64::consts::FRAC_PI_2).abs() < 0.01, "{angle}");
+        }
+        // Beyond the end of the flank.
+        let low = ground.place(&middle(&Some([19.7, 0.0, 1.0]), None, None), None).expect("a place");
+        assert!(low.check(&ground, [40, 40], [0.1, 0.1]).is_err());
+    }
+
+    #[test]
+    fn nodes_on_a_blade_are_points_of_its_closed_form_at_equal_steps() {
+        let spec = BladeSpec { section: CamberSection::stand_in(), length: 60.0, twist: 0.002, platform: None };
+        let blade = Blade::new(spec).expect("a blade");
+        let ground = Ground::Blade(Box::new(blade.clone()));
+        for along in [None, Some([1.0, 0.0, 0.0]), Some([1.0, 1.0, 1.0])] {
+            let place = ground.place(&middle(&None, Some(30.0), Some(20.0)), along).expect("a place");
+            let lattice = place.lattice(&ground, [40, 40], [0.1, 0.1]).expect("a lattice");
+            let center = blade.at(30.0, 20.0);
+            assert!((lattice.points()[20 * 41 + 20] - center.point).norm() < 1e-12);
+            let (rows, columns, angle) = steps(&lattice);
+            within(&rows, 0.1, 0.01);
+            within(&columns, 0.1, 0.01);
+            assert!((angle - std::f64::consts::FRAC_PI_2).abs() < 1e-3, "{angle}");
+        }
+        // The point of a place that is written in space is the nearest one.
+        let on = blade.at(42.0, 33.0);
+        let beside: [f64; 3] = (on.point + on.normal * 0.4).into();
+        let place = ground.place(&middle(&Some(beside), None, None), None).expect("a place");
+        assert!((place.middle - on.point).norm() < 1e-9, "{:?}", place.middle);
+        assert!(ground.place(&middle(&Some([30.0, 200.0, 0.0]), None, None), None).is_err());
+        let top = ground.place(&middle(&None, Some(30.0), Some(59.0)), None).expect("a place");
+        assert!(top.check(&ground, [40, 40], [0.1, 0.1]).is_err_and(|(m, _)| m.contains("x = 61")), "beyond its end");
+    }
 }

@@ -416,7 +416,9 @@ mod tests {
     #[test]
     fn the_turn_between_two_frames_takes_one_to_the_other() {
         let frame = housing(&Vector::new(0.3, 1.0, 0.2), &Vector::new(0.1, -0.2, 1.0).normalize());
-        for wanted in [Vector::zeros(), Vector::new(1e-9, 2e-9, 0.0), Vector::new(0.01, -0.02, 0.4), Vector::new(1.5, 1.5, -1.0)] {
+        for wanted in
+            [Vector::zeros(), Vector::new(1e-9, 2e-9, 0.0), Vector::new(0.01, -0.02, 0.4), Vector::new(1.5, 1.5, -1.0)]
+        {
             let to = frame.map(|v| rotated(&v, &wanted));
             let found = turn(&frame, &to);
             assert!((found - wanted).norm() < 1e-12, "{found:?} for {wanted:?}");
