@@ -1,19 +1,16 @@
 //! From kept motion to heights, parameters and doubts, place by place.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use proveout_controller::MoveKind;
 use proveout_surface::{
     texture::{ArealReport, Asked, HeightMap, Profile, ProfileReport, SettingClass, Unchecked},
-    topography::{
-        Cut, CutterPiece, Edge, Lattice, Settings, check_chip, check_motion, edges_of, heights_by_edges,
-        heights_by_envelope,
-    },
+    topography::{Cut, CutterPiece, Edge, Lattice, Settings, edges_of, heights_by_edges, heights_by_envelope},
 };
 use proveout_tool::Tool;
 
 use super::{
     Entry, Maker, Plan, SurfaceTexture, TextureMap, TextureProfile, Wanted,
+    doubts::residual,
     places::Place,
     record::{Kept, PASSED_MM, Tracks},
 };
@@ -23,7 +20,7 @@ use crate::{
     prepare::Prepared,
     scene::{ProfileDirectionFile, SurfaceFile},
     scene_surface::SurfaceModelFile,
-    verdict::{BlockShare, PhaseSpread, ProfileUsed, ResidualUsed, TextureUsed},
+    verdict::{BlockShare, PhaseSpread, ProfileUsed, TextureUsed},
 };
 
 /// Side and spacing of the map on which the lay round a single profile is found, mm.
@@ -57,22 +54,22 @@ pub(crate) fn evaluate(
 }
 
 /// Cuts of a lattice; motions are indices of kept pieces, edges those of the tool's.
-type Cuts = Vec<Option<Cut>>;
+pub(super) type Cuts = Vec<Option<Cut>>;
 
 /// One place under way.
-struct Work<'a> {
-    prepared: &'a Prepared,
-    facts: &'a Facts,
+pub(super) struct Work<'a> {
+    pub(super) prepared: &'a Prepared,
+    pub(super) facts: &'a Facts,
     plan: &'a Plan,
     tracks: &'a Tracks,
-    surface: &'a SurfaceFile,
+    pub(super) surface: &'a SurfaceFile,
     entry: &'a Entry,
     /// Tools that come near, with their kept pieces in order of time, and their edges.
     tools: Vec<(usize, Vec<u32>, Vec<Edge>)>,
     /// Pieces of tools whose spindle stands.
-    standing: Vec<u32>,
+    pub(super) standing: Vec<u32>,
     repeats: u32,
-    used: TextureUsed,
+    pub(super) used: TextureUsed,
 }
 
 impl<'a> Work<'a> {
@@ -137,11 +134,11 @@ impl<'a> Work<'a> {
         Self { prepared, facts, plan, tracks, surface, entry, tools, standing, repeats, used }
     }
 
-    fn tool(&self, kept: &Kept) -> Option<&'a Tool> {
+    pub(super) fn tool(&self, kept: &Kept) -> Option<&'a Tool> {
         self.prepared.tools.tools.get(kept.tool)
     }
 
-    fn kept(&self, motion: u32) -> &'a Kept {
+    pub(super) fn kept(&self, motion: u32) -> &'a Kept {
         &self.tracks.pieces[motion as usize]
     }
 
@@ -436,66 +433,6 @@ impl<'a> Work<'a> {
         };
         counts.into_iter().take(TOLD_BLOCKS).map(share).collect()
     }
-
-    /// What makes teeth another thing than they are described: a spindle that stands, run-out above the chip, numbers that are none.
-    fn doubts(&mut self, lattice: &Lattice, cuts: &Cuts) {
-        if self.surface.model != SurfaceModelFile::Teeth {
-            return;
-        }
-        let mut found = BTreeSet::new();
-        let motions: BTreeSet<u32> = cuts.iter().flatten().map(|c| c.motion).collect();
-        let pieces: Vec<CutterPiece> = motions.iter().map(|m| self.kept(*m).piece).collect();
-        found.extend(check_motion(&pieces).err().map(|e| e.to_string()));
-        let mut chips: BTreeMap<usize, (u64, f64)> = BTreeMap::new();
-        for kept in motions.iter().map(|m| self.kept(*m)).filter(|k| k.kind == MoveKind::Feed) {
-            let piece = &kept.piece;
-            let Some(teeth) = self.tool(kept).and_then(|t| t.flutes) else { continue };
-            let span = piece.time[1] - piece.time[0];
-            let speed = (piece.tip[1] - piece.tip[0]).norm() / span;
-            let chip = speed * std::f64::consts::TAU / (piece.azimuth_rate.abs() * f64::from(teeth));
-            // By time: short pieces at ramps are few.
-            let sum = chips.entry(kept.tool).or_insert((0, 0.0));
-            if chip.is_finite() && span * 1e9 > sum.0 as f64 {
-                *sum = ((span * 1e9) as u64, chip);
-            }
-        }
-        for (tool, (_, chip)) in chips {
-            let described = self.prepared.tools.tools.get(tool);
-            found.extend(described.and_then(|t| check_chip(t, chip).err()).map(|e| e.to_string()));
-        }
-        found.extend(self.standing_cut(lattice, cuts));
-        self.used.unchecked.extend(found);
-    }
-
-    /// Whether a tool whose spindle stands goes through the surface.
-    fn standing_cut(&self, lattice: &Lattice, cuts: &Cuts) -> Option<String> {
-        let mut by_tool: BTreeMap<usize, Vec<CutterPiece>> = BTreeMap::new();
-        for &i in &self.standing {
-            let kept = self.kept(i);
-            by_tool.entry(kept.tool).or_default().push(CutterPiece { motion: i, ..kept.piece });
-        }
-        let settings = Settings { max_height: self.surface.max_height_mm };
-        for (tool, pieces) in by_tool {
-            let described = self.prepared.tools.tools.get(tool)?;
-            for body in described.cutting() {
-                let swept = heights_by_envelope(lattice, &body.profile, &pieces, &settings).cuts;
-                let deeper = |(s, c): (&Option<Cut>, &Option<Cut>)| {
-                    let (s, limit) = (s.as_ref()?, c.as_ref().map_or(f64::INFINITY, |c| c.height));
-                    (s.height < limit - 1e-6).then_some(s.motion)
-                };
-                if let Some(motion) = swept.iter().zip(cuts).find_map(deeper) {
-                    let block = self.kept(motion).block as usize;
-                    let at = self.facts.places.get(block).and_then(Option::as_ref);
-                    let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
-                    let name = &described.name;
-                    return Some(format!(
-                        "teeth of {name} without spindle speed: it goes through the surface while the spindle stands{at}"
-                    ));
-                }
-            }
-        }
-        None
-    }
 }
 
 /// Keeps the lower of two cuts at each node.
@@ -505,34 +442,6 @@ fn lower(lowest: &mut Cuts, cuts: Cuts) {
             *low = new;
         }
     }
-}
-
-/// What the tools state: from the least of one to the most of one; a tool that states nothing counts as zero.
-fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
-    let mut all: Option<ResidualUsed> = None;
-    for tool in tools {
-        let own = match &tool.residual {
-            Some(r) => ResidualUsed { ra_um: r.ra_um, rz_um: r.rz_um, source: format!("{}: {}", tool.name, r.source) },
-            None => {
-                ResidualUsed { source: format!("{} states none: taken as zero", tool.name), ..ResidualUsed::default() }
-            }
-        };
-        all = Some(match all {
-            None => own,
-            Some(before) => {
-                let join = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
-                ResidualUsed {
-                    ra_um: join(before.ra_um, own.ra_um),
-                    rz_um: join(before.rz_um, own.rz_um),
-                    source: format!("{}; {}", before.source, own.source),
-                }
-            }
-        });
-    }
-    all.unwrap_or_else(|| ResidualUsed {
-        source: "no tool comes near: taken as zero".into(),
-        ..ResidualUsed::default()
-    })
 }
 
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {

@@ -180,7 +180,7 @@ impl SweptPath {
                 let found = if stands {
                     touch(&line, &moving, body, 0.0, near.0).map(|t| (t.height, 0.0))
                 } else {
-                    lowest(&line, &moving, body, guess)
+                    lowest(&line, &moving, body, guess, f64::INFINITY)
                 };
                 if let Some((height, at)) = found
                     && best.is_none_or(|b| height < b.height)
