@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     CutterPiece,
-    envelope::{Ray, lowest, touch},
+    envelope::{Ray, descend, touch},
     motion::Piece,
     outline::{Body, Outline},
 };
@@ -180,7 +180,7 @@ impl SweptPath {
                 let found = if stands {
                     touch(&line, &moving, body, 0.0, near.0).map(|t| (t.height, 0.0))
                 } else {
-                    lowest(&line, &moving, body, guess, f64::INFINITY)
+                    descend(&line, &moving, body, guess).0
                 };
                 if let Some((height, at)) = found
                     && best.is_none_or(|b| height < b.height)
