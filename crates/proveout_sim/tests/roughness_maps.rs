@@ -17,7 +17,6 @@ use proveout_sim::{
 use tempfile::TempDir;
 
 /// Keeps the textures of a run.
-#[derive(Default)]
 struct Keeper(Arc<Mutex<Vec<SurfaceTexture>>>);
 
 impl Observer for Keeper {
@@ -74,8 +73,8 @@ impl Job<'_> {
 
     fn run(&self) -> Result<(Verdict, Vec<SurfaceTexture>), SimError> {
         let (_folder, path) = self.write();
-        let (keeper, kept) = (Keeper::default(), Arc::default());
-        let keeper = Keeper { 0: Arc::clone(&kept), ..keeper };
+        let kept: Arc<Mutex<Vec<SurfaceTexture>>> = Arc::default();
+        let keeper = Keeper(Arc::clone(&kept));
         let verdict = run(Prepared::read(&path, &Choice::default())?, &mut [Box::new(keeper)], &path)?.verdict;
         let textures = kept.lock().unwrap().clone();
         Ok((verdict, textures))

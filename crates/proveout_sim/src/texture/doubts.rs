@@ -8,12 +8,12 @@ use proveout_surface::topography::{
 };
 use proveout_tool::Tool;
 
-use super::evaluate::{Cuts, Work};
+use super::evaluate::Work;
 use crate::{scene_surface::SurfaceModelFile, verdict::ResidualUsed};
 
 impl Work<'_> {
     /// What makes teeth another thing than they are described: a spindle that stands, run-out above the chip, numbers that are none.
-    pub(super) fn doubts(&mut self, lattice: &Lattice, cuts: &Cuts) {
+    pub(super) fn doubts(&mut self, lattice: &Lattice, cuts: &[Option<Cut>]) {
         if self.surface.model != SurfaceModelFile::Teeth {
             return;
         }
@@ -43,7 +43,7 @@ impl Work<'_> {
     }
 
     /// Whether a tool whose spindle stands goes through the surface.
-    fn standing_cut(&self, lattice: &Lattice, cuts: &Cuts) -> Option<String> {
+    fn standing_cut(&self, lattice: &Lattice, cuts: &[Option<Cut>]) -> Option<String> {
         let mut by_tool: BTreeMap<usize, Vec<CutterPiece>> = BTreeMap::new();
         for &i in &self.standing {
             let kept = self.kept(i);

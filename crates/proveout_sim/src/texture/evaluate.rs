@@ -54,7 +54,7 @@ pub(crate) fn evaluate(
 }
 
 /// Cuts of a lattice; motions are indices of kept pieces, edges those of the tool's.
-pub(super) type Cuts = Vec<Option<Cut>>;
+type Cuts = Vec<Option<Cut>>;
 
 /// One place under way.
 pub(super) struct Work<'a> {
@@ -394,7 +394,7 @@ impl<'a> Work<'a> {
         Ok((lattice, cuts))
     }
 
-    fn report(&self, cuts: &Cuts, step: f64, asked: &Asked) -> Result<ProfileReport, String> {
+    fn report(&self, cuts: &[Option<Cut>], step: f64, asked: &Asked) -> Result<ProfileReport, String> {
         let uncut = cuts.iter().filter(|c| c.is_none()).count();
         if uncut > 0 {
             let (all, height) = (cuts.len(), self.surface.max_height_mm);
@@ -436,7 +436,7 @@ impl<'a> Work<'a> {
 }
 
 /// Keeps the lower of two cuts at each node.
-fn lower(lowest: &mut Cuts, cuts: Cuts) {
+fn lower(lowest: &mut [Option<Cut>], cuts: Cuts) {
     for (low, new) in lowest.iter_mut().zip(cuts) {
         if new.is_some_and(|n| low.is_none_or(|l| n.height < l.height)) {
             *low = new;
@@ -448,7 +448,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
-/// An angle from 0 to a whole turn, the same for the same seed, tool and repetition (SplitMix64: Steele, Lea, Flood 2014).
+/// An angle from 0 to a whole turn, the same for the same seed, tool and repetition (`SplitMix64`: Steele, Lea, Flood 2014).
 fn random_angle(seed: u32, tool: u64, repeat: u32) -> f64 {
     let mut z = (u64::from(seed) << 32 ^ u64::from(repeat) << 8 ^ tool).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
