@@ -11,14 +11,16 @@ use crate::{
     error::SimError,
     finding::{self, Severity},
     gates::{self, Coverage},
-    inspect, legs,
+    inspect,
+    kept_motion::Swept,
+    legs,
     log::FindingLog,
     observer::PointBand,
     prepare::Prepared,
     program_survey, scallop, surface_gate,
     surface_gate::Judgement,
     surface_map::SurfaceShape,
-    survey::{Measured, Surveyed, survey},
+    survey::{Known, Measured, Surveyed, survey},
     texture::{self, SurfaceTexture},
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
@@ -42,10 +44,13 @@ pub(crate) fn judge(
 ) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
     program_survey::judge(prepared, &mut log);
-    let scallop = scallop::measure(prepared, facts, stock, patches);
+    let kept = facts.motion.as_ref().and_then(|m| m.pieces());
+    let swept = kept.map(|pieces| Swept::new(pieces, &prepared.tools));
+    let scallop = scallop::measure(prepared, facts, swept.as_ref(), stock, patches);
     let heights = scallop.as_ref().and_then(|s| s.as_ref().ok()).and_then(scallop::Measured::map);
     let points = &mut |band: &PointBand<'_>| show(Shown::Points(band));
-    let mut surveyed = survey(prepared, stock, patches, heights.as_ref(), points)?;
+    let mut surveyed =
+        survey(prepared, stock, patches, Known { swept: swept.as_ref(), ridges: heights.as_ref() }, points)?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
         judge_areas(prepared, facts, m, &mut log);

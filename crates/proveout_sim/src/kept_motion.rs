@@ -3,9 +3,13 @@
 //! The stock remembers for each point the piece of motion that made it, by a number; here is the piece of a number.
 
 use proveout_stock::SweepMotion;
+use proveout_surface::topography::{PathPiece, SweptPath};
+use proveout_tool::{Profile, ToolLibrary};
 
-/// Pieces that are kept at most: some 500 MB.
-pub(crate) const MOST_PIECES: usize = 4_000_000;
+/// Pieces that are kept at most: 256 MB, which are announced by the lines of the program.
+pub(crate) const MOST_PIECES: usize = 1_000_000;
+/// Bytes of a piece that is kept, and of the same made ready for the search.
+pub(crate) const PIECE: f64 = 256.0;
 
 /// One piece of motion in the workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,5 +46,26 @@ impl KeptMotion {
     /// The pieces; none when there were too many to keep.
     pub(crate) fn pieces(&self) -> Option<&[KeptPiece]> {
         (!self.lost).then_some(&self.pieces)
+    }
+}
+
+/// All motion as the surface that it swept.
+pub(crate) struct Swept {
+    pub(crate) path: SweptPath,
+    /// The cutting bodies of each tool.
+    pub(crate) cutters: Vec<Vec<Profile>>,
+}
+
+impl Swept {
+    /// The motion of a run with its tools.
+    pub(crate) fn new(pieces: &[KeptPiece], tools: &ToolLibrary) -> Self {
+        let cutters: Vec<Vec<Profile>> =
+            tools.tools.iter().map(|t| t.cutting().map(|b| b.profile.clone()).collect()).collect();
+        let of = |p: &KeptPiece| PathPiece {
+            from: p.motion.from,
+            to: p.motion.to,
+            cutter: Some(p.tool).filter(|t| (*t as usize) < cutters.len()),
+        };
+        Self { path: SweptPath::new(pieces.iter().map(of).collect(), &cutters), cutters }
     }
 }

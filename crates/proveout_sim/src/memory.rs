@@ -25,6 +25,8 @@ use std::fs;
 
 use proveout_geom::TriMesh;
 
+use crate::kept_motion::{MOST_PIECES, PIECE};
+
 /// Intervals of material that a ray may gain, as a mean over all rays.
 pub(crate) const GROWTH: f64 = 0.35;
 /// Memory that the history of the stock may take, bytes.
@@ -50,6 +52,9 @@ const RECORDED_TRIANGLES: f64 = 4e5;
 const PART_TRIANGLE: f64 = 400.0;
 /// Bytes of a line of the program: its place, and the pieces of its motion.
 const LINE: f64 = 64.0;
+
+/// Pieces of motion of a line, about: as many are kept where there is a design.
+const PIECES_OF_LINE: f64 = 4.0;
 
 const MIB: f64 = (1 << 20) as f64;
 /// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers.
@@ -142,7 +147,9 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let meshes = END * ends + band + pictures;
     let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
+    let kept = demand.part.map_or(0.0, |_| PIECE * (PIECES_OF_LINE * demand.lines as f64).min(MOST_PIECES as f64));
     LINE * demand.lines as f64
+        + kept
         + demand.textures as f64
         + MOTION
         + writers

@@ -115,9 +115,9 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Whether the motion is kept to the end of the run: for the tolerances of the surface.
+    /// Whether the motion is kept to the end of the run: where there is a design to hold the surface that it swept against.
     pub(crate) fn keeps_motion(&self) -> bool {
-        self.scene.file.tolerances.scallop_um.is_some()
+        self.scene.file.part.is_some()
     }
 
     /// Reads a scene and all that it names.

@@ -6,9 +6,8 @@
 
 use proveout_geom::{Aabb, Point};
 use proveout_stock::{Patch, TriDexel};
-use proveout_surface::{
-    scallop::{CutterContact, Ridge, RidgeSettings, Ridges, by_pass, by_patch, heights, histogram, ridges},
-    topography::{PathPiece, SweptPath},
+use proveout_surface::scallop::{
+    CutterContact, Ridge, RidgeSettings, Ridges, by_pass, by_patch, heights, histogram, ridges,
 };
 use proveout_tool::Profile;
 
@@ -16,7 +15,7 @@ use crate::{
     design::{Neighbors, design},
     engine::Facts,
     finding,
-    kept_motion::{KeptPiece, MOST_PIECES},
+    kept_motion::{MOST_PIECES, Swept},
     log::FindingLog,
     prepare::Prepared,
     scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch},
@@ -50,22 +49,16 @@ pub(crate) struct Measured {
 pub(crate) fn measure(
     prepared: &Prepared,
     facts: &Facts,
+    swept: Option<&Swept>,
     stock: &TriDexel,
     patches: &[Patch],
 ) -> Option<Result<Measured, String>> {
     prepared.scene.file.tolerances.scallop_um?;
-    let Some(pieces) = facts.motion.as_ref().and_then(|m| m.pieces()) else {
+    let kept = facts.motion.as_ref().and_then(|m| m.pieces()).zip(swept);
+    let Some((pieces, Swept { path, cutters })) = kept else {
         return Some(Err(format!("the motion has more than {MOST_PIECES} pieces, which are not kept")));
     };
     let Some(design) = design(prepared) else { return Some(Err("the scene has no design part".into())) };
-    let cutters: Vec<Vec<Profile>> =
-        prepared.tools.tools.iter().map(|t| t.cutting().map(|b| b.profile.clone()).collect()).collect();
-    let of = |p: &KeptPiece| PathPiece {
-        from: p.motion.from,
-        to: p.motion.to,
-        cutter: Some(p.tool).filter(|t| (*t as usize) < cutters.len()),
-    };
-    let path = SweptPath::new(pieces.iter().map(of).collect(), &cutters);
     let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
     let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb());
     let stocks = std::iter::once((None, stock)).chain(patches.iter().enumerate().map(|(k, p)| (Some(k), p.stock())));
@@ -78,7 +71,7 @@ pub(crate) fn measure(
             finer: &windows[..patch.unwrap_or(windows.len())],
             most: MOST_PLACES,
         };
-        let own = ridges(rays, &path, &cutters, design.surface.as_ref(), &settings);
+        let own = ridges(rays, path, cutters, design.surface.as_ref(), &settings);
         found.ridges.extend(own.ridges);
         found.not_followed += own.not_followed;
         found.narrow += own.narrow;
@@ -86,7 +79,7 @@ pub(crate) fn measure(
     }
     let deviation = |n: u32| pieces.get(n as usize).map_or(0.0, |p| f64::from(p.deviation));
     let motion = found.ridges.iter().flat_map(|r| r.pieces).map(deviation).fold(0.0, f64::max);
-    Some(Ok(Measured { found, cutters, bound: design.floor + motion }))
+    Some(Ok(Measured { found, cutters: cutters.clone(), bound: design.floor + motion }))
 }
 
 impl Measured {
