@@ -17,8 +17,8 @@
 //!
 //! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the tooth to the point where
 //! the arc's circle, turned about the axis, meets the normal. It changes at w +- u / rho, u the speed of that point on the circle's
-//! surface and rho its distance from the axis. While u is below a fifth of w rho it falls evenly enough that one contact belongs to each
-//! turn, and the next lies where alpha says, -+ a fifth of a turn; Newton's method in (t, h) must end within three tenths. Everything else
+//! surface and rho its distance from the axis. While u is below three tenths of w rho it falls evenly enough that one contact belongs to each
+//! turn, and the next lies where alpha says, -+ three tenths of a turn; Newton's method in (t, h) must end within three tenths. Everything else
 //! (points near the axis, where the tooth passes several times a revolution or not at all; normals that graze; starts from which Newton's method
 //! goes astray) is searched over the revolution in parts ([`Walk::revolution`]).
 
@@ -38,8 +38,11 @@ const STEPS: usize = 14;
 const CLOSE: f64 = 1e-13;
 /// Rounding of a distance, mm: what is nearer than this to the best height is looked at.
 const ROUNDING: f64 = 1e-12;
+/// Largest share of the tooth's angular rate by which that of the point may differ where contacts are met one by one: two of them are then
+/// three quarters of a turn apart at least, and a guess cannot lead to the one after the next.
+const STEADY: f64 = 0.3;
 /// Parts of a revolution that is searched by itself.
-const PARTS: usize = 32;
+const PARTS: usize = 16;
 
 /// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
 /// in the part of the lattice that is searched.
@@ -374,7 +377,7 @@ impl Walk<'_> {
         let flat = met.x * met.x + met.y * met.y;
         let until = (-run / flat.max(1e-300)).clamp(0.0, over);
         let nearest = (rho2 + (2.0 * run + flat * until) * until).max(0.0).sqrt();
-        if speed > 0.2 * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
+        if speed > STEADY * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
             return None;
         }
         let residual = edge.residual(&q, state.azimuth);

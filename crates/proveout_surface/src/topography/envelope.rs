@@ -114,6 +114,15 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
 /// lies below h0 while d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0, provided that d falls with h. So that leaps have a length at the lowest
 /// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
 pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), below: f64) -> Option<(f64, f64)> {
+    let [begin, end] = piece.time;
+    let mut near = near;
+    if !(near.0 >= begin && near.0 <= end) {
+        // Most pieces beside the one that cuts are left after a leap or two.
+        let middle = 0.5 * (begin + end);
+        let lower = |forward| lower_touch(ray, piece, body, middle, forward, below);
+        let (height, time) = lower(true).or_else(|| lower(false))?;
+        near = (time, height);
+    }
     let (mut best, certain) = descend(ray, piece, body, near);
     if certain && !piece.turns() {
         return best;
