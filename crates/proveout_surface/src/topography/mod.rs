@@ -14,18 +14,33 @@
 //! ```
 //!
 //! and the lowest height over all pieces, teeth and revolutions is kept. Which pieces can matter is found for blocks of the lattice
-//! (`block`): the tangent half space of the cutter at its touch with the middle of the block bounds the piece from below over the
-//! whole block, so that far pieces and passes are left out with proof. The idea of inverting the contact of a tooth for plane face milling
-//! is that of Duong and Nguyen (2026); here for any motion in five axes.
+//! (`block`): the tangent plane of the cutter at its lowest touch with the middle of the block bounds the piece from below over the
+//! whole block, so that far pieces and passes are left out with proof. Times at which nothing can be lower are leapt over (`contact`). The idea of
+//! inverting the contact of a tooth for plane face milling is that of Duong and Nguyen (2026); here for any motion in five axes.
+//!
+//! A contact counts where the cutter comes from outside of the design: one that lies wholly below the design point (the other side of a
+//! thin wall) does not.
+//!
+//! Edges come from a tool of a library by [`edges_of`], the zero of the spindle's phase by [`phase_zero`]; [`check_motion`] and [`check_chip`] name
+//! what leaves no marks.
 //!
 //! # Error
 //!
-//! Heights are exact to rounding (1e-10 mm) for the pieces as given; what the pieces miss of the motion is the caller's bound. Within a
-//! piece the speed counts as constant: an acceleration a over a piece of duration T moves marks along the path by a T^2 / 8, and
-//! leaves their heights across it.
+//! Heights are exact to rounding (1e-12 mm for coordinates of 100 mm; 1e-10 mm by the envelope of turning pieces) for the pieces as given. To that come
+//!
+//! * what the pieces miss of the motion: a tip off by e and an axis off by an angle d move the height by e + d |q| at most, q from
+//!   the tip to the contact;
+//! * the constant speed within a piece: an acceleration a over a piece of duration T puts the tip a T^2 / 8 off its place along
+//!   the path in the middle of the piece, and the azimuth of a tooth w T dv / (8 v), dv the change of the speed v. Marks are shifted by the first, heights
+//!   change by it times the slope of the marks (a ball: half of feed a revolution over radius). Where the spindle changes its speed, pieces must be as short;
+//! * 2e-10 mm where a contact falls on the joint of two pieces and their velocities differ.
+//!
+//! Speed on one core of a machine of 2024, a point: about 0.6 us by the envelope on straight paths and 1.2 to 2 us in five axes; by two teeth 1.3
+//! and 2 to 3 us, 4 us where the axis stands on the surface. Evaluations of the distance and, with helix, of sine and cosine bound it.
 //!
 //! Limits: edges are rounded corners (arcs); a straight flank or face edge without rounding leaves no height here. Where the spindle
-//! stands, edges leave nothing. Points within 4 v / w of the path of the axis: see `contact`.
+//! stands, edges leave nothing. A contact at which the normal of the design grazes the cutter within a degree of 90 may be missed, and so may two contacts
+//! of a tooth within a sixteenth of a revolution beside the axis whose distance from the tooth turns more than once between them.
 
 mod block;
 mod contact;
