@@ -33,10 +33,11 @@
 //! * the constant speed within a piece: an acceleration a over a piece of duration T puts the tip a T^2 / 8 off its place along
 //!   the path in the middle of the piece, and the azimuth of a tooth w T dv / (8 v), dv the change of the speed v. Marks are shifted by the first, heights
 //!   change by it times the slope of the marks (a ball: half of feed a revolution over radius). Where the spindle changes its speed, pieces must be as short;
-//! * 2e-10 mm where a contact falls on the joint of two pieces and their velocities differ.
+//! * 1e-7 of the feed a revolution times the slope of the mark, where a contact falls on the joint of two pieces with different velocities.
 //!
-//! Speed on one core of a machine of 2024, a point: about 0.6 us by the envelope on straight paths and 1.2 to 2 us in five axes; by two teeth 1.3
-//! and 2 to 3 us, 4 us where the axis stands on the surface. Evaluations of the distance and, with helix, of sine and cosine bound it.
+//! Speed of one core of a busy two-core machine (`cargo bench -p proveout_surface --bench topography`), a point: 1.0 to 1.2 us by the
+//! envelope on straight paths, 2.1 to 3.4 in five axes; by two teeth with helix and run-out 2.0 to 2.2 and 3.0 to 4.2 us, 7 us where the axis stands
+//! on the surface and points pass beside it. Distances from the cutter, and sine and cosine of the teeth, bound it.
 //!
 //! Limits: edges are rounded corners (arcs); a straight flank or face edge without rounding leaves no height here. Where the spindle
 //! stands, edges leave nothing. A contact at which the normal of the design grazes the cutter within a degree of 90 may be missed, and so may two contacts
