@@ -413,7 +413,7 @@ impl<'a> Leaf<'a> {
                 // The piece that cut the neighbor cuts this one as well, mostly.
                 let near = |i: u32| {
                     let [begin, end] = self.search.pieces[i as usize].time;
-                    hint.time >= begin && hint.time <= end
+                    (begin..=end).contains(&hint.time)
                 };
                 let first = self.sorted.iter().position(|(i, _)| near(*i));
                 let rest = self.sorted.iter().enumerate().filter(|(k, _)| Some(*k) != first).map(|(_, s)| s);

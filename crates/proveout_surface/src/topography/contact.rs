@@ -249,7 +249,7 @@ impl Walk<'_> {
                 at_root = false;
                 continue;
             }
-            let Some((guess, spread)) = self.next(&q, &normal, &state, height, time, direction, at_root) else {
+            let Some((guess, spread)) = self.next(&q, &state, height, time, direction, at_root) else {
                 let until = time + direction * turn;
                 self.revolution(time, if (stop - until) * direction < 0.0 { stop } else { until }, height, best);
                 time = until;
@@ -339,7 +339,6 @@ impl Walk<'_> {
     fn next(
         &self,
         q: &Vector,
-        normal: &Vector,
         state: &State,
         height: f64,
         time: f64,
@@ -348,13 +347,14 @@ impl Walk<'_> {
     ) -> Option<((f64, f64), f64)> {
         let edge = &self.hull.edge;
         let w = self.piece.azimuth_rate;
+        let normal = state.direction(&self.ray.normal);
         // The circle on the normal, by two steps of Newton's method.
         let (mut q, mut height) = (*q, height);
         let mut gradient = Vector::zeros();
         for _ in 0..3 {
             let (distance, g) = self.hull.ring(&q);
             gradient = g;
-            let along = g.dot(normal);
+            let along = g.dot(&normal);
             if along > -0.2 {
                 return None;
             }
@@ -366,7 +366,7 @@ impl Walk<'_> {
             }
         }
         let rate = self.piece.rate(state, &q);
-        let along = gradient.dot(normal);
+        let along = gradient.dot(&normal);
         // Of the point where they meet.
         let met = rate - normal * (gradient.dot(&rate) / along);
         let rho2 = q.x * q.x + q.y * q.y;

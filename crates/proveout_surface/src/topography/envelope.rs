@@ -116,7 +116,7 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
 pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), below: f64) -> Option<(f64, f64)> {
     let [begin, end] = piece.time;
     let mut near = near;
-    if !(near.0 >= begin && near.0 <= end) {
+    if !(begin..=end).contains(&near.0) {
         // Most pieces beside the one that cuts are left after a leap or two.
         let middle = 0.5 * (begin + end);
         let lower = |forward| lower_touch(ray, piece, body, middle, forward, below);
@@ -198,13 +198,14 @@ fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, 
         } else {
             0.0
         };
-        if !(leap > least)
+        if (leap <= least || leap.is_nan())
             && let Some(t) = touch(ray, piece, body, time, height)
             && t.height < height
         {
             return Some((t.height, time));
         }
-        if !((end - time) * direction > 0.0) {
+        let left = (end - time) * direction;
+        if left <= 0.0 || left.is_nan() {
             return None;
         }
         let next = time + direction * leap.max(least);
