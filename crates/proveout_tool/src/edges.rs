@@ -81,7 +81,7 @@ pub(crate) fn edges_of(e: &EdgesEntry, tool: &Tool) -> Result<CuttingEdges, Shap
             let limit = format!("has {} values for {teeth} teeth (flutes); give one a tooth", values.len());
             return refuse(key, values.len() as f64, limit);
         }
-        match values.iter().find(|v| !(v.abs() < largest)) {
+        match values.iter().find(|v| v.abs() >= largest || v.is_nan()) {
             Some(v) => refuse(key, *v, format!("has {v}; run-out must be below the edge radius, {largest} mm")),
             None => Ok(values.clone()),
         }
@@ -120,7 +120,7 @@ fn on_outline(insert: &RoundInsert, tool: &Tool) -> Result<(), ShapeError> {
     // Two arcs of a quarter that agree at both ends and in the middle are one.
     let half = std::f64::consts::FRAC_1_SQRT_2 * r;
     let points = [[c, 0.0], [c + half, r - half], [c + r, r]];
-    if points.into_iter().any(|p| !(off(p) <= OFF_OUTLINE_MM)) {
+    if !points.into_iter().all(|p| off(p) <= OFF_OUTLINE_MM) {
         let limit = format!(
             "does not lie on the cutter: its corner needs radius {r} mm and the cutter diameter {} mm, nose circle and two insert radii",
             2.0 * (c + r)

@@ -410,8 +410,16 @@ impl<'a> Leaf<'a> {
         }
         match self.search.edges {
             None => {
-                for &(i, floor) in &self.sorted {
+                // The piece that cut the neighbor cuts this one as well, mostly.
+                let near = |i: u32| {
+                    let [begin, end] = self.search.pieces[i as usize].time;
+                    (begin..=end).contains(&hint.time)
+                };
+                let first = self.sorted.iter().position(|(i, _)| near(*i));
+                let rest = self.sorted.iter().enumerate().filter(|(k, _)| Some(*k) != first).map(|(_, s)| s);
+                for &(i, floor) in first.map(|k| &self.sorted[k]).into_iter().chain(rest) {
                     if floor >= best.height {
+                        // All that follow are as high.
                         break;
                     }
                     let piece = &self.search.pieces[i as usize];

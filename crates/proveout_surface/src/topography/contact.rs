@@ -17,8 +17,8 @@
 //!
 //! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the tooth to the point where
 //! the arc's circle, turned about the axis, meets the normal. It changes at w +- u / rho, u the speed of that point on the circle's
-//! surface and rho its distance from the axis. While u is below a fifth of w rho it falls evenly enough that one contact belongs to each
-//! turn, and the next lies where alpha says, -+ a fifth of a turn; Newton's method in (t, h) must end within three tenths. Everything else
+//! surface and rho its distance from the axis. While u is below three tenths of w rho it falls evenly enough that one contact belongs to each
+//! turn, and the next lies where alpha says, -+ three tenths of a turn; Newton's method in (t, h) must end within three tenths. Everything else
 //! (points near the axis, where the tooth passes several times a revolution or not at all; normals that graze; starts from which Newton's method
 //! goes astray) is searched over the revolution in parts ([`Walk::revolution`]).
 
@@ -38,8 +38,11 @@ const STEPS: usize = 14;
 const CLOSE: f64 = 1e-13;
 /// Rounding of a distance, mm: what is nearer than this to the best height is looked at.
 const ROUNDING: f64 = 1e-12;
+/// Largest share of the tooth's angular rate by which that of the point may differ where contacts are met one by one: two of them are then
+/// three quarters of a turn apart at least, and a guess cannot lead to the one after the next.
+const STEADY: f64 = 0.3;
 /// Parts of a revolution that is searched by itself.
-const PARTS: usize = 32;
+const PARTS: usize = 16;
 
 /// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
 /// in the part of the lattice that is searched.
@@ -246,7 +249,7 @@ impl Walk<'_> {
                 at_root = false;
                 continue;
             }
-            let Some((guess, spread)) = self.next(&q, &normal, &state, height, time, direction, at_root) else {
+            let Some((guess, spread)) = self.next(&q, &state, height, time, direction, at_root) else {
                 let until = time + direction * turn;
                 self.revolution(time, if (stop - until) * direction < 0.0 { stop } else { until }, height, best);
                 time = until;
@@ -336,7 +339,6 @@ impl Walk<'_> {
     fn next(
         &self,
         q: &Vector,
-        normal: &Vector,
         state: &State,
         height: f64,
         time: f64,
@@ -345,13 +347,14 @@ impl Walk<'_> {
     ) -> Option<((f64, f64), f64)> {
         let edge = &self.hull.edge;
         let w = self.piece.azimuth_rate;
+        let normal = state.direction(&self.ray.normal);
         // The circle on the normal, by two steps of Newton's method.
         let (mut q, mut height) = (*q, height);
         let mut gradient = Vector::zeros();
         for _ in 0..3 {
             let (distance, g) = self.hull.ring(&q);
             gradient = g;
-            let along = g.dot(normal);
+            let along = g.dot(&normal);
             if along > -0.2 {
                 return None;
             }
@@ -363,7 +366,7 @@ impl Walk<'_> {
             }
         }
         let rate = self.piece.rate(state, &q);
-        let along = gradient.dot(normal);
+        let along = gradient.dot(&normal);
         // Of the point where they meet.
         let met = rate - normal * (gradient.dot(&rate) / along);
         let rho2 = q.x * q.x + q.y * q.y;
@@ -374,7 +377,7 @@ impl Walk<'_> {
         let flat = met.x * met.x + met.y * met.y;
         let until = (-run / flat.max(1e-300)).clamp(0.0, over);
         let nearest = (rho2 + (2.0 * run + flat * until) * until).max(0.0).sqrt();
-        if speed > 0.2 * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
+        if speed > STEADY * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
             return None;
         }
         let residual = edge.residual(&q, state.azimuth);

@@ -114,6 +114,15 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
 /// lies below h0 while d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0, provided that d falls with h. So that leaps have a length at the lowest
 /// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
 pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), below: f64) -> Option<(f64, f64)> {
+    let [begin, end] = piece.time;
+    let mut near = near;
+    if !(begin..=end).contains(&near.0) {
+        // Most pieces beside the one that cuts are left after a leap or two.
+        let middle = 0.5 * (begin + end);
+        let lower = |forward| lower_touch(ray, piece, body, middle, forward, below);
+        let (height, time) = lower(true).or_else(|| lower(false))?;
+        near = (time, height);
+    }
     let (mut best, certain) = descend(ray, piece, body, near);
     if certain && !piece.turns() {
         return best;
@@ -124,10 +133,38 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), be
         let from = best.map_or(piece.time[0], |b| b.1);
         let lower = [true, false].into_iter().find_map(|forward| lower_touch(ray, piece, body, from, forward, level));
         let Some(found) = lower else { break };
-        best = match descend(ray, piece, body, (found.1, found.0)).0 {
-            Some(b) if b.0 < found.0 => Some(b),
-            _ => Some(found),
-        };
+        best = Some(valley(ray, piece, body, found));
+    }
+    best
+}
+
+/// A low place of a piece whose height has several, from a touch of it: the lowest of some touches over the piece, and from there golden
+/// sections. What it misses is found by the leaps of [`lowest`].
+fn valley(ray: &Ray, piece: &Piece, body: &Body, found: (f64, f64)) -> (f64, f64) {
+    const TOUCHES: usize = 16;
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let [begin, end] = piece.time;
+    let mut best = found;
+    let mut at = |time: f64| {
+        let height = touch(ray, piece, body, time, best.0).map_or(f64::INFINITY, |t| t.height);
+        if height < best.0 {
+            best = (height, time);
+        }
+        (height, time)
+    };
+    let step = (end - begin) / TOUCHES as f64;
+    let low = (0..=TOUCHES).map(|i| at(begin + step * i as f64)).fold(found, |a, b| if b.0 < a.0 { b } else { a });
+    let (mut a, mut b) = ((low.1 - step).max(begin), (low.1 + step).min(end));
+    let (mut x, mut y) = (at(b - (b - a) * GOLDEN), at(a + (b - a) * GOLDEN));
+    // The bracket shrinks to a millionth, whose square is rounding in height.
+    for _ in 0..40 {
+        if x.0 < y.0 {
+            b = y.1;
+            (y, x) = (x, at(b - (b - a) * GOLDEN));
+        } else {
+            a = x.1;
+            (x, y) = (y, at(a + (b - a) * GOLDEN));
+        }
     }
     best
 }
@@ -161,13 +198,14 @@ fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, 
         } else {
             0.0
         };
-        if !(leap > least)
+        if (leap <= least || leap.is_nan())
             && let Some(t) = touch(ray, piece, body, time, height)
             && t.height < height
         {
             return Some((t.height, time));
         }
-        if !((end - time) * direction > 0.0) {
+        let left = (end - time) * direction;
+        if left <= 0.0 || left.is_nan() {
             return None;
         }
         let next = time + direction * leap.max(least);
