@@ -98,7 +98,7 @@ fn marks_beyond_the_cutoff_take_the_next_class_or_stay_unchecked() {
     let output = proveout(shop.path(), &["measure", "--profile", "wide.smd"]);
     let text = told(&output);
     assert_eq!(output.status.code(), Some(1), "{text}");
-    assert!(text.contains("unchecked [pitch-beyond-cutoff]: a pitch of 1.00"), "{text}");
+    assert!(text.contains("unchecked [pitch-beyond-cutoff]: a pitch of "), "{text}");
     assert!(text.contains("unchecked [spacing-too-coarse]") || text.contains("unchecked [too-short]"), "{text}");
     assert!(text.contains("  Ra      unchecked"), "{text}");
     // 17.5 mm every 1.5 um carry Sc4, but not Sc3.

@@ -89,6 +89,10 @@ fn a_pitch_beyond_the_cutoff_goes_to_the_next_class_or_stays_unchecked() {
     assert_eq!(short.filtered, None);
     assert_eq!(rules(&short.unchecked), ["pitch-beyond-cutoff", "too-short"]);
     assert_eq!(short.class, "Sc3");
+    assert!(
+        short.unchecked[1].to_string().ends_with("give a longer profile"),
+        "a smaller class is no way out: {short}"
+    );
     assert!(short.unfiltered.ra_um > 0.2, "unfiltered values are there all the same");
     assert!(short.roughness.is_empty());
     // The program's step is known where the profile is too short to show it.

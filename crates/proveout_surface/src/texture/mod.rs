@@ -36,7 +36,7 @@ mod gaussian;
 mod height_map;
 mod profile;
 mod profile_parameters;
-mod report;
+pub mod report;
 mod spacing;
 
 pub use areal::{ArealEvaluation, ArealParameters, ArealSetting};

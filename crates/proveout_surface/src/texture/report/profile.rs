@@ -134,9 +134,14 @@ impl ProfileReport {
             let evaluated = match evaluate(profile, class, asked) {
                 Ok(evaluated) => evaluated,
                 Err(reason) => {
+                    let mut reason = reason;
                     if class != asked.class {
                         let beyond = pitch.unwrap_or(asked.class.lambda_c());
                         unchecked.push(beyond_cutoff(beyond, asked.class, Some(class)));
+                        // A smaller class would filter the marks away.
+                        if let Unchecked::TooShort { smaller, .. } = &mut reason {
+                            *smaller = None;
+                        }
                     }
                     unchecked.push(reason);
                     break None;
