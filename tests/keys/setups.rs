@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, fs};
 use proveout_tests::root;
 
 use crate::texts::{
-    BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, TOOLS, five, hybrid,
-    one_tool, shortened, stl,
+    BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE, SURFACE_BLADE,
+    SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, shortened, stl,
 };
 
 /// Text of a file, or its bytes, by its name.
@@ -67,6 +67,14 @@ pub(crate) enum Setup {
     /// A ramp with a tool that has no edges at its center, with and without its steepest ramp.
     Hollow,
     HollowUnstated,
+    /// Patches, a grid and profiles on a plane that a ball cuts in rows: by its envelope; by its teeth with random phases, and with a
+    /// given one; by round inserts.
+    Surface,
+    SurfaceTeeth,
+    SurfacePhase,
+    SurfaceInsert,
+    /// The same kinds of places on a blade that nothing cuts.
+    SurfaceBlade,
 }
 
 impl Setup {
@@ -260,6 +268,37 @@ impl Setup {
                         "{ diameter_mm = 20, top_diameter_mm = 30, length_mm = 30 }, { diameter_mm = 40, length_mm = 15 }",
                         "{ diameter_mm = 10, top_diameter_mm = 24, length_mm = 2 }, { diameter_mm = 20, length_mm = 69 }",
                     );
+            }
+            Self::Surface | Self::SurfaceTeeth | Self::SurfacePhase | Self::SurfaceInsert => {
+                scene += SURFACE;
+                if self != Self::Surface {
+                    scene = scene.replace("model = \"envelope\"", "model = \"teeth\"");
+                }
+                if self == Self::SurfacePhase || self == Self::SurfaceInsert {
+                    scene += "\n[[surface.phase]]\nat_mm = [-15, 0, -1]\ntooth_deg = 30\ntool = \"END_D6\"\n";
+                }
+                let edges = "\n[tool.edges]\nhelix_deg = 30\nradial_run_out_mm = [0, 0.01]\naxial_run_out_mm = [0, 0.002]\nradial_rake_deg = 5\n\
+                             rake_about = \"axis\"\n";
+                let insert = "round_insert = { nose_circle_diameter_mm = 4, insert_radius_mm = 1 }\n";
+                let residual = "[tool.residual]\nra_um = [0.1, 0.2]\nrz_um = [0.3, 0.5]\nsource = \"trials\"\n";
+                tools = match self {
+                    Self::SurfaceInsert => {
+                        let shape = "diameter_mm = 6\ncorner_radius_mm = 1\nflute_length_mm = 12\nflutes = 2";
+                        one_tool("bull_nose", shape) + edges + insert + residual
+                    }
+                    _ => one_tool("ball", "diameter_mm = 6\nflute_length_mm = 12\nflutes = 2") + edges + residual,
+                };
+                program = SURFACE_PROGRAM.into();
+                more.push(("part.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -1.0], false)));
+            }
+            Self::SurfaceBlade => {
+                scene = scene
+                    .replace("box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }", "blade_allowance_mm = 0.5")
+                    .replace("resolution_mm = 0.5", "resolution_mm = 4")
+                    .replace("translation_mm = [0, 0, 40]", "translation_mm = [0, 0, 100]");
+                scene += BLADE_PART;
+                scene += SURFACE_BLADE;
+                program = "%\nO1\nG17 G21 G90 G94\nG54\nM30\n%\n".into();
             }
             Self::Hollow | Self::HollowUnstated => {
                 let ramp = if self == Self::Hollow { "max_ramp_angle_deg = 30" } else { "" };

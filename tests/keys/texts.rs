@@ -306,6 +306,89 @@ platform = { fillet_radius_mm = 10, margin_mm = 14, thickness_mm = 12 }
 chord_error_mm = 0.2
 "#;
 
+/// Rows of 0.2 mm on a plane, and what is asked of it.
+pub(crate) const SURFACE: &str = r#"
+[part]
+mesh = "part.stl"
+chord_error_mm = 0.0001
+
+[surface]
+model = "envelope"
+size_mm = [0.6, 0.4]
+step_um = 50
+max_height_mm = 0.5
+standard = "iso21920"
+class = "Sc2"
+profiles = true
+phases = 2
+seed = 1
+save_nodes = true
+
+[[surface.patch]]
+name = "own"
+at_mm = [-5, 0, -1]
+along = [1, 0.2, 0]
+size_mm = [0.5, 0.5]
+step_um = 40
+
+[[surface.patch]]
+name = "plane"
+at_mm = [3, 0, -1]
+normal = [0, 0, 1]
+
+[[surface.grid]]
+name = "grid"
+count = [2, 1]
+corner_mm = [-8, 0, -1]
+u_mm = [2, 0, 0]
+v_mm = [0, 0.1, 0]
+
+[[surface.grid]]
+name = "spaced"
+spacing_mm = [1, 1]
+corner_mm = [6, 0, -1]
+u_mm = [1.5, 0, 0]
+v_mm = [0, 0.1, 0]
+
+[[surface.profile]]
+name = "lay"
+at_mm = [-2, 0, -1]
+direction = "along"
+
+[[surface.profile]]
+name = "line"
+at_mm = [-2, 0.1, -1]
+normal = [0, 0, 1]
+along = [1, 0, 0]
+"#;
+
+pub(crate) const SURFACE_PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-20. Y-0.4\nZ-1.\nG1 X20. F1500\nY-0.2\n\
+                       X-20.\nY0.\nX20.\nY0.2\nX-20.\nY0.4\nX20.\nG0 Z12.\nM5\nM30\n%\n";
+
+/// Places on a blade.
+pub(crate) const SURFACE_BLADE: &str = r#"
+[surface]
+size_mm = [0.6, 0.4]
+step_um = 50
+
+[[surface.patch]]
+name = "own"
+arc_mm = 20
+x_mm = 17
+
+[[surface.grid]]
+name = "grid"
+count = [2, 2]
+arc_mm = [15, 25]
+x_mm = [14, 18]
+
+[[surface.profile]]
+name = "line"
+arc_mm = 22
+x_mm = 17
+along = [1, 0, 0]
+"#;
+
 pub(crate) const HELIX: &str = r#"
 [plan.helix]
 tool = "BALL_D16"

@@ -28,7 +28,7 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Write a program of a scene with new tool axes: contact points, feeds and structure stay
     Reschedule(RescheduleArgs),
-    /// Measure the stock that a run left: section, distance, wall thickness
+    /// Measure the stock that a run left (section, distance, wall thickness), or the texture in a file (roughness)
     Measure(MeasureArgs),
     /// What changed between two run folders: findings gone, new, changed; numbers
     Diff(DiffArgs),
@@ -240,16 +240,23 @@ pub(crate) struct RescheduleArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("what").required(true).args(["file", "profile"]))]
 #[command(after_help = "Examples:\n  \
     proveout measure out/part-main --section z=-12.5 --out section.svg\n  \
     proveout measure out/part-main --section x=0 --design part.stl --out section.json\n  \
     proveout measure out/part-main --distance 10,0,5 --distance 10,0,-5\n  \
-    proveout measure out/part-main/stock.dexel --wall 0,-3,-1,0,1,0 --design part.stl\n\n\
-    Coordinates are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
-    curvature radius r it is off by about cell²/8r. A distance is negative in material.")]
+    proveout measure out/part-main/stock.dexel --wall 0,-3,-1,0,1,0 --design part.stl\n  \
+    proveout measure --profile gauge.smd --class Sc2 --to-lay-deg 90\n  \
+    proveout measure --profile gauge.smd --standard iso4287 --json\n  \
+    proveout measure patch.sdf --out patch.png\n\n\
+    Coordinates of a stock are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
+    curvature radius r it is off by about cell²/8r. A distance is negative in material.\n\
+    Texture: a pitch of marks beyond the cut-off of the class goes to the next class; what the data do not carry is unchecked, with \
+    the reason, and the exit code is 1.")]
 pub(crate) struct MeasureArgs {
-    /// Run folder, or a stock file (.dexel) in it
-    pub(crate) stock: PathBuf,
+    /// Run folder, a stock file (.dexel) in it, or a file of texture: height map or profile (SDF, X3P, SMD)
+    #[arg(value_name = "FILE")]
+    pub(crate) file: Option<PathBuf>,
     /// Section with a plane across an axis, such as z=12.5 (mm)
     #[arg(long, value_name = "AXIS=MM", allow_hyphen_values = true)]
     pub(crate) section: Option<String>,
@@ -262,9 +269,65 @@ pub(crate) struct MeasureArgs {
     /// Closed mesh in the workpiece frame, mm (STL, OBJ, glTF): measured beside the stock
     #[arg(long, value_name = "MESH")]
     pub(crate) design: Option<PathBuf>,
-    /// File for the result: .json everything, .svg and .csv the section
+    /// File of a profile (SMD, SDF, X3P): parameters of ISO 21920-2 or ISO 4287
+    #[arg(long, value_name = "FILE")]
+    pub(crate) profile: Option<PathBuf>,
+    /// Setting class of a texture, Sc1 to Sc5 (default: Sc3); its cut-off is the L-filter of height maps
+    #[arg(long, value_enum)]
+    pub(crate) class: Option<ClassArg>,
+    /// Definitions of the profile parameters (default: iso21920)
+    #[arg(long, value_enum)]
+    pub(crate) standard: Option<StandardArg>,
+    /// How the form of a texture is removed (default: level)
+    #[arg(long, value_enum)]
+    pub(crate) form: Option<FormArg>,
+    /// Direction of a profile to the lay: 0 along the marks, 90 across them (default: not known)
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub(crate) to_lay_deg: Option<f64>,
+    /// Pitch of the marks, mm, as far as it is known (default: as found)
+    #[arg(long, value_name = "X", allow_hyphen_values = true)]
+    pub(crate) pitch_mm: Option<f64>,
+    /// Print the texture as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// File for the result: .json everything; .svg and .csv the section; .png, .sdf and .x3p the texture
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ClassArg {
+    /// Cut-off 0.08 mm
+    #[value(name = "Sc1", alias = "sc1")]
+    Sc1,
+    /// Cut-off 0.25 mm
+    #[value(name = "Sc2", alias = "sc2")]
+    Sc2,
+    /// Cut-off 0.8 mm
+    #[value(name = "Sc3", alias = "sc3")]
+    Sc3,
+    /// Cut-off 2.5 mm
+    #[value(name = "Sc4", alias = "sc4")]
+    Sc4,
+    /// Cut-off 8 mm
+    #[value(name = "Sc5", alias = "sc5")]
+    Sc5,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum StandardArg {
+    /// ISO 21920-2:2021: Ra, Rq, Rsk, Rku over the evaluation length
+    Iso21920,
+    /// ISO 4287:1997+A1:2009: Ra, Rq, Rsk, Rku as mean of the sampling lengths
+    Iso4287,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormArg {
+    /// Least-squares line of a profile, least-squares plane of a map
+    Level,
+    /// Nothing is taken off
+    None,
 }
 
 #[derive(Debug, Args)]

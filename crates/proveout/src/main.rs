@@ -48,7 +48,9 @@ fn main() -> ExitCode {
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
         Command::Plan(args) => commands::plan::plan(&args).map(|()| PASS),
         Command::Reschedule(args) => commands::plan::reschedule(&args).map(|()| PASS),
-        Command::Measure(args) => commands::measure::measure(&args).map(|()| PASS),
+        Command::Measure(args) => {
+            commands::measure::measure(&args).map(|checked| if checked { PASS } else { NOT_PASSED })
+        }
         Command::Diff(args) => commands::diff::diff(&args.run_a, &args.run_b).map(|()| PASS),
         Command::View(args) => commands::view::view(&args.run).map(|()| PASS),
     };

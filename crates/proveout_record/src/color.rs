@@ -59,6 +59,19 @@ impl DeviationMap {
     }
 }
 
+/// Ink of frames and letters.
+pub(crate) const NEUTRAL_INK: [u8; 3] = [32, 34, 38];
+/// Heights from the lowest to the highest; lightness rises all the way, so that the order shows without color, too.
+const HEIGHTS: [[u8; 3]; 5] = [[28, 20, 68], [32, 84, 140], [28, 146, 140], [126, 200, 92], [250, 232, 120]];
+
+/// Color of a height at a share 0..=1 of the range, straight in `OKLab` between the stops.
+pub(crate) fn height_color(share: f64) -> [u8; 3] {
+    let t = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 } * (HEIGHTS.len() - 1) as f64;
+    let k = (t.floor() as usize).min(HEIGHTS.len() - 2);
+    let (a, b, t) = (oklab_from_srgb(HEIGHTS[k]), oklab_from_srgb(HEIGHTS[k + 1]), t - k as f64);
+    srgb_from_oklab([0, 1, 2].map(|i| a[i] + (b[i] - a[i]) * t))
+}
+
 /// Smallest of 1, 2, 5 times a power of ten that is not below `value`.
 fn round_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
@@ -139,6 +152,14 @@ mod tests {
         let slack = 0.004; // one step of an 8-bit channel
         assert!(light[..=32].windows(2).all(|w| w[1] > w[0] - slack));
         assert!(light[32..].windows(2).all(|w| w[1] < w[0] + slack));
+    }
+
+    #[test]
+    fn higher_is_lighter() {
+        let light: Vec<f64> = (0..=64).map(|i| oklab_from_srgb(height_color(f64::from(i) / 64.0))[0]).collect();
+        assert!(light.windows(2).all(|w| w[1] > w[0] - 0.002), "{light:?}");
+        assert_eq!((height_color(0.0), height_color(1.0)), (HEIGHTS[0], HEIGHTS[4]));
+        assert_eq!(height_color(f64::NAN), HEIGHTS[0]);
     }
 
     #[test]

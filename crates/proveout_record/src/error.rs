@@ -30,6 +30,12 @@ pub enum RecordError {
         /// What the template engine says, with its line.
         message: String,
     },
+    /// A picture could not be encoded.
+    #[error("cannot make the picture: {message}")]
+    Picture {
+        /// What the encoder says.
+        message: String,
+    },
     /// The recording could not be written or sent.
     #[error("cannot write the Rerun recording to {target}: {message}{}", remedy_text(remedy))]
     Recording {
@@ -61,11 +67,14 @@ impl From<RecordError> for ObserverError {
         let what = match &e {
             RecordError::Io { path, .. } | RecordError::Table { path, .. } => path.display().to_string(),
             RecordError::Page { .. } => "report.html".into(),
+            RecordError::Picture { .. } => "picture".into(),
             RecordError::Recording { target, .. } => target.clone(),
         };
         let message = match &e {
             RecordError::Io { source, .. } => source.to_string(),
-            RecordError::Table { message, .. } | RecordError::Page { message } => message.clone(),
+            RecordError::Table { message, .. } | RecordError::Page { message } | RecordError::Picture { message } => {
+                message.clone()
+            }
             RecordError::Recording { message, remedy, .. } => format!("{message}{}", remedy_text(remedy)),
         };
         Self { what, message }

@@ -14,12 +14,15 @@
 //! | [`ProgramObserver`] | `NAME.mpf` | the text that runs, where a re-scheduled program was made |
 //! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
 //! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
-//! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch |
+//! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch; nodes of the roughness maps with their heights |
 //! | [`StockObserver`] | `stock.dexel`, `stock-patch-NAME.dexel` | the stock that is left and its patches, bit for bit, as raw stock of the next setup; W, mm |
 //! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
+//! | [`MapFilesObserver`] | `maps/NAME.png`, `.sdf`, `.x3p` | roughness maps that are cut at all nodes: picture with color bar, and files of ISO 25178-71 and -72 |
+//! | | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
 //! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
 //! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
+//! | [`write_height_map_png`] | as named | a height map with color bar, units, direction of the lay |
 //! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
 //!
 //! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of the run
@@ -36,7 +39,7 @@
 //!
 //! * Pictures are reduced: 2 million triangles in glTF, 400 000 in the recording, 300 000 on the page; each says so.
 //! * The stock of the recording is coarser than the stock itself and is shown at up to 64 times and at tool changes.
-//! * The roughness map and its patches are not written yet, since the engine does not evaluate roughness.
+//! * Roughness maps are thinned for glTF, recording and page; all nodes are in `surface.parquet`.
 //!
 //! [`Setup`]: proveout_sim::observer::Setup
 //! [`Batch`]: proveout_sim::observer::Batch
@@ -48,9 +51,12 @@ pub mod compare;
 mod encode;
 mod envelope;
 mod error;
+mod font;
 mod gather;
 mod glb;
+mod height_picture;
 mod json;
+mod map_files;
 mod mode;
 mod part;
 mod picture;
@@ -63,11 +69,14 @@ mod set;
 mod stock;
 mod table;
 mod tables;
+mod texture;
 mod units;
 
 pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
+pub use height_picture::{height_map_png, write_height_map_png};
 pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
+pub use map_files::MapFilesObserver;
 pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
 pub use program::ProgramObserver;

@@ -7,7 +7,7 @@ use std::{
 };
 
 use proveout_sim::{
-    Observer, SurfaceMap, SurfaceShape,
+    Observer, SurfaceMap, SurfaceShape, SurfaceTexture,
     observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 
@@ -17,10 +17,15 @@ use crate::{
     gather::{ShownSurface, SurfacePicture},
     glb::write_glb,
     picture::Picture,
+    texture::{ShownTexture, range_of},
 };
 
 /// Most triangles of a glTF file: 2 million are 60 MB and still turn in a viewer.
 pub(crate) const GLB_TRIANGLES: usize = 2_000_000;
+
+/// Most roughness maps of a glTF file or a recording, and nodes along their sides: 4 million triangles at most.
+pub(crate) const MOST_MAPS: usize = 100;
+pub(crate) const MAP_SIDE: usize = 141;
 
 /// Colors of the vertices; empty without a map.
 pub(crate) fn colors_of(picture: &Picture, map: Option<DeviationMap>) -> Vec<Rgba> {
@@ -81,10 +86,36 @@ pub(crate) fn range_floor(setup: &Setup<'_>) -> f64 {
     0.1 * t.gouge_mm.min(t.excess_mm)
 }
 
+/// Writes `roughness.glb`: all maps on their places, colored by height on one scale; nothing without maps.
+fn write_roughness(folder: &Path, textures: &[ShownTexture]) -> Result<(), RecordError> {
+    if textures.is_empty() {
+        return Ok(());
+    }
+    let range = range_of(textures);
+    let (mut picture, mut colors) = (Picture::default(), Vec::new());
+    for texture in textures {
+        picture.append(&texture.picture());
+        colors.extend(texture.colors(range));
+    }
+    let every = textures.iter().map(|t| t.every).max().unwrap_or(1);
+    let note = format!(
+        "{} maps, up to every {every}. node; height above the design from dark blue {:.4} um to yellow {:.4} um",
+        textures.len(),
+        range[0],
+        range[1]
+    );
+    let path = folder.join("roughness.glb");
+    let mut out = BufWriter::new(File::create(&path).map_err(RecordError::io(&path))?);
+    write_glb(&mut out, "roughness", &note, &picture, &colors, STEEL)
+        .and_then(|()| out.flush())
+        .map_err(RecordError::io(&path))
+}
+
 /// Writes the glTF files at the end of a run, from the bands of the surface.
 #[derive(Debug, Default)]
 pub struct GltfObserver {
     surface: Option<SurfacePicture>,
+    textures: Vec<ShownTexture>,
 }
 
 impl GltfObserver {
@@ -100,6 +131,7 @@ impl Observer for GltfObserver {
 
     fn begin(&mut self, _setup: &Setup<'_>, _folder: &Path) -> Result<(), ObserverError> {
         self.surface = None;
+        self.textures.clear();
         Ok(())
     }
 
@@ -122,7 +154,15 @@ impl Observer for GltfObserver {
         Ok(())
     }
 
+    fn surface_texture(&mut self, _setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
+        if texture.map.is_some() && self.textures.len() < MOST_MAPS {
+            self.textures.push(ShownTexture::of(texture, MAP_SIDE));
+        }
+        Ok(())
+    }
+
     fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
+        write_roughness(outcome.folder, &std::mem::take(&mut self.textures))?;
         let shown = self.surface.take().map(SurfacePicture::finish).unwrap_or_default();
         Ok(write_shown(outcome.folder, &shown, outcome.surface, range_floor(setup))?)
     }

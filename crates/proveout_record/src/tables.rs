@@ -7,7 +7,7 @@ use std::{path::Path, sync::Arc};
 use proveout_controller::{MoveKind, Sample};
 use proveout_geom::Pose;
 use proveout_sim::{
-    Observer, SurfaceMap,
+    Observer, SurfaceMap, SurfaceTexture,
     observer::{Batch, BlockRow, ObserverError, Outcome, PointBand, SampleSignals, Setup},
 };
 use proveout_tool::Tool;
@@ -149,6 +149,12 @@ pub(crate) fn surface_columns() -> Vec<Column> {
         Column::real("scallop_mm", "mm"),
         Column::index("made_by_piece"),
         Column::text("patch"),
+        Column::text("map"),
+        Column::index("map_row"),
+        Column::index("map_column"),
+        Column::real("height_um", "um"),
+        Column::index("made_by_block"),
+        Column::index("tooth"),
     ]);
     columns
 }
@@ -162,8 +168,11 @@ struct SurfaceTable {
 impl SurfaceTable {
     /// `names` are those of the patches.
     fn create(path: &Path, names: Vec<Arc<str>>) -> Result<Self, RecordError> {
-        let notes =
-            [("frame", "workpiece W, mm".to_owned()), ("deviation", "positive: material left; negative: gouge".into())];
+        let notes = [
+            ("frame", "workpiece W, mm".to_owned()),
+            ("deviation", "positive: material left; negative: gouge".into()),
+            ("map", "rows with a map: nodes of a roughness map on the design, height along the normal".into()),
+        ];
         Ok(Self { table: Table::create(path, &surface_columns(), &notes)?, names })
     }
 
@@ -173,6 +182,22 @@ impl SurfaceTable {
             let mut row = self.table.row()?;
             row.reals(p.position).reals(p.normal).real(p.deviation).real(p.scallop).index(p.made_by);
             row.text(name.map(Arc::clone));
+            row.text(None).index(None).index(None).real(None).index(None).index(None);
+        }
+        Ok(())
+    }
+
+    /// Rows of a roughness map: the node on the design with its normal, and its height.
+    fn add_map(&mut self, texture: &SurfaceTexture) -> Result<(), RecordError> {
+        let Some(map) = &texture.map else { return Ok(()) };
+        let name: Arc<str> = texture.name.as_str().into();
+        for (i, (point, normal)) in map.points.iter().zip(&map.normals).enumerate() {
+            let (height, maker) = (map.heights.get(i).filter(|h| h.is_finite()), map.makers.get(i).copied().flatten());
+            let mut row = self.table.row()?;
+            row.reals([point.x, point.y, point.z, normal.x, normal.y, normal.z]);
+            row.real(None).real(None).index(None).text(None).text(Arc::clone(&name));
+            row.index((i / map.columns) as u32).index((i % map.columns) as u32).real(height.map(|h| 1e3 * h));
+            row.index(maker.map(|m| m.block)).index(maker.and_then(|m| m.tooth));
         }
         Ok(())
     }
@@ -240,6 +265,14 @@ impl Observer for TableObserver {
         open.signals.flush()?;
         open.blocks.flush()?;
         Ok(open.surface.add(band)?)
+    }
+
+    fn surface_texture(&mut self, setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        if setup.scene.file.surface.as_ref().is_some_and(|s| s.save_nodes) {
+            open.surface.add_map(texture)?;
+        }
+        Ok(())
     }
 
     fn end(&mut self, _setup: &Setup<'_>, _outcome: &Outcome<'_>) -> Result<(), ObserverError> {

@@ -187,7 +187,7 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
 }
 
 /// The flank between its two distances from the apex, and its area: mean circumference times slant height.
-fn flank(cone: &ConeFrustumFile) -> (ConeFlank, f64) {
+pub(crate) fn flank(cone: &ConeFrustumFile) -> (ConeFlank, f64) {
     let (sine, cosine) = proveout_geom::sin_cos(rad(cone.half_angle_deg));
     let slope = sine / cosine;
     let axis = Vector::from(cone.axis).normalize();

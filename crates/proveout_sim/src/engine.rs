@@ -14,6 +14,7 @@ use crate::{
     engagement::Engagement,
     error::SimError,
     finding::{self, Code, Finding},
+    kept_motion::{KeptMotion, KeptPiece},
     legs,
     log::FindingLog,
     loose::LooseParts,
@@ -23,6 +24,7 @@ use crate::{
     prepare::Prepared,
     process::{self, CuttingState, SweepPart, Sweeps, Swept, judge_sweep},
     run::Stages,
+    texture::{Recorder, Tracks},
     verdict::{Clearance, ToolUse},
 };
 
@@ -63,6 +65,10 @@ pub(crate) struct Facts {
     pub(crate) stock_near: StockNear,
     /// Ways down into material of which nobody says whether the tool may make them, by tool.
     pub(crate) unknown_plunges: Vec<String>,
+    /// All motion, where somebody asks for the surface that it swept.
+    pub(crate) motion: Option<KeptMotion>,
+    /// Motion near the places of `[surface]`, where the scene has them.
+    pub(crate) tracks: Option<Tracks>,
 }
 
 /// The steepest way down into material of a tool that may not be allowed, and where.
@@ -103,6 +109,8 @@ pub(crate) struct Engine<'a> {
     in_spindle_since: f64,
     sums: BTreeMap<u32, BlockSum>,
     block_of_piece: Vec<u32>,
+    motion: Option<KeptMotion>,
+    recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
     removed: f64,
     loose: LooseParts,
@@ -141,6 +149,8 @@ impl<'a> Engine<'a> {
             in_spindle_since: 0.0,
             sums: BTreeMap::new(),
             block_of_piece: Vec::new(),
+            motion: prepared.keeps_motion().then(KeptMotion::default),
+            recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
             removed: 0.0,
             time: 0.0,
@@ -172,11 +182,24 @@ impl<'a> Engine<'a> {
             self.place(block);
         }
         let states = self.states_of_pieces(chunk);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.take(chunk, &states);
+        }
         let first_id = self.block_of_piece.len() as u32;
         let mut sweeps = Sweeps::default();
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             let id = first_id + i as u32;
             self.block_of_piece.push(piece.block);
+            let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
+            if let Some(motion) = &mut self.motion {
+                motion.push(KeptPiece {
+                    time: piece.time,
+                    motion: SweepMotion { from, to },
+                    tool: state.tool.map_or(u32::MAX, |t| t as u32),
+                    feed: piece.kind == MoveKind::Feed,
+                    deviation: piece.deviation as f32,
+                });
+            }
             let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else {
                 self.barred = None;
                 continue;
@@ -188,7 +211,6 @@ impl<'a> Engine<'a> {
             let zones = self.prepared.holder_zones.get(index).map_or(&[][..], Vec::as_slice);
             let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
             let core = self.cores.get(index).filter(|_| goes_down).map_or(&[][..], Vec::as_slice);
-            let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
             let since = self.barred.map(|(since, ..)| since);
             sweeps.add((i, id), SweepMotion { from, to }, tool, [zones, core], since);
         }
@@ -289,6 +311,8 @@ impl<'a> Engine<'a> {
             pieces: self.block_of_piece.len() as u64,
             ended: self.ended,
             block_of_piece: self.block_of_piece,
+            motion: self.motion,
+            tracks: self.recorder.map(Recorder::finish),
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
             checked_pairs: self.bodies.checked_pairs(),

@@ -139,6 +139,8 @@ codes! {
     GOUGE = "geometry-gouge", Geometry, Error, "The cut part is below the design by more than the tolerance.";
     EXCESS = "geometry-excess", Geometry, Error, "Material is left on the design by more than the tolerance.";
     INSPECTION = "geometry-inspection", Geometry, Error, "A feature of the inspection plan is out of tolerance.";
+    ROUGHNESS = "surface-roughness", Surface, Error, "Ra or Rz of the surface is above its tolerance.";
+    SCALLOP = "surface-scallop", Surface, Error, "The passes leave scallops higher than the tolerance.";
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@ fn codes(gate: &str) -> &'static [Code] {
         "near_miss" => &[NEAR_MISS],
         "gouge" => &[GOUGE, OVERCUT],
         "excess" => &[EXCESS, INSPECTION],
+        "surface" => &[SCALLOP, ROUGHNESS],
         _ => &[],
     }
 }

@@ -11,16 +11,27 @@ use crate::{
     error::SimError,
     finding::{self, Severity},
     gates::{self, Coverage},
-    inspect, legs,
+    inspect,
+    kept_motion::Swept,
+    legs,
     log::FindingLog,
+    observer::PointBand,
     prepare::Prepared,
-    program_survey,
+    program_survey, scallop, surface_gate,
+    surface_gate::Judgement,
     surface_map::SurfaceShape,
-    survey::{Measured, ShowPoints, Surveyed, survey},
+    survey::{Known, Measured, Surveyed, survey},
+    texture::{self, SurfaceTexture},
     verdict::{
         Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time, Verdict,
     },
 };
+
+/// What is shown to the observers on the way.
+pub(crate) enum Shown<'a> {
+    Points(&'a PointBand<'a>),
+    Texture(&'a SurfaceTexture),
+}
 
 /// Measures the part and judges the run; the points of its surface are shown on the way.
 pub(crate) fn judge(
@@ -29,11 +40,17 @@ pub(crate) fn judge(
     patches: &[Patch],
     facts: &Facts,
     summary: &Summary,
-    show: &mut ShowPoints<'_>,
+    show: &mut dyn FnMut(Shown<'_>) -> Result<(), SimError>,
 ) -> Result<(Verdict, Surveyed), SimError> {
     let mut log = facts.log.clone();
     program_survey::judge(prepared, &mut log);
-    let mut surveyed = survey(prepared, stock, patches, show)?;
+    let kept = facts.motion.as_ref().and_then(|m| m.pieces());
+    let swept = kept.map(|pieces| Swept::new(pieces, &prepared.tools));
+    let scallop = scallop::measure(prepared, facts, swept.as_ref(), stock, patches);
+    let heights = scallop.as_ref().and_then(|s| s.as_ref().ok()).and_then(scallop::Measured::map);
+    let points = &mut |band: &PointBand<'_>| show(Shown::Points(band));
+    let mut surveyed =
+        survey(prepared, stock, patches, Known { swept: swept.as_ref(), ridges: heights.as_ref() }, points)?;
     let measured = surveyed.measured.take();
     if let Some(m) = &measured {
         judge_areas(prepared, facts, m, &mut log);
@@ -42,7 +59,12 @@ pub(crate) fn judge(
     for finding in inspect::judge(&inspection) {
         log.push(finding);
     }
-    let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &log);
+    let mut surface = Surface::default();
+    surface.textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
+    let of_surface: Vec<Judgement> =
+        [scallop::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)].into_iter().flatten().collect();
+    let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();
+    let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &of_surface, &log);
     let verdict = Verdict {
         schema_version: SCHEMA_VERSION,
         scene: prepared.scene.file.name.clone(),
@@ -85,7 +107,7 @@ pub(crate) fn judge(
             patches: patches_used(prepared, patches, &surveyed.shape),
         },
         deviation: measured.map_or_else(Deviation::default, |m| m.deviation),
-        surface: Surface::default(),
+        surface,
         clearance: facts.clearance.clone(),
         tools: facts.tools.clone(),
         inspection,
@@ -166,12 +188,20 @@ fn stock_kept_clear(facts: &Facts, near_mm: f64) -> String {
     text
 }
 
+/// What no judgement of the surface has seen.
+fn surface_coverage(prepared: &Prepared) -> Coverage {
+    let ideal = prepared.dynamics == Dynamics::Ideal;
+    let left_out = ideal.then(|| "dynamics are ideal: corner rounding did not cut".to_owned());
+    Coverage { checked: None, left_out: left_out.into_iter().collect() }
+}
+
 fn judge_gates(
     prepared: &Prepared,
     facts: &Facts,
     summary: &Summary,
     measured: Option<&Measured>,
     inspection: &[Inspected],
+    of_surface: &[Judgement],
     log: &FindingLog,
 ) -> Vec<Gate> {
     let tolerances = &prepared.scene.file.tolerances;
@@ -296,16 +326,20 @@ fn judge_gates(
         near,
         shape("gouge", tolerances.gouge_mm),
         shape("excess", tolerances.excess_mm),
-        Coverage { checked: None, left_out: vec!["roughness and scallop are not evaluated".into()] },
+        surface_coverage(prepared),
     ];
     if facts.pieces == 0 {
         for c in &mut coverage[1..5] {
             *c = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
         }
     }
-    if let [program, run @ ..] = &mut coverage[..7] {
+    if let [program, run @ ..] = &mut coverage[..] {
         program_survey::leave_out(prepared, program, run);
     }
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
-    gates::GATES.iter().zip(&coverage).map(|(name, c)| gates::judge(name, c, log)).collect()
+    let gate = |(name, c): (&&str, &Coverage)| match *name {
+        "surface" => surface_gate::fold(name, of_surface, &c.left_out),
+        _ => gates::judge(name, c, log),
+    };
+    gates::GATES.iter().zip(&coverage).map(gate).collect()
 }

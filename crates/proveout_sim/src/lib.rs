@@ -9,7 +9,7 @@
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
 //! Millimeter, radian, second inside; files carry units in their keys.
 //!
-//! Known limits: one setup a run; roughness is not evaluated; drive loads leave workpiece, tool and cutting forces out.
+//! Known limits: one setup a run; drive loads leave workpiece, tool and cutting forces out.
 
 pub mod compare;
 pub mod config;
@@ -25,6 +25,7 @@ mod scene_blade;
 mod scene_compare;
 mod scene_limits;
 mod scene_patch;
+mod scene_surface;
 pub mod verdict;
 
 mod bodies;
@@ -36,6 +37,7 @@ mod engine;
 mod error;
 mod inspect;
 mod judge;
+mod kept_motion;
 mod legs;
 mod loose;
 mod machine_data;
@@ -47,9 +49,13 @@ mod process;
 mod program_survey;
 mod raw_stock;
 mod run_folder;
+mod scallop;
+mod scallop_figures;
 mod show_mesh;
+mod surface_gate;
 mod surface_map;
 mod survey;
+mod texture;
 
 pub use engagement::Engagement;
 pub use error::SimError;
@@ -61,3 +67,4 @@ pub use prepare::{Choice, MadeProgram, Prepared, tool_radii};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::RunFolder;
 pub use surface_map::{MapPoint, PatchMap, PatchShape, SurfaceKeeper, SurfaceMap, SurfaceShape};
+pub use texture::{Maker, SurfaceTexture, TextureMap, TextureProfile};

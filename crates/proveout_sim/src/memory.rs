@@ -25,6 +25,8 @@ use std::fs;
 
 use proveout_geom::TriMesh;
 
+use crate::kept_motion::{MOST_PIECES, PIECE};
+
 /// Intervals of material that a ray may gain, as a mean over all rays.
 pub(crate) const GROWTH: f64 = 0.35;
 /// Memory that the history of the stock may take, bytes.
@@ -50,6 +52,9 @@ const RECORDED_TRIANGLES: f64 = 4e5;
 const PART_TRIANGLE: f64 = 400.0;
 /// Bytes of a line of the program: its place, and the pieces of its motion.
 const LINE: f64 = 64.0;
+
+/// Pieces of motion of a line, about: as many are kept where there is a design.
+const PIECES_OF_LINE: f64 = 4.0;
 
 const MIB: f64 = (1 << 20) as f64;
 /// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few
@@ -87,6 +92,8 @@ pub(crate) struct Demand<'a> {
     /// The design, where it is a mesh.
     pub(crate) part: Option<&'a TriMesh>,
     pub(crate) recorded: Recorded,
+    /// Motion near the patches of `[surface]` and the largest of them, bytes.
+    pub(crate) textures: u64,
 }
 
 /// What a run will hold, told before the stock is made.
@@ -145,7 +152,10 @@ pub(crate) fn of_stages(rays: &[f64], intervals: f64, demand: &Demand<'_>) -> f6
     let meshes = END * ends + band + pictures;
     let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
+    let kept = demand.part.map_or(0.0, |_| PIECE * (PIECES_OF_LINE * demand.lines as f64).min(MOST_PIECES as f64));
     LINE * demand.lines as f64
+        + kept
+        + demand.textures as f64
         + held(MOTION)
         + writers
         + [surface, meshes, written, parts].into_iter().fold(0.0, f64::max)
@@ -165,7 +175,7 @@ mod tests {
 
     #[test]
     fn more_of_anything_is_announced_with_more() {
-        let demand = |lines, recorded| Demand { lines, part: None, recorded };
+        let demand = |lines, recorded| Demand { lines, part: None, recorded, textures: 0 };
         let base = of_stages(&[1e6], 1.3, &demand(1000, Recorded::Folder));
         for more in [
             of_stages(&[2e6], 1.3, &demand(1000, Recorded::Folder)),

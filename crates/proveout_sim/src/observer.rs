@@ -15,6 +15,7 @@ use crate::{
     prepare::MadeProgram,
     scene::Scene,
     surface_map::{MapPoint, SurfaceShape},
+    texture::SurfaceTexture,
     verdict::Verdict,
 };
 
@@ -194,6 +195,15 @@ pub trait Observer: Send {
     /// When the observer cannot write.
     fn surface_points(&mut self, setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
         let _ = (setup, band);
+        Ok(())
+    }
+
+    /// The texture of each patch and profile of `[surface]`, after all points.
+    ///
+    /// # Errors
+    /// When the observer cannot write.
+    fn surface_texture(&mut self, setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
+        let _ = (setup, texture);
         Ok(())
     }
 

@@ -28,6 +28,7 @@ use crate::{
         Scene,
     },
     scene_limits::{ChangedLimit, limit_joints},
+    texture::Plan,
 };
 
 /// Sides of the polygon that stands for a circle of a fixture; the polygon is drawn round the circle, so that the body
@@ -95,6 +96,8 @@ pub struct Prepared {
     pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
+    /// Places of `[surface]`, where the scene has them.
+    pub(crate) texture: Option<Plan>,
     /// Fixtures: name and closed mesh in the table frame.
     pub fixtures: Vec<(String, TriMesh)>,
     /// Workpiece frame to table frame.
@@ -112,6 +115,11 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// Whether the motion is kept to the end of the run: where there is a design to hold the surface that it swept against.
+    pub(crate) fn keeps_motion(&self) -> bool {
+        self.scene.file.part.is_some()
+    }
+
     /// Reads a scene and all that it names.
     ///
     /// # Errors
@@ -160,10 +168,13 @@ impl Prepared {
         let table_from_work = mount.table_from_work();
         let part_mesh = part_mesh(&scene, &mut inputs)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
+        let texture = Plan::new(&scene, part_mesh.as_ref(), &tools)?;
+        let lines = ProgramText::open(&program_path)?.lines() as u64;
         let demand = Demand {
-            lines: ProgramText::open(&program_path)?.lines() as u64,
+            lines,
             part: part_mesh.as_ref(),
             recorded: choice.recorded,
+            textures: texture.as_ref().map_or(0, |t| t.memory(lines)),
         };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
         for (role, path) in inputs {
@@ -213,6 +224,7 @@ impl Prepared {
             stock,
             memory,
             part_mesh,
+            texture,
             fixtures,
             table_from_work,
             dynamics: match dynamics {

@@ -13,7 +13,7 @@ use proveout_stock::{Patch, TriDexel};
 use crate::{
     engine::Engine,
     error::SimError,
-    judge,
+    judge::{self, Shown},
     observer::{Batch, Observer, ObserverError, Outcome, Setup},
     prepare::Prepared,
     program_survey::known_offset,
@@ -119,8 +119,11 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     let pieces = engine.pieces();
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
-    let (verdict, surveyed) = judge::judge(&prepared, &stock, &patches, &facts, &summary, &mut |band| {
-        tell(observers, &mut stages, |o| o.surface_points(&setup, band))
+    let (verdict, surveyed) = judge::judge(&prepared, &stock, &patches, &facts, &summary, &mut |shown| {
+        tell(observers, &mut stages, |o| match shown {
+            Shown::Points(band) => o.surface_points(&setup, band),
+            Shown::Texture(texture) => o.surface_texture(&setup, texture),
+        })
     })?;
     show_mesh(&stock, &patches, &surveyed, &mut |part| {
         tell(observers, &mut stages, |o| o.surface_mesh(&setup, &surveyed.shape, part))

@@ -15,6 +15,10 @@ pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, Platfor
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
+pub use crate::scene_surface::{
+    ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
+    SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
+};
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -55,6 +59,8 @@ pub struct SceneFile {
     /// Programs, the first one is run by default.
     #[serde(default)]
     pub program: Vec<ProgramFile>,
+    /// Texture of the cut surface.
+    pub surface: Option<SurfaceFile>,
     /// Features to measure on the cut part.
     #[serde(default)]
     pub inspect: Vec<InspectFile>,
@@ -300,7 +306,7 @@ pub struct ControlFile {
     pub joint_limits: BTreeMap<String, JointLimitFile>,
 }
 
-/// Bounds of the gates, mm.
+/// Bounds of the gates.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerances {
@@ -312,11 +318,25 @@ pub struct Tolerances {
     pub near_miss_mm: f64,
     /// Overlap of a body with material below this counts as touching, not as cutting.
     pub contact_mm: f64,
+    /// The 95th percentile of the scallop between the passes may be so high above the design, micrometer; not judged when left out.
+    pub scallop_um: Option<f64>,
+    /// Largest Ra of the patches and profiles of `[surface]`, across and along the lay, µm; not judged when left out.
+    pub ra_um: Option<f64>,
+    /// Largest Rz of the same, µm; not judged when left out.
+    pub rz_um: Option<f64>,
 }
 
 impl Default for Tolerances {
     fn default() -> Self {
-        Self { gouge_mm: 0.05, excess_mm: 0.05, near_miss_mm: 1.0, contact_mm: 0.01 }
+        Self {
+            gouge_mm: 0.05,
+            excess_mm: 0.05,
+            near_miss_mm: 1.0,
+            contact_mm: 0.01,
+            scallop_um: None,
+            ra_um: None,
+            rz_um: None,
+        }
     }
 }
 
@@ -522,6 +542,26 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let at = text.find("[tolerances]").unwrap_or(0);
         return fault(at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm");
     }
+    if let Some(scallop) = t.scallop_um {
+        let at = text.find("scallop_um").unwrap_or(0);
+        if !(scallop > 0.0 && scallop < 1e6) {
+            let help = "write the allowed height in micrometers, for example 10";
+            return fault(at, format!("scallop_um = {scallop} is no height"), help);
+        }
+        if file.part.is_none() {
+            return fault(at, "scallop_um has no design to be counted from".into(), "give the design part as [part]");
+        }
+    }
+    for (key, value) in [("ra_um", t.ra_um), ("rz_um", t.rz_um)] {
+        if let Some(value) = value.filter(|v| !(*v > 0.0 && *v <= 1e6)) {
+            let at = text.find(key).unwrap_or(0);
+            return fault(
+                at,
+                format!("{key} = {value} is no height"),
+                "write a height above 0 micrometers, or leave it out",
+            );
+        }
+    }
     for probe in &file.inspect {
         if probe_direction(probe.direction.get_ref()).is_none() {
             let at = probe.direction.span().start;
@@ -563,6 +603,9 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         }
     }
     crate::scene_patch::check(path, text, &stock.patch)?;
+    if let Some(surface) = &file.surface {
+        crate::scene_surface::check(path, text, surface)?;
+    }
     crate::scene_compare::check(path, text, file)
 }
 

@@ -133,6 +133,8 @@ pub enum QuantityFile {
     ScallopMax,
     /// Mean scallop, micrometer.
     ScallopMean,
+    /// 95th percentile of the scallop, micrometer; the scene sets `scallop_um`.
+    ScallopP95,
     /// Largest shift of a ball center against the program that it was made from, mm.
     CenterShift,
     /// Smallest proved clearance of bodies, mm.
@@ -165,6 +167,7 @@ impl QuantityFile {
             Self::Excess => "most material left",
             Self::ScallopMax => "largest scallop",
             Self::ScallopMean => "mean scallop",
+            Self::ScallopP95 => "95th percentile of the scallop",
             Self::CenterShift => "shift of ball centers",
             Self::Clearance => "least clearance",
             Self::Study => "number of the method",

@@ -5,15 +5,18 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{Patch, TriDexel};
 use proveout_surface::{
-    Area, AreaPart, Areas, Band, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Seed, Side, Solid, Survey,
-    Tally, Unseen, Watcher, unseen,
+    Area, AreaPart, Areas, Band, DeviationSettings, FoundGap, GapEnd, GapSettings, Judged, Refine, Seed, Side, Solid,
+    Starts, Survey, Tally, Unseen, Watcher, refined, unseen,
 };
+use rayon::prelude::*;
 
 use crate::{
-    design::{Design, MESH, design},
+    design::{Design, MESH, Neighbors, design},
     error::SimError,
+    kept_motion::Swept,
     observer::PointBand,
     prepare::Prepared,
+    scallop,
     surface_map::{MapPoint, PatchShape, SurfaceShape},
     verdict::Deviation,
 };
@@ -45,6 +48,15 @@ pub(crate) struct Surveyed {
     pub(crate) deviations: Vec<Vec<f32>>,
 }
 
+/// What is known of the surface beside the stock.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a> {
+    /// The motion that cut it.
+    pub(crate) swept: Option<&'a Swept>,
+    /// Heights of the ridges between its passes.
+    pub(crate) ridges: Option<&'a Neighbors>,
+}
+
 /// Receives the points.
 pub(crate) type ShowPoints<'a> = dyn FnMut(&PointBand<'_>) -> Result<(), SimError> + 'a;
 
@@ -54,6 +66,7 @@ pub(crate) fn survey(
     prepared: &Prepared,
     stock: &TriDexel,
     patches: &[Patch],
+    Known { swept, ridges }: Known<'_>,
     show: &mut ShowPoints<'_>,
 ) -> Result<Surveyed, SimError> {
     let design = design(prepared);
@@ -112,7 +125,13 @@ pub(crate) fn survey(
             deviations: Vec::new(),
         };
         part.run(|band| {
-            let points = of_part.take(&band, &shown, &mut sums);
+            let mut points = of_part.take(&band, &shown, &mut sums);
+            if ridges.is_some() {
+                let cut: Vec<Point> = points.iter().map(|p| Point::from(p.position)).collect();
+                for (point, height) in points.iter_mut().zip(scallop::at(ridges, &cut)) {
+                    point.scallop = height.filter(|_| point.made_by.is_some());
+                }
+            }
             show(&PointBand { patch, points: &points })
         })?;
         let own = of_part.tally.finish();
@@ -138,7 +157,14 @@ pub(crate) fn survey(
     }
     let measured = design.zip(result).map(|(design, result)| {
         let seen = sees(&design, stock, patches, region.as_ref());
-        sums.measured(&design, &result, floor, &shape, seen)
+        let refine = swept.map(|s| Refine {
+            path: &s.path,
+            design: design.surface.as_ref(),
+            bounds: stock.bounds(),
+            region,
+            cell: stock.cell_mm(),
+        });
+        sums.measured(&design, &result, floor, &shape, seen, refine.as_ref())
     });
     Ok(Surveyed { shape, measured, deviations })
 }
@@ -293,6 +319,22 @@ fn sees(design: &Design<'_>, stock: &TriDexel, patches: &[Patch], region: Option
     })
 }
 
+/// Areas whose worst place is searched between the rays.
+const SEARCHED: usize = 20;
+
+/// The areas, the worst of them with their worst place on the surface that the motion has swept.
+fn worst_between_rays(areas: Vec<(Area, Starts)>, side: Side, refine: Option<&Refine<'_>>) -> Vec<Area> {
+    let Some(refine) = refine else { return areas.into_iter().map(|(area, _)| area).collect() };
+    let searched = |(k, (area, starts)): (usize, (Area, Starts))| {
+        let by_points = k < SEARCHED && area.wall.is_none() && !area.foil;
+        let worst = by_points.then(|| refined(refine, side, &starts)).flatten().filter(|w| w.depth > area.depth);
+        worst.map_or(area, |w| Area { depth: w.depth, point: w.point, made_by: Some(w.made_by), ..area })
+    };
+    let mut areas: Vec<Area> = areas.into_par_iter().enumerate().map(searched).collect();
+    areas.sort_by(|a, b| b.depth.total_cmp(&a.depth));
+    areas
+}
+
 impl Sums {
     fn measured(
         self,
@@ -301,6 +343,7 @@ impl Sums {
         floor: f64,
         shape: &SurfaceShape,
         unseen: Option<String>,
+        refine: Option<&Refine<'_>>,
     ) -> Measured {
         let mut left_out = Vec::new();
         let mut extent = format!("{}, against the {}", design.name, design.against);
@@ -331,23 +374,31 @@ impl Sums {
             left_out.push("no point of the cut part lies near the design".into());
         }
         let known = |value: f64| (result.samples > 0).then_some(value);
-        let (gouges, excesses) = (self.missing.finish(), self.left.finish());
+        let gouges = worst_between_rays(self.missing.finish_with_starts(), Side::Missing, refine);
+        let excesses = worst_between_rays(self.left.finish_with_starts(), Side::Left, refine);
         let volume = |areas: &[Area]| areas.iter().map(|a| a.volume).sum::<f64>();
         let count = |areas: &[Area]| Some(areas.len() as u64);
         // Where material is missing deeper than any point of the cut part tells, a wall is gone or cut from one side.
         let deeper = self.deepest.filter(|d| d.0 > result.gouge_max);
         let gouge_max = deeper.map_or(result.gouge_max, |d| d.0);
+        // Between the rays, where the worst areas were searched.
+        let found =
+            |areas: &[Area]| areas.iter().filter(|a| a.wall.is_none() && !a.foil).map(|a| a.depth).fold(0.0, f64::max);
+        let (gouge_max, excess_max) = (gouge_max.max(found(&gouges)), result.excess_max.max(found(&excesses)));
         let worst = match (deeper, &result.worst) {
             (Some((depth, point)), w) if w.is_none_or(|w| depth > w.deviation.abs()) => Some(point),
             (_, w) => w.map(|w| w.point),
         };
+        let largest = result.worst.map_or(0.0, |w| w.deviation.abs()).max(deeper.map_or(0.0, |d| d.0));
+        let between = gouges.iter().chain(&excesses).filter(|a| a.depth > largest);
+        let worst = between.reduce(|a, b| if b.depth > a.depth { b } else { a }).map(|a| a.point).or(worst);
         let deviation = Deviation {
             against: Some(design.against.into()),
             design_error_mm: Some(design.floor),
             mesh_error_mm: mesh_error,
             tolerance_floor_mm: Some(floor),
             gouge_max_mm: if deeper.is_some() { Some(gouge_max) } else { known(gouge_max) },
-            excess_max_mm: known(result.excess_max),
+            excess_max_mm: known(excess_max),
             mean_mm: known(result.mean),
             rms_mm: known(result.rms),
             gouge_area_mm2: known(result.gouge_area),

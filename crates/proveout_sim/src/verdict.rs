@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
+pub use crate::scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch};
 
 /// Version of the layout of [`Verdict`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -281,18 +282,125 @@ pub struct Surface {
     pub scallop_max_um: Option<f64>,
     /// Mean scallop, µm.
     pub scallop_mean_um: Option<f64>,
+    /// 95th percentile of the scallop, µm.
+    #[serde(default)]
+    pub scallop_p95_um: Option<f64>,
+    /// The ridges between the passes in figures; null where the scene sets no tolerance for them.
+    #[serde(default)]
+    pub scallop: Option<Scallop>,
     /// Number of evaluated patches.
     pub patches: Option<u64>,
     /// ISO 21920 Ra.
     pub ra_um: Option<Spread>,
     /// ISO 21920 Rz.
     pub rz_um: Option<Spread>,
-    /// ISO 25178 Sa.
+    /// ISO 25178 Sa of the unfiltered patches.
     pub sa_um: Option<Spread>,
-    /// ISO 25178 Sz.
+    /// ISO 25178 Sz of the unfiltered patches.
     pub sz_um: Option<Spread>,
     /// The filter chain in words.
     pub filter: Option<String>,
+    /// Patches and profiles of `[surface]`, in the order of the scene.
+    #[serde(default)]
+    pub textures: Vec<TextureUsed>,
+}
+
+/// The texture of one patch or profile. Heights are those of the kinematic surface, exact for the motion; what else the process
+/// leaves is `residual`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TextureUsed {
+    /// Name in the scene.
+    pub name: String,
+    /// Middle on the design, workpiece frame, mm.
+    pub at_mm: [f64; 3],
+    /// Outward normal of the design there.
+    pub normal: [f64; 3],
+    /// `envelope` or `teeth`.
+    pub model: String,
+    /// Tools that come near.
+    pub tools: Vec<String>,
+    /// Sides of the patch, mm; null for a profile of its own.
+    pub size_mm: Option<[f64; 2]>,
+    /// Spacing of its nodes, µm.
+    pub step_um: Option<f64>,
+    /// Nodes.
+    pub nodes: u64,
+    /// Nodes that no motion cuts.
+    pub uncut: u64,
+    /// Whether every node has its row in `surface.parquet`.
+    pub nodes_in_table: bool,
+    /// Sa of the unfiltered map (ISO 25178-2), µm; null where nodes are not cut.
+    pub sa_um: Option<f64>,
+    /// Sq, likewise.
+    pub sq_um: Option<f64>,
+    /// Sz, likewise.
+    pub sz_um: Option<f64>,
+    /// Everything about the map: filtered and unfiltered values, standard and edition, class, cut-offs, end rule, spacing, lay.
+    pub area: Option<serde_json::Value>,
+    /// Profiles.
+    pub profiles: Vec<ProfileUsed>,
+    /// Spread over random spindle phases; null where the phase is given or does not matter.
+    pub phases: Option<PhaseSpread>,
+    /// Error of the design that the heights are counted from, µm.
+    pub design_error_um: f64,
+    /// What vibration, ploughing and tear may add to Ra and Rz, as the tools state it.
+    pub residual: ResidualUsed,
+    /// The blocks that made most of it.
+    pub blocks: Vec<BlockShare>,
+    /// What could not be evaluated, and why; empty when everything was.
+    pub unchecked: Vec<String>,
+    /// What a reader should know beside the values.
+    pub remarks: Vec<String>,
+}
+
+/// A profile of a texture.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ProfileUsed {
+    /// Direction, in words.
+    pub direction: String,
+    /// Direction at the middle, workpiece frame.
+    pub along: [f64; 3],
+    /// Smallest and largest Ra over the spindle phases, µm; null where it could not be evaluated.
+    pub ra_um: Option<[f64; 2]>,
+    /// The same of Rz.
+    pub rz_um: Option<[f64; 2]>,
+    /// Everything about it: filtered and unfiltered values, standard and edition, class, cut-offs, evaluation length, end rule, spacing.
+    pub report: serde_json::Value,
+}
+
+/// Smallest and largest values over repetitions with random spindle phases, µm.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PhaseSpread {
+    /// Repetitions.
+    pub repeats: u32,
+    /// Sa of the unfiltered map.
+    pub sa_um: [f64; 2],
+    /// Sz of the same.
+    pub sz_um: [f64; 2],
+}
+
+/// What the model of the motion does not know, added to Ra and Rz, µm.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ResidualUsed {
+    /// Least and most that it adds to Ra.
+    pub ra_um: [f64; 2],
+    /// Least and most that it adds to Rz.
+    pub rz_um: [f64; 2],
+    /// Where the numbers come from, or that nobody states any.
+    pub source: String,
+}
+
+/// A block and the part of a texture that it made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct BlockShare {
+    /// Index of the executed block.
+    pub block: u32,
+    /// Program file.
+    pub file: Option<String>,
+    /// Line.
+    pub line: Option<u32>,
+    /// Part of the nodes, percent.
+    pub percent: f64,
 }
 
 /// Interference figures.

@@ -25,6 +25,8 @@ use proveout_geom::{Aabb, Point};
 
 /// Cells at most: 30 MB.
 pub const MOST_CELLS: usize = 1 << 18;
+/// Worst points of an area that are remembered.
+pub const MOST_STARTS: usize = 24;
 /// Bits of a cell's number along an axis.
 const BITS: u32 = 20;
 /// Cells that numbers begin below the corner: points may lie a little outside.
@@ -85,6 +87,15 @@ pub struct Area {
     pub foil: bool,
 }
 
+/// Where the exact worst place of an area may lie: the worst points of its cells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Starts {
+    /// Points with depth (or height) and maker, the worst first, at most [`MOST_STARTS`].
+    pub points: Vec<(f64, Point, u32)>,
+    /// Part of it is the skin of the raw stock.
+    pub raw: bool,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Node {
     depth: f64,
@@ -100,6 +111,8 @@ struct Node {
     foil: bool,
     /// A motion known for any point of it.
     any_maker: Option<u32>,
+    /// A point of it is skin of the raw stock.
+    raw: bool,
 }
 
 impl Default for Node {
@@ -116,6 +129,7 @@ impl Default for Node {
             wall: None,
             foil: true,
             any_maker: None,
+            raw: false,
         }
     }
 }
@@ -140,6 +154,7 @@ impl Node {
             (x, y) => x.or(y),
         };
         self.any_maker = self.any_maker.or(other.any_maker);
+        self.raw |= other.raw;
     }
 }
 
@@ -201,6 +216,7 @@ impl Areas {
             wall: seed.wall,
             foil: seed.foil,
             any_maker: seed.made_by,
+            raw: seed.made_by.is_none() && seed.cut_area > 0.0,
             ..Node::default()
         };
         if let Some((set, length, area)) = seed.gap {
@@ -310,34 +326,42 @@ impl Areas {
     }
 
     /// The areas, the deepest first; among equals by place.
-    pub fn finish(mut self) -> Vec<Area> {
+    pub fn finish(self) -> Vec<Area> {
+        self.finish_with_starts().into_iter().map(|(area, _)| area).collect()
+    }
+
+    /// The same, with the places from which their worst may be searched between the rays ([`crate::refined`]).
+    pub fn finish_with_starts(mut self) -> Vec<(Area, Starts)> {
         self.join_neighbors();
         let mut of_root: HashMap<u32, usize> = HashMap::new();
         let edge = f64::from(1_u32 << self.level);
         let (foil, parts) = (self.foil, self.parts.clone());
-        let mut sums: Vec<(Node, Extent)> = Vec::new();
+        let mut sums: Vec<(Node, Extent, Starts)> = Vec::new();
         let mask = (1_u64 << BITS) - 1;
         for n in 0..self.nodes.len() {
             let root = self.root(n as u32);
             let next = sums.len();
             let index = *of_root.entry(root).or_insert(next);
             if index == next {
-                sums.push((Node::default(), Extent::default()));
+                sums.push((Node::default(), Extent::default(), Starts::default()));
             }
             let (key, node) = &self.nodes[n];
             sums[index].0.take(node);
+            if let Some(maker) = node.made_by.filter(|_| !node.foil && node.depth > 0.0) {
+                sums[index].2.add(node.depth, node.point, maker);
+            }
             let cells = parts[(key >> (3 * BITS)) as usize].cells;
             let at = [2, 1, 0].map(|k| (key >> (k * BITS) & mask) as f64);
             sums[index].1.grow([0, 1, 2].map(|k| at[k] * edge * cells[k]), cells.map(|c| c * edge));
         }
-        let mut areas: Vec<Area> = sums
+        let mut areas: Vec<(Area, Starts)> = sums
             .into_iter()
-            .filter(|(node, extent)| !node.foil || extent.is_wide(foil))
-            .map(|(node, _)| {
+            .filter(|(node, extent, _)| !node.foil || extent.is_wide(foil))
+            .map(|(node, _, starts)| {
                 let weight = node.seen.map(|s| s * s);
                 let total: f64 = weight.iter().sum();
                 let by_rays = (0..3).map(|a| weight[a] * node.volume[a]).sum::<f64>() / total;
-                Area {
+                let area = Area {
                     depth: node.depth,
                     point: node.point,
                     made_by: node.made_by.or(node.any_maker),
@@ -345,15 +369,27 @@ impl Areas {
                     volume: if total > 0.0 { by_rays } else { node.layer },
                     wall: node.wall,
                     foil: node.foil,
-                }
+                };
+                (area, Starts { raw: node.raw, ..starts })
             })
             .collect();
         let place = |a: &Area| [a.point.x, a.point.y, a.point.z];
-        areas.sort_by(|a, b| {
+        areas.sort_by(|(a, _), (b, _)| {
             let by_place = place(a).into_iter().zip(place(b)).map(|(x, y)| x.total_cmp(&y)).find(|o| o.is_ne());
             b.depth.total_cmp(&a.depth).then(by_place.unwrap_or(std::cmp::Ordering::Equal))
         });
         areas
+    }
+}
+
+impl Starts {
+    /// Keeps the worst; among equals the first.
+    fn add(&mut self, depth: f64, point: Point, maker: u32) {
+        let place = self.points.partition_point(|p| p.0 >= depth);
+        if place < MOST_STARTS {
+            self.points.insert(place, (depth, point, maker));
+            self.points.truncate(MOST_STARTS);
+        }
     }
 }
 

@@ -8,6 +8,7 @@
 //! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
 //! * [`Areas`] – what is too deep or too high, area by area.
+//! * [`refined`] – the worst place of an area on the swept surface itself, between the rays.
 //! * [`unseen`] – parts of the design that no ray tells.
 //!
 //! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by angle-weighted
@@ -26,12 +27,14 @@ mod design;
 mod deviation;
 mod gaps;
 mod mesh;
+mod refined;
+pub mod scallop;
 mod survey;
 pub mod texture;
 pub mod topography;
 
 pub use analytic::{ConeFlank, ConeFrustum, Plane, Sphere};
-pub use areas::{Area, AreaPart, Areas, MOST_CELLS, Seed};
+pub use areas::{Area, AreaPart, Areas, MOST_CELLS, MOST_STARTS, Seed, Starts};
 pub use blade::chord_error;
 pub use coverage::{Unseen, Watcher, unseen};
 pub use design::{DesignSurface, Nearest};
@@ -40,4 +43,5 @@ pub use deviation::{
 };
 pub use gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps};
 pub use mesh::{DesignError, DesignMesh};
+pub use refined::{Refine, Worst, refined};
 pub use survey::{Band, FoundGap, Solid, Survey};

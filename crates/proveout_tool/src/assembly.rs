@@ -1,4 +1,4 @@
-use crate::{Profile, Segment};
+use crate::{CuttingEdges, Profile, Residual, Segment};
 
 /// What a part of the assembly may do to the stock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -58,6 +58,10 @@ pub struct Tool {
     pub left_handed: bool,
     /// False when the library gives no holder: holder checks are then unchecked.
     pub has_holder: bool,
+    /// Edges of the teeth, where they are described.
+    pub edges: Option<CuttingEdges>,
+    /// What it adds to the roughness of its motion, where that is known.
+    pub residual: Option<Residual>,
 }
 
 impl Tool {

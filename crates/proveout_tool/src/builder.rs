@@ -56,6 +56,8 @@ impl ToolBuilder {
             max_speed_rpm: None,
             left_handed: false,
             has_holder: false,
+            edges: None,
+            residual: None,
         };
         Self { tool, cutter, neck: None, transition: None, shank_diameter: None, overall_length: None, holder: vec![] }
     }

@@ -4,7 +4,9 @@ use serde_json::{Value, json};
 
 use crate::builder::{HolderSection, ToolBuilder};
 use crate::cutter::{Apt, Cutter, LARGEST_MM, ShapeError, refuse};
+use crate::edges::edges_of;
 use crate::library_file::{Hand, Kind, LibraryFile, ToolEntry};
+use crate::residual::residual_of;
 use crate::{ProfileError, Segment, Tool};
 
 /// Fastest spindle that is believed, 1/min.
@@ -218,7 +220,10 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
             length: s.length_mm,
         }));
     }
-    builder.build()
+    let mut tool = builder.build()?;
+    tool.residual = e.residual.as_ref().map(residual_of).transpose()?;
+    tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
+    Ok(tool)
 }
 
 fn segments_of(e: &ToolEntry) -> Result<Vec<Segment>, ShapeError> {

@@ -14,24 +14,30 @@
 //! A part that is not convex is divided by planes across the axis where its curve turns outward again. The bodies of a
 //! tool follow one another from the tip to the gauge line without gap.
 //!
-//! Known limits: a cutter is the body that its edges sweep; helix, relief and the single tooth are not described. Arcs
+//! * [`CuttingEdges`] – the teeth where they are described: helix, run-out, round inserts, rake.
+//!
+//! Known limits: a cutter is the body that its edges sweep; relief is not described, and teeth stand at equal pitch. Arcs
 //! are convex; a concave fillet between shank and neck is given as short cones.
 
 mod assembly;
 mod builder;
 mod cutter;
+mod edges;
 mod entry;
 mod error;
 mod library;
 mod library_file;
 mod outline;
 mod profile;
+mod residual;
 mod text;
 
 pub use assembly::{Body, Role, Tool, ToolId};
 pub use builder::{HolderSection, ToolBuilder};
 pub use cutter::{Apt, Cutter, ShapeError};
+pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
 pub use error::{Defect, ToolError};
 pub use library::{ToolLibrary, ToolNotes};
 pub use profile::{Nearest, Profile, ProfileError, Segment};
+pub use residual::Residual;

@@ -3,6 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::RakeAbout;
+use crate::residual::ResidualEntry;
+
 /// Cutting-tool library: cutters with their holders. Lengths are in millimeter, angles in degree.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -125,6 +128,10 @@ pub(crate) struct ToolEntry {
     pub(crate) max_speed_rpm: Option<f64>,
     /// Sense of rotation; right when absent.
     pub(crate) hand: Option<Hand>,
+    /// Edges of the teeth for the topography of the surface: helix, run-out, inserts, rake. Needs `flutes`.
+    pub(crate) edges: Option<EdgesEntry>,
+    /// What the tool adds to the roughness of its motion.
+    pub(crate) residual: Option<ResidualEntry>,
     /// Holder; without one, checks against the holder are unchecked.
     pub(crate) holder: Option<HolderEntry>,
     /// Catalogue reference of the dimensions.
@@ -143,6 +150,36 @@ pub(crate) struct SegmentEntry {
     pub(crate) to_mm: [f64; 2],
     /// Center `[radius, height]` of a counter-clockwise arc; without it the piece is straight.
     pub(crate) center_mm: Option<[f64; 2]>,
+}
+
+/// Edges of the teeth, which stand at equal pitch: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from tip to
+/// holder. Arcs of the cutter's outline are the edges unless inserts are given.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EdgesEntry {
+    /// Helix angle at the largest radius, right-hand positive, with constant lead from the tip plane; 0 (straight) when absent.
+    pub(crate) helix_deg: Option<f64>,
+    /// Radial run-out of each tooth, outward positive; none when absent.
+    pub(crate) radial_run_out_mm: Option<Vec<f64>>,
+    /// Axial run-out of each tooth, away from the work positive; none when absent.
+    pub(crate) axial_run_out_mm: Option<Vec<f64>>,
+    /// Round inserts; both sides of their circle cut.
+    pub(crate) round_insert: Option<RoundInsertEntry>,
+    /// Radial rake: turns the plane of the edge in the sense in which the tool cuts (`hand`); 0 when absent.
+    pub(crate) radial_rake_deg: Option<f64>,
+    /// What the rake turns the plane about: the axis of the tool (when absent), or the line through the lowest point of the edge parallel
+    /// to it.
+    pub(crate) rake_about: Option<RakeAbout>,
+}
+
+/// Inserts whose edge is a circle. The corner of the cutter must be their outer lower quarter.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RoundInsertEntry {
+    /// Diameter of the circle on which the lowest points of the inserts lie.
+    pub(crate) nose_circle_diameter_mm: f64,
+    /// Radius of an insert.
+    pub(crate) insert_radius_mm: f64,
 }
 
 /// Holder as a stack of cylinders and cones.

@@ -59,8 +59,12 @@ impl<'a> Text<'a> {
     pub(crate) fn place_of(&self, index: usize, key: &str) -> (Range<usize>, bool) {
         let Some(tool) = self.tool(index) else { return (0..0, false) };
         let mut candidates = vec![tool.get_ref()];
-        // Keys of holder sections are found in the holder.
-        candidates.extend(tool.get_ref().get("holder").map(Spanned::get_ref));
+        // Keys of holder sections are found in the holder, those of inserts in the edges.
+        candidates.extend(
+            ["holder", "edges", "residual"].iter().filter_map(|k| tool.get_ref().get(*k)).map(Spanned::get_ref),
+        );
+        let insert = tool.get_ref().get("edges").and_then(|e| e.get_ref().get("round_insert"));
+        candidates.extend(insert.map(Spanned::get_ref));
         for table in candidates {
             if let Some(value) = table.get(key) {
                 return (value.span(), true);

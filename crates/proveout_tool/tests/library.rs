@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_tool::{Role, ToolId, ToolLibrary, library_schema};
+use proveout_tool::{RakeAbout, Role, RoundInsert, RunOut, ToolId, ToolLibrary, library_schema};
 
 fn shipped(name: &str) -> ToolLibrary {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tools").join(name);
@@ -207,4 +207,53 @@ fn a_steepest_ramp_belongs_to_a_tool_without_edges_at_its_center() {
     assert_eq!(tool("flat", "").cuts_at_center(), None);
     assert_eq!(tool("ball", "").cuts_at_center(), Some(true));
     assert_eq!(tool("ball", "center_cutting = false").cuts_at_center(), Some(false));
+}
+
+/// A face mill with two round inserts, as a library gives it, with lines replaced or added in its edges.
+fn face_mill(more: &str) -> String {
+    format!(
+        "[[tool]]\nnumber = 1\nname = \"HEAD\"\nkind = \"face_mill\"\ndiameter_mm = 20\ncorner_radius_mm = 5\n\
+         entering_angle_deg = 90\nflute_length_mm = 6\noverall_length_mm = 40\ngauge_length_mm = 40\nflutes = 2\n\
+         [tool.edges]\n{more}\n"
+    )
+}
+
+#[test]
+fn edges_of_teeth_are_read() {
+    let text = face_mill(
+        "radial_run_out_mm = [0, 0.011]\naxial_run_out_mm = [0.0, 0.003]\nradial_rake_deg = 0.6\n\
+         round_insert = { nose_circle_diameter_mm = 10, insert_radius_mm = 5 }",
+    );
+    let library = ToolLibrary::from_text(Path::new("lib.toml"), &text).unwrap_or_else(|e| panic!("{e}"));
+    let edges = library.tools[0].edges.as_ref().expect("described");
+    assert_eq!(edges.run_out, [RunOut::default(), RunOut { radial: 0.011, axial: 0.003 }]);
+    assert_eq!(edges.round_insert, Some(RoundInsert { nose_circle_diameter: 10.0, insert_radius: 5.0 }));
+    assert!((edges.radial_rake - 0.6_f64.to_radians()).abs() < 1e-15);
+    assert_eq!((edges.rake_about, edges.helix), (RakeAbout::Axis, 0.0));
+    let nose = face_mill("helix_deg = -30\nradial_rake_deg = -5\nrake_about = \"nose\"");
+    let library = ToolLibrary::from_text(Path::new("lib.toml"), &nose).unwrap_or_else(|e| panic!("{e}"));
+    let edges = library.tools[0].edges.as_ref().expect("described");
+    assert_eq!((edges.rake_about, edges.run_out.len()), (RakeAbout::Nose, 2));
+    assert!((edges.helix + 30_f64.to_radians()).abs() < 1e-15);
+    assert_eq!(ToolLibrary::from_text(Path::new("lib.toml"), &with("", "-")).expect("good").tools[0].edges, None);
+}
+
+#[test]
+fn edges_that_no_tool_has_are_refused_by_name() {
+    let of = |more: &str, key: &str, words: &str| refused(&face_mill(more), 13, key, words);
+    of("radial_run_out_mm = [0, 0.011, 0]", "radial_run_out_mm", "3 values for 2 teeth (flutes)");
+    of("axial_run_out_mm = []", "axial_run_out_mm", "0 values for 2 teeth");
+    of("axial_run_out_mm = [0, 5.0]", "axial_run_out_mm", "has 5; run-out must be below the edge radius, 5 mm");
+    of("radial_run_out_mm = [0, nan]", "radial_run_out_mm", "finite");
+    of("radial_rake_deg = 90", "radial_rake_deg", "above -90 and below 90");
+    of("helix_deg = -90", "helix_deg", "above -90 and below 90");
+    of("rake_about = \"nose\"", "rake_about", "with radial_rake_deg");
+    of("rake_about = \"noes\"", "rake_about", "did you mean \"nose\"");
+    let insert =
+        |d: &str, r: &str| format!("round_insert = {{ nose_circle_diameter_mm = {d}, insert_radius_mm = {r} }}");
+    of(&insert("10", "0"), "insert_radius_mm", "above 0");
+    of(&insert("-10", "5"), "nose_circle_diameter_mm", "above 0");
+    of(&insert("10", "4"), "round_insert", "cutter diameter 18 mm");
+    of("axial_rake_deg = 3", "axial_rake_deg", "did you mean `radial_rake_deg`");
+    refused(&with("edges = { helix_deg = 30 }", "edges"), 1, "flutes", "is missing: [tool.edges]");
 }

@@ -3,12 +3,34 @@ use std::path::Path;
 use proveout_record::{write_json, write_section_csv, write_section_svg};
 use proveout_sim::measure::{Answers, Questions, measure as ask};
 
+use super::texture;
 use crate::{args::MeasureArgs, failure::Failure};
 
-/// Measures a stock: lines on standard output, and a file where one is asked for.
-pub(crate) fn measure(args: &MeasureArgs) -> Result<(), Failure> {
+/// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a texture stays unchecked.
+pub(crate) fn measure(args: &MeasureArgs) -> Result<bool, Failure> {
+    match (&args.profile, &args.file) {
+        (Some(profile), _) => texture::measure(args, profile, true),
+        (None, Some(file)) if texture::is_texture(file) => texture::measure(args, file, false),
+        (None, Some(file)) => measure_stock(args, file).map(|()| true),
+        (None, None) => Err(Failure::new("nothing to measure is named").with_help("name a run folder or a file")),
+    }
+}
+
+fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
+    let texture = [
+        ("--class", args.class.is_some()),
+        ("--standard", args.standard.is_some()),
+        ("--form", args.form.is_some()),
+        ("--to-lay-deg", args.to_lay_deg.is_some()),
+        ("--pitch-mm", args.pitch_mm.is_some()),
+        ("--json", args.json),
+    ];
+    if let Some((option, _)) = texture.into_iter().find(|(_, given)| *given) {
+        return Err(Failure::new(format!("{option} is about texture; {} is a stock", stock.display()))
+            .with_help("leave it out, or name a file of texture (SDF, X3P, SMD)"));
+    }
     let questions = Questions {
-        stock: args.stock.clone(),
+        stock: stock.to_path_buf(),
         design: args.design.clone(),
         section: args.section.as_deref().map(plane).transpose()?,
         distances: args.distance.iter().map(|t| numbers("--distance", t, "X,Y,Z")).collect::<Result<_, _>>()?,

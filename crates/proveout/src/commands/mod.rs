@@ -8,4 +8,5 @@ pub(crate) mod measure;
 pub(crate) mod nc;
 pub(crate) mod plan;
 pub(crate) mod run;
+pub(crate) mod texture;
 pub(crate) mod view;

@@ -89,10 +89,13 @@ pub(crate) fn sandbox() -> TempDir {
     write("part.stl", &block());
     write("joints.csv", "label,X_mm,Y_mm,Z_mm,B_deg,A_deg\nhome,0,0,300,0,0\ntilted,10,20,300,5,-90\n");
     write("poses.csv", "x_mm,y_mm,z_mm,i,j,k\n0,0,300,0,0,1\n10,20,30,0,0.6,0.8\n");
+    write("gauge.smd", &gauge());
+    write("damaged.smd", &gauge().replacen("\r\n0.5", "\r\nhigh", 1));
+    write("patch.sdf", &patch());
     // In place of the viewer.
     write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
-    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross"] {
+    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks"] {
         smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
     }
     folder
@@ -109,7 +112,9 @@ fn smaller(from: &Path, to: &Path) {
                 &text,
                 &[
                     ("resolution_mm = 0.5", "resolution_mm = 2"),
+                    ("resolution_mm = 0.25", "resolution_mm = 1"),
                     ("resolution_mm = 0.2", "resolution_mm = 2"),
+                    ("step_um = 10", "step_um = 100"),
                     // The bar of the cone frustum without what its first blocks do not reach.
                     (
                         "base_mm = [0, 0, -80], radius_mm = 50, height_mm = 80",
@@ -139,6 +144,37 @@ fn first_blocks(text: &str, lines: usize) -> String {
     let tail = all.iter().rposition(|l| l.contains("TRAFOOF")).expect("an end");
     assert!(lines < tail, "the program is shorter than what is kept of it");
     all[..lines].iter().chain(&all[tail..]).map(|l| format!("{l}\n")).collect()
+}
+
+/// A softgauge: ridges of 1 um every 0.05 mm over 0.6 mm, points every 0.5 um.
+fn gauge() -> String {
+    let mut text =
+        String::from("ISO 5436 - 2000\0gauge\r\nPRF\x000\0ridges\r\nCX\0I\01201\0mm\x001.0E+000\0D\x005.0E-004\r\n");
+    text += "CZ\0A\01201\0um\x001.0E+000\0D\r\n\x03\r\nDATE\x0022-11-2026\r\n\x03\r\n";
+    for i in 0..=1200 {
+        let u = f64::from(i % 100) / 100.0 - 0.5;
+        text += &format!("{}\r\n", 4.0 * u * u);
+    }
+    text += "\x03\r\n";
+    let sum: u64 = text.bytes().map(u64::from).sum();
+    text + &format!("{}\r\n\x03\x1a", sum % 65_535)
+}
+
+/// A height map of 2 x 1.6 mm every 20 um: ridges of 2 um along y every 0.4 mm, on a tilt.
+fn patch() -> String {
+    let mut text = String::from(
+        "aISO-1.0\r\nManufacID = made\r\nCreateDate = 221120261200\r\nModDate = 221120261200\r\nNumPoints = 101\r\n",
+    );
+    text += "NumProfiles = 81\r\nXscale = 2e-5\r\nYscale = 2e-5\r\nZscale = 1e-6\r\nZresolution = -1\r\nCompression = 0\r\n";
+    text += "DataType = 7\r\nCheckType = 0\r\n*\r\n";
+    for j in 0..81 {
+        for i in 0..101 {
+            let u = f64::from(i % 20) / 20.0 - 0.5;
+            text += &format!("{} ", 8.0 * u * u + 0.1 * f64::from(i) - 0.05 * f64::from(j));
+        }
+        text += "\r\n";
+    }
+    text + "*\r\n*\r\n"
 }
 
 /// A block of 40 mm edges as STL text.

@@ -24,6 +24,8 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("kinematics", "", "MACHINE", "machines/starrag-lx-451"),
     ("kinematics", "", "FOLDER", "machines/starrag-lx-451"),
     ("measure", "", "RUN", "out/part-main"),
+    ("measure", "", "FILE", "patch.sdf"),
+    ("measure", "--profile", "FILE", "gauge.smd"),
     ("measure", "--distance", "X,Y,Z", "10,0,5"),
     ("measure", "--wall", "X,Y,Z,DX,DY,DZ", "0,-30,-1,0,1,0"),
     ("diff", "", "RUN_A", "out/part-main"),

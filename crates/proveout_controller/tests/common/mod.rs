@@ -61,6 +61,8 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         max_speed_rpm: None,
         left_handed: false,
         has_holder: false,
+        edges: None,
+        residual: None,
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use proveout_controller::{Dynamics, Event, MoveKind};
 use proveout_machine::{Attachment, JointValues};
 use proveout_sim::{
-    Observer, SurfaceShape,
+    Observer, SurfaceShape, SurfaceTexture,
     finding::{Finding, Severity},
     observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
@@ -18,7 +18,7 @@ use crate::{
     error::RecordError,
     gather::SurfacePicture,
     mode::{RECORDING_FILE, RerunMode},
-    part::{colors_of, range_floor},
+    part::{MAP_SIDE, MOST_MAPS, colors_of, range_floor},
     picture::Picture,
     recording::{
         about::{about, boxes},
@@ -31,6 +31,7 @@ use crate::{
         trace::Trace,
         tracks::{Mover, Moving, Signal},
     },
+    texture::{ShownTexture, range_of},
     units::{JointUnit, PER_MINUTE},
 };
 
@@ -99,6 +100,7 @@ struct Open {
     marks: Vec<([f64; 3], String)>,
     last_joints: Option<(f64, JointValues)>,
     surface: SurfacePicture,
+    textures: Vec<ShownTexture>,
 }
 
 fn start(mode: &RerunMode, name: &str, folder: &Path) -> Result<Option<Sink>, RecordError> {
@@ -158,6 +160,13 @@ impl Observer for RerunObserver {
         part: &MeshPart<'_>,
     ) -> Result<(), ObserverError> {
         self.open.iter_mut().for_each(|open| open.surface.mesh(shape, part));
+        Ok(())
+    }
+
+    fn surface_texture(&mut self, _setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
+        for open in self.open.iter_mut().filter(|open| texture.map.is_some() && open.textures.len() < MOST_MAPS) {
+            open.textures.push(ShownTexture::of(texture, MAP_SIDE));
+        }
         Ok(())
     }
 
@@ -247,6 +256,7 @@ impl Open {
             marks: Vec::new(),
             last_joints: None,
             surface: SurfacePicture::new(SURFACE_TRIANGLES),
+            textures: Vec::new(),
         };
         open.stock_frame(0.0, true, setup.stock, setup.patches)?;
         Ok(open)
@@ -327,6 +337,7 @@ impl Open {
         self.sink.text(path(["log", "verdict"]), end, Level::Info, &verdict)?;
         let surface = std::mem::replace(&mut self.surface, SurfacePicture::new(SURFACE_TRIANGLES));
         self.surface(setup, surface, end)?;
+        self.textures(end)?;
         self.sink.finish()
     }
 
@@ -439,6 +450,23 @@ impl Open {
         for group in self.tiles.iter().flat_map(StockTiles::groups) {
             let entity = stock_path(group, &self.patches);
             self.sink.mesh(entity, Some(end), &Picture::default(), STEEL, &[])?;
+        }
+        Ok(())
+    }
+
+    /// Roughness maps on their places, colored by height on one scale.
+    fn textures(&self, end: f64) -> Result<(), RecordError> {
+        let range = range_of(&self.textures);
+        for texture in &self.textures {
+            let entity = path(["machine", "table", "work", "roughness", &texture.name]);
+            self.sink.mesh(entity, Some(end), &texture.picture(), STEEL, &texture.colors(range))?;
+        }
+        if !self.textures.is_empty() {
+            let text = format!(
+                "roughness maps: height above the design from dark blue {:.4} um to yellow {:.4} um",
+                range[0], range[1]
+            );
+            self.sink.text(path(["log", "roughness"]), end, Level::Info, &text)?;
         }
         Ok(())
     }

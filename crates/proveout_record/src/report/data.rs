@@ -2,7 +2,7 @@
 
 use proveout_sim::verdict::Verdict;
 
-use crate::{color::DeviationMap, envelope::Envelope, picture::Picture};
+use crate::{color::DeviationMap, envelope::Envelope, picture::Picture, texture::ShownTexture};
 
 /// Signals of one joint over the run, mm or degrees, seconds.
 #[derive(Clone, Debug, Default)]
@@ -77,4 +77,5 @@ pub(crate) struct Page<'a> {
     pub(crate) joints: &'a [JointSignals],
     pub(crate) process: &'a ProcessSignals,
     pub(crate) part: &'a PartView,
+    pub(crate) textures: &'a [ShownTexture],
 }

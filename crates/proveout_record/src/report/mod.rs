@@ -8,12 +8,13 @@ pub(crate) mod plot;
 pub(crate) mod rows;
 #[cfg(test)]
 pub(crate) mod tests;
+mod texture;
 
 use std::{fs, path::Path};
 
 use proveout_controller::{Dynamics, Event, LimitKind, MoveKind, servo::Plant};
 use proveout_sim::{
-    Observer, SurfaceShape,
+    Observer, SurfaceShape, SurfaceTexture,
     observer::{Batch, MeshPart, ObserverError, Outcome, PointBand, Setup},
 };
 
@@ -23,6 +24,7 @@ use crate::{
     error::RecordError,
     gather::{ShownSurface, SurfacePicture},
     part::range_floor,
+    texture::ShownTexture,
     units::{JointUnit, PER_MINUTE},
 };
 
@@ -40,6 +42,7 @@ pub struct ReportObserver {
     joints: Vec<JointSignals>,
     process: ProcessSignals,
     surface: Option<SurfacePicture>,
+    textures: Vec<ShownTexture>,
 }
 
 impl ReportObserver {
@@ -67,6 +70,7 @@ impl Observer for ReportObserver {
         self.joints = self.units.iter().zip(&setup.machine.joints).map(signals).collect();
         self.process = ProcessSignals::default();
         self.surface = None;
+        self.textures.clear();
         Ok(())
     }
 
@@ -130,6 +134,13 @@ impl Observer for ReportObserver {
         Ok(())
     }
 
+    fn surface_texture(&mut self, _setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
+        if texture.map.is_some() && self.textures.len() < texture::PAGE_MAPS {
+            self.textures.push(ShownTexture::of(texture, texture::PAGE_SIDE));
+        }
+        Ok(())
+    }
+
     fn end(&mut self, setup: &Setup<'_>, outcome: &Outcome<'_>) -> Result<(), ObserverError> {
         let shown = self.surface.take().map(SurfacePicture::finish).unwrap_or_default();
         let part = part_view(shown, outcome.surface, range_floor(setup));
@@ -141,6 +152,7 @@ impl Observer for ReportObserver {
             joints: &self.joints,
             process: &self.process,
             part: &part,
+            textures: &self.textures,
         })?;
         let path = outcome.folder.join("report.html");
         fs::write(&path, text).map_err(RecordError::io(&path))?;

@@ -16,11 +16,13 @@ use crate::{
         format::{compact, count, duration, fixed, length, length_or_dash, volume},
         plot::{Bar, Strip, histogram, svg},
         rows::{axes, deviation, drives, inspection, symbol, time, tools},
+        texture::{color_stops, color_table, map_data, map_figures, texture_rows, texture_words},
     },
 };
 
 const TEMPLATE: &str = include_str!("../../templates/report.html");
 const CSS: &str = include_str!("../../templates/report.css");
+const TEXTURE: &str = include_str!("../../templates/texture.js");
 const VIEWER: &str = include_str!("../../templates/viewer.js");
 
 /// A name and what it is.
@@ -70,6 +72,12 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "mesh_notes": mesh_notes(page.part),
         "map": page.part.map.map(|m| map_words(m, page.part)),
         "deviation": deviation(v),
+        "textures": texture_rows(&v.surface.textures),
+        "texture_words": v.surface.textures.first().map(texture_words),
+        "texture_maps": map_figures(page.textures),
+        "texture_stops": color_stops(),
+        "texture_script": TEXTURE,
+        "texture_data": texture_data(page),
         "inspection": inspection(v),
         "time": time(v),
         "tools": tools(v),
@@ -84,6 +92,11 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
     template.render(Serde(&data)).map_err(fault)
+}
+
+/// What the script of the maps reads; nothing in it comes from a text of the user.
+fn texture_data(page: &Page<'_>) -> String {
+    serde_json::json!({ "maps": map_data(page.textures), "colors": color_table() }).to_string()
 }
 
 #[derive(Serialize)]

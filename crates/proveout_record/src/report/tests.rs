@@ -129,6 +129,7 @@ fn page(message: &str) -> String {
         joints: &[x],
         process: &process,
         part: &part,
+        textures: &[],
     };
     render(&page).expect("the template fits its data")
 }
@@ -228,6 +229,7 @@ fn drives_have_their_table_and_strips_and_saturation_is_marked() {
             joints,
             process: &process,
             part: &part,
+            textures: &[],
         };
         render(&page).expect("the template fits its data")
     };

@@ -156,6 +156,7 @@ impl Wanted<'_> {
             Excess => (program.deviation.excess_max_mm, "mm"),
             ScallopMax => (program.surface.scallop_max_um, "µm"),
             ScallopMean => (program.surface.scallop_mean_um, "µm"),
+            ScallopP95 => (program.surface.scallop_p95_um, "µm"),
             CenterShift => (program.made.as_ref().and_then(|m| m.center_shift_mm), "mm"),
             Clearance => (program.clearance.min_mm, "mm"),
             Study => return self.study(program, name),

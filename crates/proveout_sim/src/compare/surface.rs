@@ -4,7 +4,8 @@ use super::result::Difference;
 use crate::{SurfaceMap, verdict::Surface};
 
 /// The rule of [`scallop`], in words.
-pub(crate) const SCALLOP_RULE: &str = "Largest and mean material left over the design at the exact points in the judged box (gouged points count \
+pub(crate) const SCALLOP_RULE: &str = "Where the scene sets `scallop_um`: heights of the ridges between passes above the design, found on the swept surfaces and weighed with \
+     their length. Otherwise the largest and mean material left over the design at the exact points in the judged box (gouged points count \
      as zero): between the turns of a finishing pass this is the kinematic scallop with the chord errors of path and design \
      on it. Unchecked where the scene has no judged box, or where a judged point is skin of the stock";
 

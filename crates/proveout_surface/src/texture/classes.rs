@@ -9,7 +9,7 @@ pub enum Standard {
     /// ISO 21920-2:2021: Ra, Rq, Rsk, Rku over the evaluation length; Rp, Rv, Rz as mean over its sections.
     #[default]
     Iso21920,
-    /// ISO 4287:1997: Ra, Rq, Rsk, Rku as mean of the values of the sampling lengths.
+    /// ISO 4287:1997 with its amendment of 2009: Ra, Rq, Rsk, Rku as mean of the values of the sampling lengths.
     Iso4287,
 }
 
@@ -18,7 +18,23 @@ impl Standard {
     pub fn edition(self) -> &'static str {
         match self {
             Self::Iso21920 => "ISO 21920-2:2021",
-            Self::Iso4287 => "ISO 4287:1997",
+            Self::Iso4287 => "ISO 4287:1997+A1:2009",
+        }
+    }
+
+    /// Number and edition of the standard that cut-offs and lengths come from.
+    pub fn class_edition(self) -> &'static str {
+        match self {
+            Self::Iso21920 => "ISO 21920-3:2021, table 1",
+            Self::Iso4287 => "ISO 4288:1996 and ISO 3274:1996, five sampling lengths of one cut-off",
+        }
+    }
+
+    /// How a tolerance is judged where the drawing says nothing else.
+    pub fn tolerance_rule(self) -> &'static str {
+        match self {
+            Self::Iso21920 => "maximum tolerance acceptance rule (ISO 21920-3:2021)",
+            Self::Iso4287 => "16 % rule (ISO 4288:1996)",
         }
     }
 }

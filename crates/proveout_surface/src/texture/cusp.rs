@@ -12,6 +12,14 @@
 //! (Mean and square by integration; Ra since the parts above and below the mean line are equal.) For a parabola of height h:
 //! Ra = 4 h / (9 sqrt 3), Rq = 2 h / (3 sqrt 5), Rsk = 2 sqrt 5 / 7, Rku = 15 / 7; a row of parabolas has the developed ratio
 //! (sqrt(1 + g^2) + asinh(g) / g) / 2 - 1 with g = 4 h / p, its steepest slope.
+//!
+//! Two rows of parabolas across each other, z = z1(x) + z2(y): their central moments are those of independent quantities,
+//! m2 = 4 / 45 h^2, m3 = 16 / 945 h^3, m4 = 16 / 945 h^4 each (the last two agree for a parabola), so that
+//! Sq^2 = m2(h1) + m2(h2), Ssk Sq^3 = m3(h1) + m3(h2), Sku Sq^4 = m4(h1) + m4(h2) + 6 m2(h1) m2(h2).
+//!
+//! Through the Gaussian filter: the high-pass leaves 1 - 2^-(c / l)^2 of a wave of length l for a cut-off c (ISO 16610-21). A row of parabolas is the
+//! Fourier series with amplitudes 4 h (-1)^n / (pi n)^2, so that Rq^2 = 4 / 45 h^2 - sum of (amplitude^2 / 2) (1 - share^2): the terms
+//! fall faster than exp(-(n c / p)^2), and a few give all digits.
 
 /// Height of a row of arcs of radius `radius` at pitch `pitch`, mm; none where the arcs do not meet.
 pub fn arc_height(radius: f64, pitch: f64) -> Option<f64> {
@@ -45,6 +53,44 @@ pub fn parabola_ra(h: f64) -> f64 {
 /// Rq of a row of parabolas of height `h`.
 pub fn parabola_rq(h: f64) -> f64 {
     2.0 * h / (3.0 * 5.0_f64.sqrt())
+}
+
+/// Rsk of a row of parabolas, ridges upward.
+pub const PARABOLA_RSK: f64 = 0.638_876_564_999_939_9;
+/// Rku of a row of parabolas.
+pub const PARABOLA_RKU: f64 = 15.0 / 7.0;
+
+/// Sq, Ssk and Sku of two rows of parabolas of heights `h1` and `h2` across each other; none where both are flat.
+pub fn crossed(h1: f64, h2: f64) -> Option<(f64, f64, f64)> {
+    let m2 = |h: f64| 4.0 / 45.0 * h * h;
+    let (m3, m4) = (|h: f64| 16.0 / 945.0 * h.powi(3), |h: f64| 16.0 / 945.0 * h.powi(4));
+    let square = m2(h1) + m2(h2);
+    let sq = square.sqrt();
+    (square > 0.0).then(|| {
+        let sku = (m4(h1) + m4(h2) + 6.0 * m2(h1) * m2(h2)) / (square * square);
+        (sq, (m3(h1) + m3(h2)) / (square * sq), sku)
+    })
+}
+
+/// Share of the amplitude of a wave (length in mm) that the Gaussian high-pass leaves for a cut-off (mm).
+pub fn high_pass_share(wave_length: f64, cutoff: f64) -> f64 {
+    // 1 - 2^-q without loss of digits for small q.
+    -(-std::f64::consts::LN_2 * (cutoff / wave_length).powi(2)).exp_m1()
+}
+
+/// Rq of a row of parabolas of height `h` at pitch `pitch` (mm) behind the Gaussian high-pass with a cut-off (mm).
+pub fn parabola_rq_high_pass(h: f64, pitch: f64, cutoff: f64) -> f64 {
+    let mut lost = 0.0;
+    for n in 1..=10_000 {
+        let n = f64::from(n);
+        let share = high_pass_share(pitch / n, cutoff);
+        let term = 8.0 / (std::f64::consts::PI * n).powi(4) * (1.0 - share) * (1.0 + share);
+        lost += term;
+        if term < 1e-18 {
+            break;
+        }
+    }
+    h * (4.0 / 45.0 - lost).max(0.0).sqrt()
 }
 
 /// Developed ratio (length over projection, less one) of a row of parabolas of height `h` at pitch `pitch`.

@@ -123,4 +123,27 @@ impl HeightMap {
     pub(crate) fn minus(&self, other: &Self) -> Self {
         self.with_heights(self.heights.iter().zip(&other.heights).map(|(a, b)| a - b).collect())
     }
+
+    /// The map without its least-squares plane.
+    #[must_use]
+    pub fn leveled(&self) -> Self {
+        let (nx, ny) = (self.columns, self.rows);
+        let (mx, my) = (0.5 * (nx - 1) as f64, 0.5 * (ny - 1) as f64);
+        let mean = super::areal::sum(self.heights.iter().copied()) / self.heights.len() as f64;
+        // Over a full lattice the two slopes are independent of each other.
+        let (mut xz, mut yz) = (0.0, 0.0);
+        for (j, row) in self.heights.chunks(nx).enumerate() {
+            for (i, z) in row.iter().enumerate() {
+                xz += (i as f64 - mx) * (z - mean);
+                yz += (j as f64 - my) * (z - mean);
+            }
+        }
+        // Sum of squares of n places about their middle: n (n^2 - 1) / 12.
+        let spread = |n: usize, m: usize| (n as f64 * ((n as f64).powi(2) - 1.0) / 12.0) * m as f64;
+        let (sx, sy) = (xz / spread(nx, ny), yz / spread(ny, nx));
+        let heights = (0..self.heights.len())
+            .map(|k| self.heights[k] - mean - sx * ((k % nx) as f64 - mx) - sy * ((k / nx) as f64 - my))
+            .collect();
+        self.with_heights(heights)
+    }
 }

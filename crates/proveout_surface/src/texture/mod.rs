@@ -9,6 +9,9 @@
 //!   the marks, [`Autocorrelation`] their lengths.
 //! * [`gaussian_mean`] – the linear Gaussian filter of ISO 16610-21 and -61.
 //! * [`SettingClass`] – Sc1 to Sc5 of ISO 21920-3:2021, table 1.
+//! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be evaluated.
+//! * [`dong`] – the analytic profile of passes of a bull-nose tool.
+//! * [`file`] – SMD, SDF and X3P files.
 //! * [`cusp`] – closed forms of the rows of arcs that a path with a constant step leaves.
 //!
 //! # The chain
@@ -27,10 +30,13 @@ mod areal;
 mod autocorrelation;
 mod classes;
 pub mod cusp;
+pub mod dong;
+pub mod file;
 mod gaussian;
 mod height_map;
 mod profile;
 mod profile_parameters;
+pub mod report;
 mod spacing;
 
 pub use areal::{ArealEvaluation, ArealParameters, ArealSetting};
@@ -40,3 +46,4 @@ pub use gaussian::{gaussian_mean, gaussian_mean_of_map};
 pub use height_map::{HeightMap, TextureError};
 pub use profile::{Profile, ProfileEvaluation, ProfileSetting};
 pub use profile_parameters::ProfileParameters;
+pub use report::{ArealReport, ArealValues, Asked, Form, ProfileReport, ProfileValues, TextureReport, Unchecked};

@@ -101,26 +101,52 @@ impl Profile {
                 class: class.name(),
             });
         }
-        let steps = (class.evaluation_length() / self.step).round() as usize;
-        let ends = (class.lambda_c() / self.step * (1.0 - 1e-9)).floor() as usize;
-        if self.heights.len() < steps + 1 + 2 * ends {
-            return Err(TextureError::TooShort {
-                length_mm: self.length(),
-                wanted_mm: Self::length_for(class),
-                class: class.name(),
-                what: "evaluation length and one cut-off on either side for the ends of the filter",
-            });
+        self.evaluate_with(class, standard, Ends::Data)
+    }
+
+    /// Whether there is one cut-off of data beyond each end of the evaluation length.
+    pub(super) fn carries_ends(&self, class: SettingClass) -> bool {
+        self.heights.len() > self.steps(class) + 2 * self.end_steps(class)
+    }
+
+    fn steps(&self, class: SettingClass) -> usize {
+        (class.evaluation_length() / self.step).round() as usize
+    }
+
+    fn end_steps(&self, class: SettingClass) -> usize {
+        (class.lambda_c() / self.step * (1.0 - 1e-9)).floor() as usize
+    }
+
+    /// The spacing is the caller's business.
+    pub(super) fn evaluate_with(
+        &self,
+        class: SettingClass,
+        standard: Standard,
+        ends: Ends,
+    ) -> Result<ProfileEvaluation, TextureError> {
+        let (steps, end_steps) = (self.steps(class), self.end_steps(class));
+        let (fits, wanted_mm, what) = match ends {
+            Ends::Data => (
+                self.carries_ends(class),
+                Self::length_for(class),
+                "evaluation length and one cut-off on either side for the ends of the filter",
+            ),
+            Ends::Regression => (self.heights.len() > steps, class.evaluation_length(), "evaluation length"),
+        };
+        if !fits {
+            return Err(TextureError::TooShort { length_mm: self.length(), wanted_mm, class: class.name(), what });
         }
-        let smooth = gaussian_mean(&self.heights, self.step, class.lambda_s());
+        // What lies beyond both filters' reach of the evaluation length changes nothing.
+        let reach = end_steps + 2 + (class.lambda_s() / self.step).ceil() as usize;
+        let middle = (self.heights.len() - 1 - steps) / 2;
+        let begin = middle.saturating_sub(reach);
+        let heights = &self.heights[begin..(middle + steps + reach + 1).min(self.heights.len())];
+        let smooth = gaussian_mean(heights, self.step, class.lambda_s());
         let mean_line = gaussian_mean(&smooth, self.step, class.lambda_c());
-        let first = (self.heights.len() - 1 - steps) / 2;
+        let first = middle - begin;
         let stretch = first..=first + steps;
         let profile: Vec<f64> =
             smooth[stretch.clone()].iter().zip(&mean_line[stretch.clone()]).map(|(z, m)| z - m).collect();
-        let raw = &self.heights[stretch];
-        // Mean of the polygon.
-        let mean = raw.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>() / steps as f64;
-        let centered: Vec<f64> = raw.iter().map(|z| z - mean).collect();
         Ok(ProfileEvaluation {
             setting: ProfileSetting {
                 standard: standard.edition(),
@@ -135,8 +161,46 @@ impl Profile {
                 rsm: "elements from 0.1 Rz height and 0.01 of a section width",
             },
             filtered: ProfileParameters::of(&profile, self.step, standard),
-            unfiltered: ProfileParameters::of(&centered, self.step, standard),
+            unfiltered: centered(&heights[stretch], self.step, standard),
             profile,
         })
     }
+
+    /// Parameters of all heights with their mean taken off, unfiltered.
+    pub(super) fn unfiltered(&self, standard: Standard) -> ProfileParameters {
+        centered(&self.heights, self.step, standard)
+    }
+
+    /// The profile without its least-squares line.
+    #[must_use]
+    pub fn leveled(&self) -> Self {
+        let n = self.heights.len() as f64;
+        let middle = 0.5 * (n - 1.0);
+        let mean = self.heights.iter().sum::<f64>() / n;
+        let (mut xz, mut xx) = (0.0, 0.0);
+        for (i, z) in self.heights.iter().enumerate() {
+            let x = i as f64 - middle;
+            xz += x * (z - mean);
+            xx += x * x;
+        }
+        let slope = xz / xx;
+        let heights = self.heights.iter().enumerate().map(|(i, z)| z - mean - slope * (i as f64 - middle)).collect();
+        Self { step: self.step, heights }
+    }
+}
+
+/// What stands beyond the ends of the evaluation length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ends {
+    /// One cut-off of data.
+    Data,
+    /// Nothing need be there: the weights that lie on data are divided by their sum (ISO 16610-28, regression of order zero).
+    Regression,
+}
+
+/// Parameters with the mean of the polygon taken off.
+fn centered(raw: &[f64], step: f64, standard: Standard) -> ProfileParameters {
+    let mean = raw.windows(2).map(|w| 0.5 * (w[0] + w[1])).sum::<f64>() / (raw.len() - 1) as f64;
+    let centered: Vec<f64> = raw.iter().map(|z| z - mean).collect();
+    ProfileParameters::of(&centered, step, standard)
 }

@@ -40,6 +40,10 @@ struct Moments {
 
 impl Moments {
     fn of(z: &[f64]) -> Self {
+        // A section of a few points may be a single one.
+        if let [one] = z {
+            return Self { absolute: one.abs(), second: one.powi(2), third: one.powi(3), fourth: one.powi(4) };
+        }
         let mut m = Self { absolute: 0.0, second: 0.0, third: 0.0, fourth: 0.0 };
         for w in z.windows(2) {
             let (p, q) = (w[0], w[1]);

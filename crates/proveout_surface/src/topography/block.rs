@@ -11,13 +11,14 @@
 //! remembered. A point that ends above that floor is searched again among all pieces: the estimate costs time when it is wrong,
 //! never a height.
 
+use proveout_geom::Vector;
 use proveout_tool::Profile;
 use rayon::prelude::*;
 
 use super::{
     CutterPiece, Edge, Lattice,
-    contact::{Lowest, Run},
-    envelope::{Ray, lowest, touch},
+    contact::{Hull, Lowest, Run},
+    envelope::{Ray, descend, lowest, touch},
     motion::Piece,
     outline::{Body, Outline},
 };
@@ -78,12 +79,31 @@ pub fn heights_by_envelope(
     Search::new(lattice, pieces, Body::Outline(Outline::new(cutter)), None, settings).heights()
 }
 
-/// Heights that the edges of the teeth leave.
+/// Heights that the edges of the teeth leave. Edges that are not finite, or whose arc has no radius, leave none.
 pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece], settings: &Settings) -> Topography {
-    match Body::of_edges(edges) {
-        Some(body) => Search::new(lattice, pieces, body, Some(edges), settings).heights(),
-        None => Topography { cuts: vec![None; lattice.points().len()], again: 0 },
+    // Arcs of one kind are searched together, those of ball and side of a barrel apart: one body would hold both only loosely.
+    let kind = |e: &Edge| [e.radius.to_bits(), e.corner[0].to_bits(), e.corner[1].to_bits()];
+    let mut kinds: Vec<([u64; 3], Vec<usize>)> = Vec::new();
+    for (i, edge) in edges.iter().enumerate().filter(|(_, e)| e.is_finite() && e.radius > 0.0) {
+        match kinds.iter_mut().find(|k| k.0 == kind(edge)) {
+            Some(k) => k.1.push(i),
+            None => kinds.push((kind(edge), vec![i])),
+        }
     }
+    let mut lowest = Topography { cuts: vec![None; lattice.points().len()], again: 0 };
+    for (_, members) in kinds {
+        let part: Vec<Edge> = members.iter().map(|i| edges[*i]).collect();
+        let Some(body) = Body::of_edges(&part) else { continue };
+        let found = Search::new(lattice, pieces, body, Some(&part), settings).heights();
+        lowest.again += found.again;
+        for (low, cut) in lowest.cuts.iter_mut().zip(found.cuts) {
+            let Some(cut) = cut else { continue };
+            if low.is_none_or(|l| cut.height < l.height) {
+                *low = Some(Cut { edge: cut.edge.map(|k| members[k]), ..cut });
+            }
+        }
+    }
+    lowest
 }
 
 struct Search<'a> {
@@ -93,6 +113,7 @@ struct Search<'a> {
     joined: Vec<bool>,
     body: Body,
     edges: Option<&'a [Edge]>,
+    hulls: Vec<Hull>,
     max_height: f64,
 }
 
@@ -103,6 +124,18 @@ struct Candidates {
     kept: Vec<(u32, f64)>,
     /// Lowest floor of those that were left out.
     left_out: f64,
+}
+
+/// Where the points of a block lie.
+struct Patch {
+    middle: Ray,
+    /// Center and half edges of a box round the points.
+    center: Vector,
+    half: [Vector; 3],
+    /// Largest difference of a normal from the middle's.
+    spread: f64,
+    /// Largest distance of a point from the middle.
+    radius: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -119,13 +152,23 @@ impl<'a> Search<'a> {
         edges: Option<&'a [Edge]>,
         settings: &Settings,
     ) -> Self {
-        let joined = std::iter::once(false).chain(pieces.windows(2).map(|w| joins(&w[0], &w[1]))).take(pieces.len());
+        let (mut ready, mut joined): (Vec<Piece>, Vec<bool>) = (Vec::new(), Vec::new());
+        let mut before: Option<&CutterPiece> = None;
+        for piece in pieces.iter().filter(|p| p.is_finite()) {
+            let follows = before.is_some_and(|b| joins(b, piece));
+            for (k, part) in Piece::new(piece).parts().enumerate() {
+                ready.push(part);
+                joined.push(k > 0 || follows);
+            }
+            before = Some(piece);
+        }
         Self {
             lattice,
-            joined: joined.collect(),
-            pieces: pieces.iter().map(Piece::new).collect(),
+            pieces: ready,
+            joined,
             body,
             edges,
+            hulls: edges.unwrap_or_default().iter().map(Hull::new).collect(),
             max_height: settings.max_height,
         }
     }
@@ -161,7 +204,7 @@ impl<'a> Search<'a> {
         let cuts = found
             .into_iter()
             .map(|best| {
-                (best.height <= self.max_height).then_some(Cut {
+                (best.height.is_finite() && best.height <= self.max_height).then_some(Cut {
                     height: best.height,
                     time: best.time,
                     motion: best.motion,
@@ -209,24 +252,12 @@ impl<'a> Search<'a> {
 
     /// The candidates of a block among those of a larger one.
     fn narrowed(&self, area: &Area, above: &Candidates, keep_all_low: bool) -> Candidates {
-        let middle = self.ray((area.row[0] + area.row[1]) / 2, (area.column[0] + area.column[1]) / 2);
-        let corners = [
-            self.ray(area.row[0], area.column[0]),
-            self.ray(area.row[0], area.column[1] - 1),
-            self.ray(area.row[1] - 1, area.column[0]),
-            self.ray(area.row[1] - 1, area.column[1] - 1),
-        ];
-        let radius = corners.iter().fold(0.0_f64, |a, c| a.max((c.point - middle.point).norm()));
-        // What the design's curvature takes the points out of a plane through the corners.
-        let bulge = {
-            let mean = corners.iter().fold(proveout_geom::Vector::zeros(), |a, c| a + c.point) / 4.0;
-            2.0 * (mean - middle.point).dot(&middle.normal).abs()
-        };
+        let patch = self.patch(area);
         let mut floors = Vec::with_capacity(above.kept.len());
         let mut estimate = self.max_height;
         for &(i, before) in &above.kept {
             let piece = &self.pieces[i as usize];
-            let (floor, reached) = self.floor(piece, &middle, &corners, radius, bulge);
+            let (floor, reached) = self.floor(piece, &patch);
             estimate = estimate.min(reached);
             floors.push((i, floor.max(before)));
         }
@@ -242,37 +273,94 @@ impl<'a> Search<'a> {
         candidates
     }
 
-    /// A height below which a piece comes nowhere over the block, and an estimate of one that it reaches everywhere.
-    fn floor(&self, piece: &Piece, middle: &Ray, corners: &[Ray; 4], radius: f64, bulge: f64) -> (f64, f64) {
-        let time = 0.5 * (piece.time[0] + piece.time[1]);
-        let smallest = self.body.smallest_radius();
-        if let Some(touch) = touch(middle, piece, &self.body, time, 0.0) {
-            let on_corners = corners.iter().map(|c| touch.floor_on(middle, c)).fold(touch.height, f64::min);
-            let angle = piece.angle();
-            // A straight piece carries the half space along; a turning one turns it about its touch as well, by half its angle at
-            // either end, which lowers it on normals that lie the block's radius away.
-            let tilt = 0.6 * angle * (radius + touch.height.abs());
-            let sink = 0.5 * touch.rate.abs() * piece.duration() + 0.25 * touch.reach * angle * angle + tilt + bulge;
-            let mut rise = 2.0 * touch.slope(middle) * radius + 2.0 * radius * radius / smallest + bulge;
-            if let Some(edges) = self.edges {
-                // The next tooth comes within a revolution.
-                let turn = std::f64::consts::TAU / piece.azimuth_rate.abs();
-                let feed = piece.travel() / piece.duration() * turn;
-                let spread = edges.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |a, e| {
-                    (a.0.min(e.center_height), a.1.max(e.center_height))
-                });
-                rise += touch.rate.abs() * turn + feed * feed / smallest + (spread.1 - spread.0);
+    /// The box of a block's points and the cone of their normals.
+    fn patch(&self, area: &Area) -> Patch {
+        let middle = self.ray((area.row[0] + area.row[1]) / 2, (area.column[0] + area.column[1]) / 2);
+        let n = middle.normal;
+        // Along the rows of the block, where that is a direction.
+        let along = self.ray((area.row[0] + area.row[1]) / 2, area.column[0]).point - middle.point;
+        let across = if n.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
+        let flat = |v: Vector| (v - n * v.dot(&n)).try_normalize(1e-9);
+        let x = flat(along).or_else(|| flat(across)).unwrap_or_else(Vector::x);
+        let axes = [x, n.cross(&x), n];
+        let (mut low, mut high, mut spread, mut radius) = ([0.0_f64; 3], [0.0_f64; 3], 0.0_f64, 0.0_f64);
+        for row in area.row[0]..area.row[1] {
+            for column in area.column[0]..area.column[1] {
+                let ray = self.ray(row, column);
+                let v = ray.point - middle.point;
+                for (k, axis) in axes.iter().enumerate() {
+                    let s = v.dot(axis);
+                    low[k] = low[k].min(s);
+                    high[k] = high[k].max(s);
+                }
+                spread = spread.max((ray.normal - n).norm_squared());
+                radius = radius.max(v.norm_squared());
             }
-            // Along a ray that grazes, the estimate says nothing.
-            let reached = if touch.slope(middle) < 1.0 { touch.height + rise } else { f64::INFINITY };
-            (on_corners - sink, reached)
-        } else {
-            let state = piece.state(time);
-            let q = state.point(&middle.point);
+        }
+        let center = (0..3).fold(middle.point, |c, k| c + axes[k] * (0.5 * (low[k] + high[k])));
+        let half = [0, 1, 2].map(|k| axes[k] * (0.5 * (high[k] - low[k])));
+        Patch { middle, center, half, spread: spread.sqrt(), radius: radius.sqrt() }
+    }
+
+    /// A height below which a piece comes nowhere over the block, and an estimate of one that it reaches everywhere.
+    ///
+    /// The piece touches the normal of the block's middle lowest at a time t0, at T with the cutter's outward normal m. The convex cutter
+    /// lies behind its tangent plane, so that at t0 it meets the normal n of a point P at h >= m (P - T) / a with a = - m n at the earliest.
+    /// At another time the plane is carried by the velocity V of the cutter at T, turned by delta at most, and T is bent off its straight
+    /// way by reach delta^2 / 2:
+    ///
+    /// ```text
+    ///   h a' >= m (P - T) - (t - t0) m V - reach delta^2 / 2 - delta |P - T'|,    |a' - a| <= |n - n_middle| + delta
+    /// ```
+    ///
+    /// m (P - T) is linear in P and least at a corner of the box of the points. Where the lowest touch lies within a straight piece m V is
+    /// zero, and at its ends the plane only rises: then the floor is exact on the middle's normal.
+    fn floor(&self, piece: &Piece, patch: &Patch) -> (f64, f64) {
+        let middle = &patch.middle;
+        let smallest = self.body.smallest_radius();
+        let found = descend(middle, piece, &self.body, (f64::NAN, 0.0))
+            .0
+            .and_then(|(height, time)| Some((touch(middle, piece, &self.body, time, height)?, time)));
+        let Some((touch, time)) = found else {
+            // Nothing is nearer than the distance at the middle of the piece less what the piece moves and the block is wide.
+            let time = 0.5 * (piece.time[0] + piece.time[1]);
+            let q = piece.state(time).point(&middle.point);
             let (distance, _) = self.body.distance(q.x.hypot(q.y), q.z);
             let way = 0.5 * (piece.travel() + piece.angle() * q.norm());
-            (if distance > 0.0 { distance - radius - way } else { f64::NEG_INFINITY }, f64::INFINITY)
+            let free = distance - patch.radius - way;
+            return (if free > 0.0 { free } else { f64::NEG_INFINITY }, f64::INFINITY);
+        };
+        let at = middle.point + middle.normal * touch.height;
+        let m = touch.normal;
+        let along = -m.dot(&middle.normal);
+        let (before, after) = (time - piece.time[0], piece.time[1] - time);
+        let delta = piece.angle() * before.max(after) / piece.duration().max(1e-300);
+        // m V: the height on the middle's normal falls at `rate`, which is m V over m n.
+        let carried = -touch.rate * along;
+        let sunk = (carried * after).max(-carried * before).max(0.0);
+        let far = patch.radius + touch.height.abs() + piece.travel() + delta * touch.reach;
+        let sink = sunk + 0.5 * touch.reach * delta * delta + delta * far;
+        let least = m.dot(&(patch.center - at)) - patch.half.iter().map(|h| m.dot(h).abs()).sum::<f64>() - sink;
+        let lean = patch.spread + delta;
+        let (low, high) = (along - lean, along + lean);
+        let floor = match (least >= 0.0, low > 1e-3) {
+            (true, _) => least / high.min(1.0),
+            (false, true) => least / low,
+            (false, false) => f64::NEG_INFINITY,
+        };
+        let slope = touch.slope(middle);
+        let mut rise = 2.0 * slope * patch.radius + 2.0 * patch.radius * patch.radius / smallest;
+        if let Some(edges) = self.edges {
+            // The next tooth comes within a revolution.
+            let turn = std::f64::consts::TAU / piece.azimuth_rate.abs();
+            let feed = piece.travel() / piece.duration() * turn;
+            let spread = edges
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |a, e| (a.0.min(e.center_height), a.1.max(e.center_height)));
+            rise += touch.rate.abs() * turn + feed * feed / smallest + (spread.1 - spread.0);
         }
+        // Along a normal that grazes, the estimate says nothing.
+        (floor, if slope < 1.0 { touch.height + rise } else { f64::INFINITY })
     }
 }
 
@@ -317,35 +405,52 @@ impl<'a> Leaf<'a> {
     /// The lowest contact of a point; `hint` is that of a neighbor.
     fn point(&self, ray: &Ray, hint: &Lowest) -> Lowest {
         let mut best = Lowest::NONE;
+        if !ray.is_finite() {
+            return best;
+        }
         match self.search.edges {
             None => {
-                for &(i, floor) in &self.sorted {
+                // The piece that cut the neighbor cuts this one as well, mostly.
+                let near = |i: u32| {
+                    let [begin, end] = self.search.pieces[i as usize].time;
+                    (begin..=end).contains(&hint.time)
+                };
+                let first = self.sorted.iter().position(|(i, _)| near(*i));
+                let rest = self.sorted.iter().enumerate().filter(|(k, _)| Some(*k) != first).map(|(_, s)| s);
+                for &(i, floor) in first.map(|k| &self.sorted[k]).into_iter().chain(rest) {
                     if floor >= best.height {
+                        // All that follow are as high.
                         break;
                     }
                     let piece = &self.search.pieces[i as usize];
                     let guess = if hint.height.is_finite() { hint.height } else { 0.0 };
-                    if let Some((height, time)) = lowest(ray, piece, &self.search.body, (hint.time, guess))
-                        && height < best.height
+                    if let Some((height, time)) = lowest(
+                        ray,
+                        piece,
+                        &self.search.body,
+                        (hint.time, guess),
+                        best.height.min(self.search.max_height),
+                    ) && height < best.height
                     {
                         best = Lowest { height, time, motion: piece.motion, edge: usize::MAX };
                     }
                 }
             }
-            Some(edges) => {
+            Some(_) => {
+                let (hulls, cap) = (&self.search.hulls, self.search.max_height);
                 for run in &self.runs {
                     if run.lowest >= best.height {
                         break;
                     }
                     let middle = if (run.begin()..=run.end()).contains(&hint.time) {
                         // The neighbor's contact leads to one that is as low, and leaves little to look for.
-                        run.follow(ray, &edges[hint.edge], hint, &mut best);
+                        run.follow(ray, &hulls[hint.edge], hint, cap, &mut best);
                         hint.time
                     } else {
                         run.middle_of_lowest()
                     };
-                    for (index, edge) in edges.iter().enumerate() {
-                        run.search(ray, edge, index, middle, &mut best);
+                    for (index, hull) in hulls.iter().enumerate() {
+                        run.search(ray, hull, index, middle, cap, &mut best);
                     }
                 }
             }

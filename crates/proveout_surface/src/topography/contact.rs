@@ -1,17 +1,48 @@
-//! Contacts of an edge with the normal of a design point, one a revolution.
+//! Contacts of an edge with the normal of a design point: the lowest one over a run of pieces.
+//!
+//! # Why none is lost
+//!
+//! The arc of an edge lies within a convex body of revolution, its hull (`Hull`). Let d(h, t) be the signed distance of the point at
+//! height h on the normal from the hull at time t. Along a straight piece the hull is carried without turning, so that d is convex in
+//! (h, t) together, and its tangent plane at (h0, t0) bounds it from below:
+//!
+//! ```text
+//!   d(h, t) >= d0 + d_h (h - h0) + d_t (t - t0) - K (t - t0)^2 / 2,     K = w^2 |q| + 2 w v   (turning piece, rate w, speed v)
+//! ```
+//!
+//! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With d_h <= 0 the second term only helps for
+//! h <= h0, so that no contact below h0 exists while d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0. With h0 the lowest height known, this
+//! time is leapt over ([`Walk::leap`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
+//! distance from the ring, which loses no more than the way that the point goes, is used instead.
+//!
+//! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the tooth to the point where
+//! the arc's circle, turned about the axis, meets the normal. It changes at w +- u / rho, u the speed of that point on the circle's
+//! surface and rho its distance from the axis. While u is below three tenths of w rho it falls evenly enough that one contact belongs to each
+//! turn, and the next lies where alpha says, -+ three tenths of a turn; Newton's method in (t, h) must end within three tenths. Everything else
+//! (points near the axis, where the tooth passes several times a revolution or not at all; normals that graze; starts from which Newton's method
+//! goes astray) is searched over the revolution in parts ([`Walk::revolution`]).
+
+use std::f64::consts::TAU;
 
 use proveout_geom::Vector;
 
 use super::{
-    edge::Edge,
+    edge::{Edge, Residual},
     envelope::Ray,
     motion::{Piece, State},
 };
 
 /// Steps of Newton's method; from a start within some hundredths of a revolution four do.
-const STEPS: usize = 12;
+const STEPS: usize = 14;
 /// End of the search in height, mm.
 const CLOSE: f64 = 1e-13;
+/// Rounding of a distance, mm: what is nearer than this to the best height is looked at.
+const ROUNDING: f64 = 1e-12;
+/// Largest share of the tooth's angular rate by which that of the point may differ where contacts are met one by one: two of them are then
+/// three quarters of a turn apart at least, and a guess cannot lead to the one after the next.
+const STEADY: f64 = 0.3;
+/// Parts of a revolution that is searched by itself.
+const PARTS: usize = 16;
 
 /// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
 /// in the part of the lattice that is searched.
@@ -20,9 +51,6 @@ pub(crate) struct Run {
     pub floors: Vec<f64>,
     /// Lowest of the floors.
     pub lowest: f64,
-    /// Largest jump of velocity (mm/s) and of rotation (rad/s) from one piece to the next, and the shortest piece, s.
-    jump: (f64, f64),
-    shortest: f64,
 }
 
 /// The lowest contact found so far.
@@ -42,24 +70,74 @@ impl Lowest {
     pub(crate) const NONE: Self = Self { height: f64::INFINITY, time: f64::NAN, motion: u32::MAX, edge: usize::MAX };
 }
 
-impl Run {
-    pub(crate) fn new(pieces: Vec<Piece>, floors: Vec<f64>) -> Self {
-        let jump = pieces.windows(2).fold((0.0_f64, 0.0_f64), |a, w| {
-            let (v, r) = w[0].jump_to(&w[1]);
-            (a.0.max(v), a.1.max(r))
-        });
-        let shortest = pieces.iter().fold(f64::INFINITY, |a, p| a.min(p.duration()));
-        let lowest = floors.iter().copied().fold(f64::INFINITY, f64::min);
-        Self { pieces, floors, lowest, jump, shortest }
+/// An edge with the convex body of revolution that holds its arc.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hull {
+    pub edge: Edge,
+    /// By how much the arc leaves the body: only where it crosses the axis.
+    margin: f64,
+    /// Distance from the axis within which the arc stands on the other side of it.
+    behind: f64,
+    /// Sine and cosine of the nose turn.
+    nose: (f64, f64),
+}
+
+/// A point seen from a hull.
+struct Look {
+    rho: f64,
+    /// Distance from the hull, mm, and its gradient in housing coordinates.
+    distance: f64,
+    gradient: Vector,
+}
+
+impl Hull {
+    pub(crate) fn new(edge: &Edge) -> Self {
+        let behind = edge.behind_axis();
+        Self { edge: *edge, margin: edge.margin(), behind, nose: edge.nose_turn.sin_cos() }
     }
 
-    /// What the distance from a circle may lose within a span of time beyond what its rate says, mm: jumps at the joints of pieces, and
-    /// the acceleration of a resting point in a turning housing, w^2 |q| + 2 w v.
-    fn bent(&self, span: f64, piece: &Piece, q: &Vector, speed: f64) -> f64 {
-        let turning = piece.spin.norm() + self.jump.1;
-        let joints = 1.0 + (span / self.shortest).min(self.pieces.len() as f64);
-        let jumps = (self.jump.0 + self.jump.1 * q.norm()) * joints * span;
-        jumps + 0.5 * turning * (turning * q.norm() + 2.0 * speed) * span * span
+    #[inline]
+    fn look(&self, q: &Vector) -> Look {
+        let rho = (q.x * q.x + q.y * q.y).sqrt();
+        let (mut out, mut up) = (rho - self.edge.center_radius, q.z - self.edge.center_height);
+        if self.edge.center_radius >= 0.0 {
+            (out, up) = (out.max(0.0), up.min(0.0));
+        }
+        let length = (out * out + up * up).sqrt().max(1e-15);
+        let radial = out / (length * rho.max(1e-300));
+        Look {
+            rho,
+            distance: length - self.edge.radius - self.margin,
+            gradient: Vector::new(radial * q.x, radial * q.y, up / length),
+        }
+    }
+
+    /// Distance from the arc turned about the axis (in the plane of the edge), and its gradient.
+    ///
+    /// With the plane of the edge turned by g about the nose, a point at distance `side` from the nose line is rho from the axis with
+    /// rho^2 = c^2 + 2 c side cos g + side^2.
+    #[inline]
+    fn ring(&self, q: &Vector) -> (f64, Vector) {
+        let (c, up) = (self.edge.center_radius, q.z - self.edge.center_height);
+        let rho2 = q.x * q.x + q.y * q.y;
+        let rho = rho2.sqrt();
+        let (out, by_rho) = if self.edge.nose_turn == 0.0 {
+            (rho - c, 1.0)
+        } else {
+            let (sin, cos) = self.nose;
+            let root = (rho2 - c * c * sin * sin).max(1e-12).sqrt();
+            (root - c * cos, rho / root)
+        };
+        let length = (out * out + up * up).sqrt().max(1e-15);
+        let radial = out * by_rho / (length * rho.max(1e-300));
+        (length - self.edge.radius, Vector::new(radial * q.x, radial * q.y, up / length))
+    }
+}
+
+impl Run {
+    pub(crate) fn new(pieces: Vec<Piece>, floors: Vec<f64>) -> Self {
+        let lowest = floors.iter().copied().fold(f64::INFINITY, f64::min);
+        Self { pieces, floors, lowest }
     }
 
     /// Middle of the piece with the lowest floor, s.
@@ -76,178 +154,275 @@ impl Run {
         self.pieces.last().map_or(0.0, |p| p.time[1])
     }
 
-    /// The piece of a time, searched from one near it.
-    #[inline]
-    fn piece_at(&self, time: f64, near: usize) -> usize {
-        let mut k = near;
-        while k > 0 && time < self.pieces[k].time[0] {
-            k -= 1;
-        }
-        while k + 1 < self.pieces.len() && time > self.pieces[k].time[1] {
-            k += 1;
-        }
-        k
+    fn piece_of(&self, time: f64) -> usize {
+        self.pieces.partition_point(|p| p.time[1] < time).min(self.pieces.len().saturating_sub(1))
     }
 
-    /// Searches the contacts of edge `index` on both sides of `middle`, and lowers `best`.
-    ///
-    /// # Why none is lost
-    ///
-    /// The azimuth of the point as seen in the housing changes by v / rho at most, that of the tooth by the rate of the spindle w. While
-    /// w rho > 4 v, their difference is monotone: there is one contact for each whole turn of it. From one contact the next lies one
-    /// revolution on, -+ a quarter; there the tooth is lined up with the point by one step, which leaves a few hundredths of that, and
-    /// Newton's method in time and height ends at this contact. The march goes outward from the middle in both directions to the ends of
-    /// the run. It leaves out pieces whose floor lies above what was found, and revolutions whose circle does not reach below it.
-    /// Where the point comes so near to the axis that w rho < 4 v, the revolution is searched by itself ([`Self::near_axis`]).
-    pub(crate) fn search(&self, ray: &Ray, edge: &Edge, index: usize, middle: f64, best: &mut Lowest) {
-        let middle = middle.clamp(self.begin(), self.end());
-        self.march(ray, edge, index, middle, true, best);
-        self.march(ray, edge, index, middle, false, best);
+    /// Lowers `best` by the contacts of edge `index`, searched outward from `from`; heights above `cap` do not count.
+    pub(crate) fn search(&self, ray: &Ray, hull: &Hull, index: usize, from: f64, cap: f64, best: &mut Lowest) {
+        if self.pieces.is_empty() || !from.is_finite() {
+            return;
+        }
+        let middle = self.piece_of(from);
+        let mut walk = |k: usize, from: f64, forward: bool| {
+            if self.floors[k] < best.height.min(cap) {
+                Walk { ray, hull, index, piece: &self.pieces[k], forward, cap }.go(from, best);
+            }
+        };
+        let [begin, end] = self.pieces[middle].time;
+        let from = from.clamp(begin, end);
+        walk(middle, from, true);
+        if from > begin {
+            walk(middle, from, false);
+        }
+        for k in middle + 1..self.pieces.len() {
+            walk(k, self.pieces[k].time[0], true);
+        }
+        for k in (0..middle).rev() {
+            walk(k, self.pieces[k].time[1], false);
+        }
     }
 
     /// Follows the contact of a neighboring point.
-    pub(crate) fn follow(&self, ray: &Ray, edge: &Edge, neighbor: &Lowest, best: &mut Lowest) {
-        let near = self.piece_of(neighbor.time);
-        if let Some((time, height, at)) = self.contact(ray, edge, neighbor.time, neighbor.height, near)
-            && height < best.height
-            && time >= self.begin()
-            && time <= self.end()
-        {
-            *best = Lowest { height, time, motion: self.pieces[at].motion, edge: neighbor.edge };
+    pub(crate) fn follow(&self, ray: &Ray, hull: &Hull, neighbor: &Lowest, cap: f64, best: &mut Lowest) {
+        let Some(piece) = self.pieces.get(self.piece_of(neighbor.time)) else { return };
+        let walk = Walk { ray, hull, index: neighbor.edge, piece, forward: true, cap };
+        if let Some(root) = walk.root(neighbor.time, neighbor.height) {
+            walk.lower(&root, best);
         }
     }
+}
 
-    fn piece_of(&self, time: f64) -> usize {
-        self.pieces.partition_point(|p| p.time[1] < time).min(self.pieces.len() - 1)
-    }
+/// A place where the normal meets the arc's circle in the plane of the edge.
+struct Root {
+    time: f64,
+    height: f64,
+    /// It lies on the arc, which is entered there from inside of the design.
+    on_edge: bool,
+}
 
-    /// Time from `time` to the next contact forward, or to the last one backward, s; and the piece there.
-    fn lag(&self, ray: &Ray, edge: &Edge, time: f64, height: f64, near: usize, forward: bool) -> Option<f64> {
-        let piece = &self.pieces[near];
-        let w = piece.azimuth_rate;
+/// The height at which the turned circle meets the normal at a time, and the tooth there.
+struct Meeting {
+    time: f64,
+    height: f64,
+    /// Plane of the edge: distance, and its rate along the circle's surface.
+    plane: f64,
+    rate: f64,
+}
+
+/// A walk over one piece in one direction.
+struct Walk<'a> {
+    ray: &'a Ray,
+    hull: &'a Hull,
+    index: usize,
+    piece: &'a Piece,
+    forward: bool,
+    cap: f64,
+}
+
+impl Walk<'_> {
+    fn go(&self, from: f64, best: &mut Lowest) {
+        let w = self.piece.azimuth_rate;
         if w == 0.0 || !w.is_finite() {
-            return None;
+            return;
         }
-        let state = piece.state(time);
-        let q = state.point(&(ray.point + ray.normal * height));
-        let psi = state.azimuth + edge.azimuth + (q.z - edge.center_height + edge.radius) * edge.lead;
-        let turns = ((q.y.atan2(q.x) - psi) / w).rem_euclid(std::f64::consts::TAU / w.abs());
-        Some(if forward { turns } else { turns - std::f64::consts::TAU / w.abs() })
-    }
-
-    fn march(&self, ray: &Ray, edge: &Edge, index: usize, from: f64, forward: bool, best: &mut Lowest) {
-        let (begin, end) = (self.begin(), self.end());
-        let mut k = self.piece_of(from);
-        let mut begins = Some(from);
-        let mut guess = from;
-        // What the point's own motion may have put between the guess and a contact, in turns.
-        let mut drift = 0.0;
+        let (direction, stop) = if self.forward { (1.0, self.piece.time[1]) } else { (-1.0, self.piece.time[0]) };
+        let turn = TAU / w.abs();
+        let mut time = from;
+        // Whether `time` is a contact that is dealt with.
+        let mut at_root = false;
         loop {
-            let height = if best.height.is_finite() { best.height } else { 0.0 };
-            if let Some(time) = begins.take() {
-                let Some(lag) = self.lag(ray, edge, time, height, k, forward) else { return };
-                guess = time + lag;
-            }
-            let turn = std::f64::consts::TAU / self.pieces[k].azimuth_rate.abs();
-            // One more beyond the end: its start may lie there while the contact does not.
-            if guess > end + 0.25 * turn || guess < begin - 0.25 * turn {
+            let left = (stop - time) * direction;
+            // The end of the piece belongs to it; the next piece begins there.
+            if left < 0.0 || (left == 0.0 && at_root) {
                 return;
             }
-            let time = guess.clamp(begin, end);
-            k = self.piece_at(time, k);
-            if self.floors[k] >= best.height {
-                // Nothing below the best height as far as the next piece that comes so low.
-                let next = if forward {
-                    (k + 1..self.pieces.len()).find(|&i| self.floors[i] < best.height)
-                } else {
-                    (0..k).rev().find(|&i| self.floors[i] < best.height)
-                };
-                let Some(next) = next else { return };
-                k = next;
-                begins = Some(self.pieces[k].time[usize::from(!forward)]);
+            let height = best.height.min(self.cap);
+            let state = self.piece.state(time);
+            let q = state.point(&(self.ray.point + self.ray.normal * height));
+            let normal = state.direction(&self.ray.normal);
+            let velocity = self.piece.rate(&state, &q);
+            let look = self.hull.look(&q);
+            let leap = self.leap(&q, &normal, &velocity, &look, direction, height);
+            if leap > 1e-3 * turn {
+                time += direction * leap;
+                at_root = false;
                 continue;
             }
-            let piece = &self.pieces[k];
-            let w = piece.azimuth_rate;
-            let turn = if forward { std::f64::consts::TAU / w.abs() } else { -std::f64::consts::TAU / w.abs() };
-            let state = piece.state(time);
-            let q = state.point(&(ray.point + ray.normal * height));
-            let rate = piece.rate(&state, &q);
-            let rho2 = q.x * q.x + q.y * q.y;
-            let rho = rho2.sqrt();
-            // The circle of the edge's arc, turned about the axis: how far the point is outside of it, and how that changes.
-            let (side, up) = (rho - edge.center_radius, q.z - edge.center_height);
-            let length = (side * side + up * up).sqrt().max(1e-12);
-            let gap = length - edge.radius;
-            let speed = rate.norm();
-            let ratio = speed / (rho * w.abs()).max(1e-300);
-            let gap_rate = (side * (q.x * rate.x + q.y * rate.y) / rho.max(1e-300) + up * rate.z) / length;
-            // Within half a revolution, wherever the tooth is, the circle does not come to the best height: outside of its ring the
-            // distance is convex in time along a straight motion, and its rate bounds what it loses.
-            let span = 0.5 * turn.abs();
-            let lost =
-                if side >= 0.0 { gap_rate.abs() * span + self.bent(span, piece, &q, speed) } else { speed * span };
-            if best.height.is_finite() && gap > lost + 1e-9 {
-                guess = time + turn;
-                drift += ratio;
-                if drift > 0.2 {
-                    drift = 0.0;
-                    let next = time + 0.5 * turn;
-                    if next <= begin || next >= end {
-                        return;
-                    }
-                    k = self.piece_at(next, k);
-                    begins = Some(next);
+            let Some((guess, spread)) = self.next(&q, &state, height, time, direction, at_root) else {
+                let until = time + direction * turn;
+                self.revolution(time, if (stop - until) * direction < 0.0 { stop } else { until }, height, best);
+                time = until;
+                at_root = false;
+                continue;
+            };
+            if (guess.0 - stop) * direction > spread {
+                return;
+            }
+            match self.root(guess.0, guess.1) {
+                Some(root)
+                    if (root.time - guess.0).abs() < 0.3 * turn && (root.time - time) * direction > -1e-5 * turn =>
+                {
+                    self.lower(&root, best);
+                    time = root.time;
+                    at_root = true;
                 }
-                continue;
-            }
-            if ratio > 0.25 {
-                self.near_axis(ray, edge, index, [guess - 0.5 * turn, guess + 0.5 * turn], k, best);
-                // Past the axis the point is seen from the other side: count anew from the end of what was searched.
-                let next = guess + 0.5 * turn;
-                if next <= begin || next >= end {
-                    return;
-                }
-                k = self.piece_at(next, k);
-                begins = Some(next);
-                continue;
-            }
-            let residual = edge.residual(&q, state.azimuth);
-            // Until the tooth is at the point: the angle between them over the rate at which it changes.
-            let seen_rate = (q.x * rate.y - q.y * rate.x) / rho2;
-            let step = residual.across.atan2(residual.along) / (w - seen_rate);
-            let aligned = time + step;
-            drift = 0.0;
-            // The circle when the tooth is at the point.
-            let gap = gap + gap_rate * step;
-            if best.height.is_finite()
-                && gap > 0.5 * (gap_rate * step).abs() + self.bent(step.abs(), piece, &q, speed) + 1e-9
-            {
-                guess = aligned + turn;
-                continue;
-            }
-            guess = aligned + turn;
-            if let Some((time, height, at)) = self.contact(ray, edge, aligned, height, k) {
-                // Errors of the start do not add up.
-                if (time - aligned).abs() < 0.5 * turn.abs() {
-                    guess = time + turn;
-                }
-                if height < best.height && time >= begin && time <= end {
-                    *best = Lowest { height, time, motion: self.pieces[at].motion, edge: index };
+                _ => {
+                    let until = time + direction * turn;
+                    self.revolution(time, if (stop - until) * direction < 0.0 { stop } else { until }, height, best);
+                    time = until;
+                    at_root = false;
                 }
             }
         }
     }
 
-    /// Newton's method in time and height from a start near a contact.
-    fn contact(&self, ray: &Ray, edge: &Edge, time: f64, height: f64, near: usize) -> Option<(f64, f64, usize)> {
-        let (mut t, mut h, mut k) = (time, height, near);
-        let mut reach = 0.0;
+    /// Time over which no contact lies below the height of `q`, s; zero if that is not known.
+    #[inline]
+    fn leap(&self, q: &Vector, normal: &Vector, velocity: &Vector, look: &Look, direction: f64, height: f64) -> f64 {
+        let along = look.gradient.dot(normal);
+        let spin = self.piece.spin.norm();
+        let mut leap = 0.0_f64;
+        if along < 0.0 {
+            let d = look.distance - ROUNDING;
+            let rate = look.gradient.dot(velocity) * direction;
+            let bend = spin * (spin * (q.norm() + self.piece.travel()) + 2.0 * self.piece.speed());
+            if d > 0.0 || (d > -2.0 * ROUNDING && rate > 0.0) {
+                let d = d.max(0.0);
+                leap = if bend > 0.0 {
+                    // The positive root of d + rate t - bend t^2 / 2.
+                    let root = (rate * rate + 2.0 * bend * d).sqrt();
+                    if rate >= 0.0 { (rate + root) / bend } else { 2.0 * d / (root - rate) }
+                } else if rate >= 0.0 {
+                    f64::INFINITY
+                } else {
+                    -d / rate
+                };
+            }
+        } else if look.distance > 0.0 {
+            // Past the cutter; so must the design point be: its cutter came from within.
+            let design = self.hull.look(&(q - normal * height));
+            if design.distance > 0.0 && design.gradient.dot(normal) >= 0.0 {
+                leap = look.distance.min(design.distance) / (velocity.norm() + spin * q.norm()).max(1e-300);
+            }
+        }
+        // Inside of a ring nothing below this height comes nearer to its circle than its own distance, unless the normal leans toward it.
+        let inside = self.hull.edge.center_radius - look.rho;
+        let below = self.hull.edge.center_height - q.z;
+        if inside > 0.0 && below > 0.0 && normal.z > 0.0 {
+            let (r, across) = (self.hull.edge.radius + ROUNDING, normal.x.hypot(normal.y));
+            let turning = spin * q.norm();
+            let (outward, upward) = (velocity.x.hypot(velocity.y) + turning, velocity.z.abs() + turning);
+            let room = normal.z * below - across * inside;
+            let free = inside * inside + below * below - r * r;
+            if room >= 0.0 && free > 0.0 {
+                // (inside - outward t)^2 + (below - upward t)^2 = r^2, where that comes before the ring's circle is under the point.
+                let under = inside / outward.max(1e-300);
+                let first = if below - upward * under > r {
+                    (below - r) / upward.max(1e-300)
+                } else {
+                    let (a, b) = (outward * outward + upward * upward, inside * outward + below * upward);
+                    free / (b + (b * b - a * free).max(0.0).sqrt()).max(1e-300)
+                };
+                let upright = room / (normal.z * upward).max(1e-300);
+                leap = leap.max(first.min(upright));
+            } else if room < 0.0 {
+                let distance = inside * normal.z + below * across - r;
+                leap = leap.max(distance / (outward + upward).max(1e-300));
+            }
+        }
+        leap
+    }
+
+    /// Time and height of the next contact, and by how much its time may be wrong; none where it cannot be told.
+    #[inline]
+    fn next(
+        &self,
+        q: &Vector,
+        state: &State,
+        height: f64,
+        time: f64,
+        direction: f64,
+        at_root: bool,
+    ) -> Option<((f64, f64), f64)> {
+        let edge = &self.hull.edge;
+        let w = self.piece.azimuth_rate;
+        let normal = state.direction(&self.ray.normal);
+        // The circle on the normal, by two steps of Newton's method.
+        let (mut q, mut height) = (*q, height);
+        let mut gradient = Vector::zeros();
+        for _ in 0..3 {
+            let (distance, g) = self.hull.ring(&q);
+            gradient = g;
+            let along = g.dot(&normal);
+            if along > -0.2 {
+                return None;
+            }
+            let step = (-distance / along).clamp(-0.5 * edge.radius, 0.5 * edge.radius);
+            q += normal * step;
+            height += step;
+            if step.abs() < 1e-4 * edge.radius {
+                break;
+            }
+        }
+        let rate = self.piece.rate(state, &q);
+        let along = gradient.dot(&normal);
+        // Of the point where they meet.
+        let met = rate - normal * (gradient.dot(&rate) / along);
+        let rho2 = q.x * q.x + q.y * q.y;
+        let rho = rho2.sqrt();
+        let speed = met.norm();
+        // Nearest to the axis on the way over this turn and the quarter that the next contact may lie beyond it.
+        let (run, over) = ((q.x * met.x + q.y * met.y) * direction, 1.25 * TAU / w.abs());
+        let flat = met.x * met.x + met.y * met.y;
+        let until = (-run / flat.max(1e-300)).clamp(0.0, over);
+        let nearest = (rho2 + (2.0 * run + flat * until) * until).max(0.0).sqrt();
+        if speed > STEADY * w.abs() * nearest || nearest < 2.0 * self.hull.behind {
+            return None;
+        }
+        let residual = edge.residual(&q, state.azimuth);
+        let mut alpha = residual.across.atan2(residual.along);
+        if edge.nose_turn != 0.0 {
+            // rho sin(alpha - g) = - c sin g in the plane of the edge.
+            let s = edge.center_radius * edge.nose_turn.sin() / rho;
+            if s.abs() > 0.9 {
+                return None;
+            }
+            alpha -= edge.nose_turn - s.asin();
+            alpha -= TAU * (alpha / TAU).round();
+        }
+        let seen = (q.x * met.y - q.y * met.x) / rho2 - edge.lead * met.z;
+        let close = w - seen;
+        let turn = TAU / close.abs();
+        let ahead = if at_root {
+            turn
+        } else {
+            // A contact at the very begin is not passed over.
+            (alpha / close * direction + 1e-6 * turn).rem_euclid(turn) - 1e-6 * turn
+        };
+        let guess = time + direction * ahead;
+        let climb = -gradient.dot(&rate) / along;
+        let spread = (0.02 + speed / (w.abs() * nearest)) * ahead.abs() + 1e-3 * turn;
+        Some(((guess, height + climb * direction * ahead), spread))
+    }
+
+    /// Takes a root if it is lower, on the edge and within the piece.
+    fn lower(&self, root: &Root, best: &mut Lowest) {
+        let [begin, end] = self.piece.time;
+        let rim = 1e-7 * TAU / self.piece.azimuth_rate.abs();
+        if root.on_edge && root.height < best.height && root.time >= begin - rim && root.time <= end + rim {
+            let time = root.time.clamp(begin, end);
+            *best = Lowest { height: root.height, time, motion: self.piece.motion, edge: self.index };
+        }
+    }
+
+    /// Newton's method in time and height.
+    fn root(&self, time: f64, height: f64) -> Option<Root> {
+        let edge = &self.hull.edge;
+        let (mut t, mut h) = (time, height);
         for _ in 0..STEPS {
-            k = self.piece_at(t, k);
-            let piece = &self.pieces[k];
-            let state = piece.state(t);
-            let (residual, [pt, at], [ph, ah]) = derivatives(ray, edge, piece, &state, h);
+            let state = self.piece.state(t);
+            let (residual, [pt, at], [ph, ah]) = self.derivatives(&state, h);
             let det = pt * ah - ph * at;
             if det.abs() < 1e-12 {
                 return None;
@@ -257,70 +432,148 @@ impl Run {
             t += dt;
             // A step larger than the arc has left it; come back slowly.
             h += dh.clamp(-0.5 * edge.radius, 0.5 * edge.radius);
-            reach = f64::max(reach, dh.abs());
-            if dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * piece.azimuth_rate).abs() < 1e-11 {
+            if !(t.is_finite() && h.is_finite()) {
+                return None;
+            }
+            if dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * self.piece.azimuth_rate).abs() < 1e-11 {
                 // Coming from inside of the design the arc is entered, on the side of the tooth, in its range.
-                let entered = ah < 0.0;
-                return (entered && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual))
-                    .then_some((t, h, k));
+                let on_edge = ah < 0.0 && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual);
+                return Some(Root { time: t, height: h, on_edge });
             }
         }
         None
     }
 
-    /// Contacts in one revolution of a point near the axis.
+    #[inline]
+    fn derivatives(&self, state: &State, height: f64) -> (Residual, [f64; 2], [f64; 2]) {
+        let q = state.point(&(self.ray.point + self.ray.normal * height));
+        let residual = self.hull.edge.residual(&q, state.azimuth);
+        let by_time = residual.along_rate(&self.piece.rate(state, &q), self.piece.azimuth_rate);
+        let by_height = residual.along_rate(&state.direction(&self.ray.normal), 0.0);
+        (residual, by_time, by_height)
+    }
+
+    /// Where the turned circle meets the normal at a time; `height` is near.
+    fn meeting(&self, time: f64, height: f64) -> Option<Meeting> {
+        let edge = &self.hull.edge;
+        let state = self.piece.state(time);
+        let normal = state.direction(&self.ray.normal);
+        let mut h = height;
+        for _ in 0..16 {
+            let q = state.point(&(self.ray.point + self.ray.normal * h));
+            let (distance, g) = self.hull.ring(&q);
+            let along = g.dot(&normal);
+            if along > -0.02 {
+                // Deep in the cutter, or past it.
+                if self.hull.look(&q).distance > 0.0 {
+                    return None;
+                }
+                h -= 0.5 * edge.radius;
+                continue;
+            }
+            let step = (-distance / along).clamp(-0.5 * edge.radius, 0.5 * edge.radius);
+            h += step;
+            if step.abs() < 1e-9 {
+                let (residual, [pt, _], [ph, _]) = self.derivatives(&state, h);
+                let rate = self.piece.rate(&state, &q);
+                return Some(Meeting { time, height: h, plane: residual.plane, rate: pt - ph * g.dot(&rate) / along });
+            }
+        }
+        None
+    }
+
+    /// All contacts between two times, no more than a revolution apart, wherever the axis is.
     ///
-    /// Here the tooth passes the point at a speed like that of the feed, perhaps several times or not at all. In coordinates across
-    /// the tooth the point moves on a circle of radius rho about a slowly moving center, so that its distance from the plane of the
-    /// edge is nearly a sine of one period: each change of its sign over 32 parts of the revolution is followed. Two contacts within one
-    /// such part, where the distance touches zero, are seen as none; this concerns points within 4 v / w of the path of the axis
-    /// (half of the feed a revolution), and only cutters whose axis stands on the surface.
-    fn near_axis(&self, ray: &Ray, edge: &Edge, index: usize, span: [f64; 2], near: usize, best: &mut Lowest) {
-        const PARTS: usize = 32;
-        let (begin, end) = (self.begin(), self.end());
-        let (from, to) = (span[0].min(span[1]).max(begin), span[0].max(span[1]).min(end));
-        if from >= to {
+    /// The distance of the meeting point from the plane of the edge is nearly a sine of one period whose amplitude and offset change
+    /// slowly. In each of [`PARTS`] of a revolution a change of its sign is narrowed to its root; where the sign stays, but the rate turns from
+    /// toward zero to away from it, the turning point is sought first, and the two roots on its sides after it.
+    fn revolution(&self, a: f64, b: f64, height: f64, best: &mut Lowest) {
+        let (from, to) = (a.min(b), a.max(b));
+        if !(to - from).is_finite() {
             return;
         }
-        let start = if best.height.is_finite() { best.height } else { 0.0 };
-        let at = |i: usize| from + (to - from) * i as f64 / PARTS as f64;
-        let plane = |t: f64| {
-            let piece = &self.pieces[self.piece_at(t, near)];
-            derivatives(ray, edge, piece, &piece.state(t), start).0.plane
-        };
-        let mut last = plane(from);
-        for i in 1..=PARTS {
-            let value = plane(at(i));
-            if last * value <= 0.0 {
-                let (mut a, mut b) = (at(i - 1), at(i));
-                for _ in 0..30 {
-                    let m = 0.5 * (a + b);
-                    if plane(m) * last > 0.0 { a = m } else { b = m }
-                }
-                if let Some((time, height, piece)) = self.contact(ray, edge, 0.5 * (a + b), start, near)
-                    && height < best.height
-                    && time >= begin
-                    && time <= end
-                {
-                    *best = Lowest { height, time, motion: self.pieces[piece].motion, edge: index };
-                }
+        let turn = TAU / self.piece.azimuth_rate.abs();
+        // A way of a twentieth of the arc's radius is as small a part, where the spindle hardly turns.
+        let ways = (self.piece.travel() + self.piece.angle() * self.hull.edge.radius) / (0.05 * self.hull.edge.radius);
+        let share = (to - from) / self.piece.duration().max(1e-300);
+        let parts = ((to - from) / turn * PARTS as f64).max(ways * share).ceil().clamp(1.0, 4096.0) as usize;
+        let mut last: Option<Meeting> = None;
+        let mut start = height;
+        for i in 0..=parts {
+            let time = if i == parts { to } else { from + (to - from) * i as f64 / parts as f64 };
+            let here = self.meeting(time, start).or_else(|| self.meeting(time, height));
+            start = here.as_ref().map_or(start, |m| m.height);
+            match (&last, &here) {
+                (Some(x), Some(y)) => self.between(x, y, best),
+                // The normal enters or leaves the circle within this part.
+                (Some(m), None) | (None, Some(m)) => self.polish(m.time, m.height, best),
+                (None, None) => {}
             }
-            last = value;
+            last = here;
         }
     }
-}
 
-#[inline]
-fn derivatives(
-    ray: &Ray,
-    edge: &Edge,
-    piece: &Piece,
-    state: &State,
-    height: f64,
-) -> (super::edge::Residual, [f64; 2], [f64; 2]) {
-    let q: Vector = state.point(&(ray.point + ray.normal * height));
-    let residual = edge.residual(&q, state.azimuth);
-    let by_time = residual.along_rate(&piece.rate(state, &q), piece.azimuth_rate);
-    let by_height = residual.along_rate(&state.direction(&ray.normal), 0.0);
-    (residual, by_time, by_height)
+    fn polish(&self, time: f64, height: f64, best: &mut Lowest) {
+        if let Some(root) = self.root(time, height) {
+            self.lower(&root, best);
+        }
+    }
+
+    /// The contacts between two times that are a small part of a revolution apart.
+    fn between(&self, x: &Meeting, y: &Meeting, best: &mut Lowest) {
+        if x.plane * y.plane <= 0.0 {
+            return self.narrowed(x, y, best);
+        }
+        if x.plane * x.rate < 0.0 && y.plane * y.rate > 0.0 {
+            // Toward zero and away again: the nearest place by halving the rate.
+            let (mut a, mut b) = (x.time, y.time);
+            for _ in 0..40 {
+                let Some(m) = self.meeting(0.5 * (a + b), x.height) else { return };
+                if m.plane * x.plane <= 0.0 {
+                    self.narrowed(x, &m, best);
+                    return self.narrowed(&m, y, best);
+                }
+                if m.rate * x.rate > 0.0 {
+                    a = m.time
+                } else {
+                    b = m.time
+                }
+                // What the plane can still lose on the way.
+                if (m.rate * (b - a)).abs() < m.plane.abs() {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The contact between two times with different signs, by regula falsi with halving (Illinois) and Newton's method at the end.
+    fn narrowed(&self, x: &Meeting, y: &Meeting, best: &mut Lowest) {
+        let (mut a, mut b, mut fa, mut fb) = (x.time, y.time, x.plane, y.plane);
+        let (mut at, mut height, mut side) = (if fa.abs() < fb.abs() { a } else { b }, x.height, 0);
+        for _ in 0..30 {
+            if fa == fb || (b - a).abs() * self.piece.azimuth_rate.abs() < 1e-4 {
+                break;
+            }
+            at = (a * fb - b * fa) / (fb - fa);
+            let Some(m) = self.meeting(at, height) else { break };
+            height = m.height;
+            if m.plane.abs() < 1e-7 {
+                break;
+            }
+            if m.plane * fb > 0.0 {
+                (b, fb) = (at, m.plane);
+                if side == 1 {
+                    fa *= 0.5;
+                }
+                side = 1;
+            } else {
+                (a, fa) = (at, m.plane);
+                if side == -1 {
+                    fb *= 0.5;
+                }
+                side = -1;
+            }
+        }
+        self.polish(at, height, best);
+    }
 }

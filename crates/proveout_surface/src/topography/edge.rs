@@ -1,6 +1,7 @@
 //! Cutting edges: rounded corners of the teeth, with helix, run-out and rake.
 
 use proveout_geom::Vector;
+use proveout_tool::RunOut;
 
 /// The corner of one tooth: an arc in the plane of the edge.
 ///
@@ -45,15 +46,6 @@ pub struct Corner {
     pub corner: [f64; 2],
     /// Helix angle, radian, right-hand positive.
     pub helix: f64,
-}
-
-/// Run-out of one tooth, mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RunOut {
-    /// Outward along the radius of each point of the edge.
-    pub radial: f64,
-    /// Away from the work, along the axis.
-    pub axial: f64,
 }
 
 impl Corner {
@@ -133,6 +125,29 @@ impl Edge {
             height,
             along: s,
             across: w,
+        }
+    }
+
+    /// Whether all numbers are finite and of the size of a tool's.
+    pub fn is_finite(&self) -> bool {
+        let numbers = [self.center_radius, self.center_height, self.radius, self.azimuth, self.lead, self.nose_turn];
+        numbers.iter().chain(&self.corner).all(|v| v.abs() < 1e9)
+    }
+
+    /// Distance from the axis within which an arc with its center beyond the axis stands on the other side of it, mm; else zero.
+    pub(crate) fn behind_axis(&self) -> f64 {
+        (-self.center_radius - self.radius * self.corner[0].sin()).max(0.0)
+    }
+
+    /// By how much such a part lies farther from the circle of the centers (on its own side of the axis) than the arc's radius, mm: a point at
+    /// r sin kappa = s below |c| is 2 |c| - s from it across the axis, where s would be the arc.
+    pub(crate) fn margin(&self) -> f64 {
+        let (c, r) = (self.center_radius, self.radius);
+        let s = r * self.corner[0].sin();
+        if self.behind_axis() > 0.0 {
+            ((r * r + 4.0 * c * c + 4.0 * c * s).max(r * r).sqrt() - r).max(0.0)
+        } else {
+            0.0
         }
     }
 

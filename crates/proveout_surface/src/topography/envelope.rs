@@ -11,6 +11,12 @@ pub(crate) struct Ray {
     pub normal: Vector,
 }
 
+impl Ray {
+    pub(crate) fn is_finite(&self) -> bool {
+        self.point.iter().chain(self.normal.iter()).all(|v| v.abs() < 1e9)
+    }
+}
+
 /// The height at which a cutter in one position meets a ray first, coming from inside of the design.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
@@ -70,18 +76,16 @@ impl Touch {
         let along = self.normal.dot(&ray.normal);
         (1.0 - along * along).max(0.0).sqrt() / -along
     }
-
-    /// The height below which the tangent half space of the touch on `ray` does not reach on another ray.
-    pub(crate) fn floor_on(&self, ray: &Ray, other: &Ray) -> f64 {
-        let along = self.normal.dot(&other.normal);
-        let touch = ray.point + ray.normal * self.height;
-        if along < -1e-6 { self.normal.dot(&(touch - other.point)) / along } else { f64::NEG_INFINITY }
-    }
 }
+
+/// A touch lower by less may be left out where a piece turns, mm.
+const CERTAIN: f64 = 1e-10;
 
 /// Values of one place on a ray at one time.
 struct Sample {
     distance: f64,
+    /// Distance from the tip.
+    reach: f64,
     /// Derivatives of the distance with height and time.
     by_height: f64,
     by_time: f64,
@@ -96,19 +100,126 @@ fn sample(ray: &Ray, piece: &Piece, body: &Body, time: f64, height: f64) -> Samp
     let gradient = Vector::new(over * q.x, over * q.y, gz);
     Sample {
         distance,
+        reach: q.norm(),
         by_height: gradient.dot(&state.direction(&ray.normal)),
         by_time: gradient.dot(&piece.rate(&state, &q)),
     }
 }
 
-/// The lowest touch over a piece, and when: (height, time).
+/// The lowest touch of a piece below a height, and when: (height, time). `near` is a time and a height to begin with.
 ///
-/// A convex body that moves straight makes the height a convex function of time: the lowest lies where its rate changes sign, else at an
-/// end. A turn of the piece bends that by less than reach times angle squared. Height and time are improved together, one evaluation
-/// a step: the height by Newton's method, the time by the secant of its rate, kept between the last times with a falling and with
-/// a rising height. `near` is a time and a height to begin with. What does not settle, as where the body leaves the ray
-/// within the piece, goes to [`lowest_slowly`].
-pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> Option<(f64, f64)> {
+/// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its lowest place. Where the
+/// piece turns, or the body leaves the ray within the piece, there may be several: the whole piece is then gone through by leaps. With d(h, t) the
+/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `contact`), no touch
+/// lies below h0 while d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0, provided that d falls with h. So that leaps have a length at the lowest
+/// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
+pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), below: f64) -> Option<(f64, f64)> {
+    let [begin, end] = piece.time;
+    let mut near = near;
+    if !(begin..=end).contains(&near.0) {
+        // Most pieces beside the one that cuts are left after a leap or two.
+        let middle = 0.5 * (begin + end);
+        let lower = |forward| lower_touch(ray, piece, body, middle, forward, below);
+        let (height, time) = lower(true).or_else(|| lower(false))?;
+        near = (time, height);
+    }
+    let (mut best, certain) = descend(ray, piece, body, near);
+    if certain && !piece.turns() {
+        return best;
+    }
+    // Each round lowers the best touch by [`CERTAIN`] at least; the count only guards against rounding.
+    for _ in 0..1000 {
+        let level = best.map_or(below, |b| b.0.min(below));
+        let from = best.map_or(piece.time[0], |b| b.1);
+        let lower = [true, false].into_iter().find_map(|forward| lower_touch(ray, piece, body, from, forward, level));
+        let Some(found) = lower else { break };
+        best = Some(valley(ray, piece, body, found));
+    }
+    best
+}
+
+/// A low place of a piece whose height has several, from a touch of it: the lowest of some touches over the piece, and from there golden
+/// sections. What it misses is found by the leaps of [`lowest`].
+fn valley(ray: &Ray, piece: &Piece, body: &Body, found: (f64, f64)) -> (f64, f64) {
+    const TOUCHES: usize = 16;
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let [begin, end] = piece.time;
+    let mut best = found;
+    let mut at = |time: f64| {
+        let height = touch(ray, piece, body, time, best.0).map_or(f64::INFINITY, |t| t.height);
+        if height < best.0 {
+            best = (height, time);
+        }
+        (height, time)
+    };
+    let step = (end - begin) / TOUCHES as f64;
+    let low = (0..=TOUCHES).map(|i| at(begin + step * i as f64)).fold(found, |a, b| if b.0 < a.0 { b } else { a });
+    let (mut a, mut b) = ((low.1 - step).max(begin), (low.1 + step).min(end));
+    let (mut x, mut y) = (at(b - (b - a) * GOLDEN), at(a + (b - a) * GOLDEN));
+    // The bracket shrinks to a millionth, whose square is rounding in height.
+    for _ in 0..40 {
+        if x.0 < y.0 {
+            b = y.1;
+            (y, x) = (x, at(b - (b - a) * GOLDEN));
+        } else {
+            a = x.1;
+            (x, y) = (y, at(a + (b - a) * GOLDEN));
+        }
+    }
+    best
+}
+
+/// A touch below a height in one direction from a time, by leaps.
+fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, level: f64) -> Option<(f64, f64)> {
+    let (spin, speed) = (piece.spin.norm(), piece.speed());
+    let height = level - CERTAIN;
+    // So short a step is as good as none: the distance changes by less than rounding.
+    let least = 1e-7 * piece.duration();
+    let (direction, end) = if forward { (1.0, piece.time[1]) } else { (-1.0, piece.time[0]) };
+    let mut time = from;
+    loop {
+        let s = sample(ray, piece, body, time, height);
+        let bend = spin * (spin * (s.reach + piece.travel()) + 2.0 * speed);
+        let rate = s.by_time * direction;
+        let leap = if s.by_height < 0.0 && s.distance > 0.0 {
+            // The positive root of d + d_t t - K t^2 / 2.
+            let root = (rate * rate + 2.0 * bend * s.distance).sqrt();
+            match (bend > 0.0, rate >= 0.0) {
+                (true, true) => (rate + root) / bend,
+                (true, false) => 2.0 * s.distance / (root - rate),
+                (false, true) => f64::INFINITY,
+                (false, false) => -s.distance / rate,
+            }
+        } else if s.distance > 0.0 {
+            // Past the body; so must the design point be: the cutter comes from outside of the design.
+            let design = sample(ray, piece, body, time, height.min(0.0));
+            let free = if design.by_height >= 0.0 { s.distance.min(design.distance) } else { 0.0 };
+            free / (speed + spin * s.reach).max(1e-300)
+        } else {
+            0.0
+        };
+        if (leap <= least || leap.is_nan())
+            && let Some(t) = touch(ray, piece, body, time, height)
+            && t.height < height
+        {
+            return Some((t.height, time));
+        }
+        let left = (end - time) * direction;
+        if left <= 0.0 || left.is_nan() {
+            return None;
+        }
+        let next = time + direction * leap.max(least);
+        // The end of the piece itself is looked at.
+        time = if (end - next) * direction > 0.0 { next } else { end };
+    }
+}
+
+/// The nearest lowest touch, and whether it is the only one of a straight piece.
+///
+/// Height and time are improved together, one evaluation a step: the height by Newton's method, the time by the secant of its rate, kept between
+/// the last times with a falling and with a rising height. What does not settle, as where the body leaves the ray within the piece, goes
+/// to [`lowest_slowly`].
+pub(crate) fn descend(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) -> (Option<(f64, f64)>, bool) {
     let [begin, end] = piece.time;
     let (mut low, mut high) = (begin, end);
     let mut time = if near.0.is_nan() { 0.5 * (begin + end) } else { near.0.clamp(begin, end) };
@@ -116,6 +227,8 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
     // Second derivative of the height to begin with: that of a ball of the smallest radius.
     let speed = piece.travel() / piece.duration();
     let mut bend = speed * speed / body.smallest_radius().min(1e3);
+    // By how much the rate changes with height, 1/s.
+    let turning = speed / body.smallest_radius().min(1e3) + piece.spin.norm();
     let mut before: Option<(f64, f64)> = None;
     for _ in 0..24 {
         let s = sample(ray, piece, body, time, height);
@@ -129,17 +242,17 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
         // Toward the lower side; at an end that is the lowest nothing moves.
         if (time <= begin && rate >= 0.0) || (time >= end && rate <= 0.0) {
             if settled {
-                return Some((height, time));
+                return (Some((height, time)), true);
             }
             continue;
         }
-        if settled && (rate * (high - low).min(2.0 * (rate / bend).abs())).abs() <= 1e-13 {
-            return Some((height, time));
+        // A rate away from the touch has the sign of the rate there only if the way to it cannot turn it.
+        if settled || 4.0 * up.abs() * turning < rate.abs() {
+            if rate < 0.0 { low = time } else { high = time }
         }
-        if rate < 0.0 {
-            low = time
-        } else {
-            high = time
+        // A convex height cannot fall by more on the way to the zero of its rate, which lies between `low` and `high`.
+        if settled && (rate * (high - low)).abs() <= 1e-13 {
+            return (Some((height, time)), true);
         }
         if let Some((t, r)) = before
             && t != time
@@ -150,7 +263,9 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
             }
         }
         before = Some((time, rate));
-        let mut next = time - rate / bend;
+        // Where little is left to fall, twice the step: that closes the bracket from the other side, or shows that the bend was too large.
+        let closing = (rate * rate / bend).abs() <= 1e-12;
+        let mut next = time - rate / bend * if closing { 2.0 } else { 1.0 };
         if !(next >= low && next <= high) {
             // Beyond what is known: to the end if nothing was seen there, else halfway.
             next = match (rate < 0.0, low > begin, high < end) {
@@ -162,7 +277,7 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64)) ->
         height += rate * (next - time) + 0.5 * bend * (next - time) * (next - time);
         time = next;
     }
-    lowest_slowly(ray, piece, body, 0.0)
+    (lowest_slowly(ray, piece, body, 0.0), false)
 }
 
 /// The same by halving between touches that are each found to the end.

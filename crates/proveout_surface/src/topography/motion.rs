@@ -25,6 +25,23 @@ pub struct CutterPiece {
     pub motion: u32,
 }
 
+impl CutterPiece {
+    /// Whether all numbers are finite and of a size that a machine has, and time passes where there is a way. Other pieces leave nothing.
+    pub fn is_finite(&self) -> bool {
+        // Millimeter, seconds, radian: far beyond any program; and the revolutions of a piece of ten hours at 16 000 1/min.
+        const LARGEST: f64 = 1e9;
+        const TURNS: f64 = 1e7;
+        let tips = self.tip.iter().flat_map(|p| p.iter());
+        let vectors = self.housing.iter().flat_map(|v| v.iter()).chain(self.turn.iter());
+        let duration = self.time[1] - self.time[0];
+        let still = self.tip[0] == self.tip[1] && self.turn == Vector::zeros();
+        tips.chain(vectors).chain(&[self.time[0], self.time[1], self.azimuth_rate]).all(|v| v.abs() < LARGEST)
+            && self.azimuth.is_finite()
+            && (self.azimuth_rate * duration).abs() < TURNS * std::f64::consts::TAU
+            && (duration > 0.0 || (duration == 0.0 && still))
+    }
+}
+
 /// Position and rates of a piece at a time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
@@ -79,15 +96,47 @@ impl Piece {
         self.time[1] - self.time[0]
     }
 
+    /// The same motion in parts, so that none turns far along its way: what follows for a whole piece from one of its times (a tangent plane, one
+    /// lowest place) is then sharp.
+    pub(crate) fn parts(self) -> impl Iterator<Item = Self> {
+        // Radian; and radian times millimeter, twice the height by which a plane that turns with the piece tilts at its ends.
+        const ANGLE: f64 = 0.02;
+        const TILT: f64 = 0.01;
+        let angle = self.angle();
+        let count = (angle / ANGLE).max((angle * self.travel() / TILT).sqrt()).ceil().clamp(1.0, 10_000.0) as usize;
+        let step = self.duration() / count as f64;
+        (0..count).map(move |k| {
+            if count == 1 {
+                return self;
+            }
+            let at = |k: usize| if k == count { self.time[1] } else { self.time[0] + step * k as f64 };
+            let state = self.state(at(k));
+            let in_housing = |v: &Vector| state.direction(v);
+            Self {
+                time: [at(k), at(k + 1)],
+                tip: state.tip,
+                frame: state.frame,
+                velocity_in_housing: self.velocity_in_housing,
+                spin: self.turn.map_or_else(Vector::zeros, |(u, rate)| in_housing(&u) * rate),
+                azimuth: state.azimuth,
+                ..self
+            }
+        })
+    }
+
     /// Largest angle that the housing turns, radian.
     pub(crate) fn angle(&self) -> f64 {
         self.turn.map_or(0.0, |(_, rate)| rate * self.duration())
     }
 
-    /// By how much the velocity of the tip (mm/s) and the rate of the housing (rad/s) differ from those of another piece.
-    pub(crate) fn jump_to(&self, next: &Self) -> (f64, f64) {
-        let spin = |p: &Self| p.turn.map_or_else(Vector::zeros, |(u, rate)| u * rate);
-        ((next.velocity - self.velocity).norm(), (spin(next) - spin(self)).norm())
+    /// Whether the housing turns.
+    pub(crate) fn turns(&self) -> bool {
+        self.turn.is_some()
+    }
+
+    /// Of the tip, mm/s.
+    pub(crate) fn speed(&self) -> f64 {
+        self.velocity.norm()
     }
 
     /// Way of the tip, mm.

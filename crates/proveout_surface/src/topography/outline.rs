@@ -20,7 +20,7 @@ impl Body {
     /// The body that holds all edges; none without edges.
     pub(crate) fn of_edges(edges: &[Edge]) -> Option<Self> {
         let first = edges.first()?;
-        let radius = edges.iter().fold(first.radius, |a, e| a.max(e.radius));
+        let radius = edges.iter().fold(first.radius, |a, e| a.max(e.radius + e.margin()));
         let center_radius = edges.iter().fold(first.center_radius, |a, e| a.max(e.center_radius));
         let low = edges.iter().fold(first.center_height, |a, e| a.min(e.center_height));
         let high = edges.iter().fold(first.center_height, |a, e| a.max(e.center_height));

@@ -1,0 +1,106 @@
+//! Roughness maps as pictures: thinned to a bounded number of nodes, with colors by height.
+
+use proveout_geom::Point;
+use proveout_sim::{SurfaceTexture, TextureMap};
+
+use crate::{
+    color::{Rgba, STEEL, height_color},
+    picture::{Picture, single},
+};
+
+/// A map as it is shown.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ShownTexture {
+    pub(crate) name: String,
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+    /// Distance of the shown nodes, mm.
+    pub(crate) step: [f64; 2],
+    /// One of so many nodes is shown.
+    pub(crate) every: usize,
+    /// Heights, µm, columns fastest; not a number where nothing cuts.
+    pub(crate) heights: Vec<f32>,
+    pub(crate) points: Vec<Point>,
+    pub(crate) normals: Vec<[f32; 3]>,
+    /// Degrees from the columns.
+    pub(crate) lay: Option<f64>,
+    /// Smallest and largest height of all nodes, µm.
+    pub(crate) range: [f64; 2],
+}
+
+impl ShownTexture {
+    /// With at most `side` nodes along each side; none of a profile alone without its map.
+    pub(crate) fn of(texture: &SurfaceTexture, side: usize) -> Self {
+        let Some(map) = &texture.map else {
+            return Self { name: texture.name.clone(), ..Self::default() };
+        };
+        let every = (map.columns.max(map.rows) - 1).div_ceil(side.max(2) - 1).max(1);
+        let (columns, rows) = ((map.columns - 1) / every + 1, (map.rows - 1) / every + 1);
+        let places = || (0..rows).flat_map(|j| (0..columns).map(move |i| (j * map.columns + i) * every));
+        Self {
+            name: texture.name.clone(),
+            columns,
+            rows,
+            step: map.step_mm.map(|s| s * every as f64),
+            every,
+            heights: places().map(|k| (1e3 * map.heights[k]) as f32).collect(),
+            points: places().map(|k| map.points[k] + map.normals[k] * finite(map, k)).collect(),
+            normals: places().map(|k| single(&map.normals[k])).collect(),
+            lay: map.lay_deg,
+            range: map
+                .heights
+                .iter()
+                .filter(|h| h.is_finite())
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], h| [a.min(1e3 * h), b.max(1e3 * h)]),
+        }
+    }
+
+    pub(crate) fn is_map(&self) -> bool {
+        self.columns > 1 && self.rows > 1
+    }
+
+    /// Its colors; those of all maps together where `range` is given, µm.
+    pub(crate) fn colors(&self, range: [f64; 2]) -> Vec<Rgba> {
+        let [low, high] = range;
+        let color = |h: &f32| {
+            if h.is_nan() {
+                return STEEL;
+            }
+            let [r, g, b] = height_color(if high > low { (f64::from(*h) - low) / (high - low) } else { 0.5 });
+            [r, g, b, 255]
+        };
+        self.heights.iter().map(color).collect()
+    }
+
+    /// As a mesh; cells with a node that nothing cuts are left out.
+    pub(crate) fn picture(&self) -> Picture {
+        let mut triangles = Vec::new();
+        for j in 1..self.rows {
+            for i in 1..self.columns {
+                let at = |i: usize, j: usize| (j * self.columns + i) as u32;
+                let quad = [at(i - 1, j - 1), at(i, j - 1), at(i, j), at(i - 1, j)];
+                if quad.iter().all(|k| self.heights[*k as usize].is_finite()) {
+                    triangles.push([quad[0], quad[1], quad[2]]);
+                    triangles.push([quad[0], quad[2], quad[3]]);
+                }
+            }
+        }
+        Picture {
+            positions: self.points.iter().map(|p| single(&p.coords)).collect(),
+            normals: self.normals.clone(),
+            values: Vec::new(),
+            triangles,
+        }
+    }
+}
+
+fn finite(map: &TextureMap, k: usize) -> f64 {
+    let h = map.heights[k];
+    if h.is_finite() { h } else { 0.0 }
+}
+
+/// One range for several maps, µm.
+pub(crate) fn range_of(all: &[ShownTexture]) -> [f64; 2] {
+    let of = all.iter().filter(|t| t.range[0] <= t.range[1]);
+    of.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], t| [a.min(t.range[0]), b.max(t.range[1])])
+}

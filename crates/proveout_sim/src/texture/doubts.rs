@@ -1,0 +1,102 @@
+//! What makes the teeth of a run another thing than they are described, and what nobody describes.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proveout_controller::MoveKind;
+use proveout_surface::topography::{
+    Cut, CutterPiece, Lattice, Settings, check_chip, check_motion, heights_by_envelope,
+};
+use proveout_tool::Tool;
+
+use super::evaluate::Work;
+use crate::{scene_surface::SurfaceModelFile, verdict::ResidualUsed};
+
+impl Work<'_> {
+    /// What makes teeth another thing than they are described: a spindle that stands, run-out above the chip, numbers that are none.
+    pub(super) fn doubts(&mut self, lattice: &Lattice, cuts: &[Option<Cut>]) {
+        if self.surface.model != SurfaceModelFile::Teeth {
+            return;
+        }
+        let mut found = BTreeSet::new();
+        let motions: BTreeSet<u32> = cuts.iter().flatten().map(|c| c.motion).collect();
+        let pieces: Vec<CutterPiece> = motions.iter().map(|m| self.kept(*m).piece).collect();
+        found.extend(check_motion(&pieces).err().map(|e| e.to_string()));
+        let mut chips: BTreeMap<usize, (u64, f64)> = BTreeMap::new();
+        for kept in motions.iter().map(|m| self.kept(*m)).filter(|k| k.kind == MoveKind::Feed) {
+            let piece = &kept.piece;
+            let Some(teeth) = self.tool(kept).and_then(|t| t.flutes) else { continue };
+            let span = piece.time[1] - piece.time[0];
+            let speed = (piece.tip[1] - piece.tip[0]).norm() / span;
+            let chip = speed * std::f64::consts::TAU / (piece.azimuth_rate.abs() * f64::from(teeth));
+            // By time: short pieces at ramps are few.
+            let sum = chips.entry(kept.tool).or_insert((0, 0.0));
+            if chip.is_finite() && span * 1e9 > sum.0 as f64 {
+                *sum = ((span * 1e9) as u64, chip);
+            }
+        }
+        for (tool, (_, chip)) in chips {
+            let described = self.prepared.tools.tools.get(tool);
+            found.extend(described.and_then(|t| check_chip(t, chip).err()).map(|e| e.to_string()));
+        }
+        found.extend(self.standing_cut(lattice, cuts));
+        self.used.unchecked.extend(found);
+    }
+
+    /// Whether a tool whose spindle stands goes through the surface.
+    fn standing_cut(&self, lattice: &Lattice, cuts: &[Option<Cut>]) -> Option<String> {
+        let mut by_tool: BTreeMap<usize, Vec<CutterPiece>> = BTreeMap::new();
+        for &i in &self.standing {
+            let kept = self.kept(i);
+            by_tool.entry(kept.tool).or_default().push(CutterPiece { motion: i, ..kept.piece });
+        }
+        let settings = Settings { max_height: self.surface.max_height_mm };
+        for (tool, pieces) in by_tool {
+            let described = self.prepared.tools.tools.get(tool)?;
+            for body in described.cutting() {
+                let swept = heights_by_envelope(lattice, &body.profile, &pieces, &settings).cuts;
+                let deeper = |(s, c): (&Option<Cut>, &Option<Cut>)| {
+                    let (s, limit) = (s.as_ref()?, c.as_ref().map_or(f64::INFINITY, |c| c.height));
+                    (s.height < limit - 1e-6).then_some(s.motion)
+                };
+                if let Some(motion) = swept.iter().zip(cuts).find_map(deeper) {
+                    let block = self.kept(motion).block as usize;
+                    let at = self.facts.places.get(block).and_then(Option::as_ref);
+                    let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
+                    let name = &described.name;
+                    return Some(format!(
+                        "teeth of {name} without spindle speed: it goes through the surface while the spindle stands{at}"
+                    ));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// What the tools state: from the least of one to the most of one; a tool that states nothing counts as zero.
+pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
+    let mut all: Option<ResidualUsed> = None;
+    for tool in tools {
+        let own = match &tool.residual {
+            Some(r) => ResidualUsed { ra_um: r.ra_um, rz_um: r.rz_um, source: format!("{}: {}", tool.name, r.source) },
+            None => {
+                ResidualUsed { source: format!("{} states none: taken as zero", tool.name), ..ResidualUsed::default() }
+            }
+        };
+        all = Some(match all {
+            None => own,
+            Some(before) => {
+                let join = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+                ResidualUsed {
+                    ra_um: join(before.ra_um, own.ra_um),
+                    rz_um: join(before.rz_um, own.rz_um),
+                    source: format!("{}; {}", before.source, own.source),
+                }
+            }
+        });
+    }
+    all.unwrap_or_else(|| ResidualUsed {
+        source: "no tool comes near: taken as zero".into(),
+        ..ResidualUsed::default()
+    })
+}
