@@ -82,7 +82,12 @@ impl StockReach {
         if self.reached.len() > self.looked_at {
             // What is known of a body does not change any more.
             self.looked_at = self.reached.len();
-            self.world.pairs.retain(|p| p.state == State::Clear);
+            // A body may come near and go away again within one piece.
+            let (parts, reached) = (&self.world.parts, &self.reached);
+            self.world.pairs.retain(|p| {
+                let named = |i: usize| reached.iter().any(|r| r.body == parts[i].name);
+                p.state == State::Clear && !named(p.a) && !named(p.b)
+            });
             self.world.budget = f64::NEG_INFINITY;
         }
     }

@@ -47,6 +47,9 @@ impl FeedWatch {
     /// The part of the programmed feed at a lowest place that this feed turns out to be behind.
     fn next(&mut self, feed: f64, programmed: f64) -> Option<f64> {
         let part = feed / programmed;
+        if self.trend == Trend::Begin {
+            self.turn = feed;
+        }
         self.reached = Some(self.reached.map_or(part, |most| most.max(part)));
         let (rises, falls) = (feed > self.turn * (1.0 + STEADY), feed < self.turn * (1.0 - STEADY));
         let found = match self.trend {
@@ -62,8 +65,7 @@ impl FeedWatch {
         };
         self.turn = match self.trend {
             Trend::Rising => self.turn.max(feed),
-            Trend::Falling(_) | Trend::Entering => self.turn.min(feed),
-            Trend::Begin => feed,
+            Trend::Falling(_) | Trend::Entering | Trend::Begin => self.turn.min(feed),
         };
         found
     }

@@ -121,7 +121,8 @@ fn dynamics_do_not_change_the_time() {
     let ideal = run_with(&program, &machine, &tools, &Settings { dynamics: Dynamics::Ideal, ..Settings::default() });
     assert_eq!(planned.summary.total_s, ideal.summary.total_s);
     assert_eq!(planned.all.blocks, ideal.all.blocks);
-    assert_eq!(ideal.summary.max_contour_error_mm, 0.0);
+    // Against the programmed path, whose circles and joints are computed twice: rounding.
+    assert!(ideal.summary.max_contour_error_mm < 1e-10, "{}", ideal.summary.max_contour_error_mm);
     assert!(planned.summary.max_contour_error_mm > 0.0);
 }
 

@@ -12,7 +12,10 @@ use proveout_machine::Machine;
 
 fn three_axis() -> Machine {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/three-axis-mill");
-    Machine::read(&folder).expect("library machine")
+    let mut machine = Machine::read(&folder).expect("library machine");
+    // The programs begin where the machine stands.
+    machine.joints.iter_mut().for_each(|joint| joint.home = 0.0);
+    machine
 }
 
 /// Steps of 2 mm to and fro between X and Y.

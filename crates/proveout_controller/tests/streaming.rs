@@ -92,7 +92,8 @@ fn windows_give_the_same_motion() {
     println!("in windows {b} s, whole {a} s");
     assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
     for (a, b) in whole.all.blocks.iter().zip(&windows.all.blocks) {
-        assert!(a.index == b.index && a.length == b.length);
+        // The way along the path is summed over other parts.
+        assert!(a.index == b.index && (a.length - b.length).abs() < 1e-9, "{a:?} {b:?}");
         assert!((a.start_time - b.start_time).abs() < 1e-3 * (1.0 + a.start_time));
     }
     let ends = |run: &common::Run| run.all.pieces.iter().map(|p| p.pose[1].tip).collect::<Vec<_>>();

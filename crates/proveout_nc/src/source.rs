@@ -157,6 +157,9 @@ fn with_line_feeds(mut text: String) -> String {
     if text.starts_with('\u{feff}') {
         text.drain(..'\u{feff}'.len_utf8());
     }
+    // The leader of a tape stands in front of the first line.
+    let leader = text.len() - text.trim_start_matches(is_tape_blank).len();
+    text.drain(..leader);
     let behind = |c: char| is_tape_blank(c) || c == '\u{1a}';
     let kept = text.trim_end_matches(|c: char| behind(c) || matches!(c, ' ' | '\t' | '\r' | '\n')).len();
     if text[kept..].contains(behind) {
@@ -222,7 +225,7 @@ mod tests {
             let found = lines(&format!("%\nM30\n%{tail}"));
             assert_eq!(found.iter().map(|l| l.trim_end()).collect::<Vec<_>>(), ["%", "M30", "%"], "{tail:?}");
         }
-        assert_eq!(lines("\u{12}\0\0%\nM30")[0].trim(), "%");
+        assert_eq!(lines("\u{12}\0\0%\nM30")[0], "%");
         assert_eq!(lines("G0\0X1")[0], "G0 X1");
         // A Ctrl-Z in the middle stays: what follows it would be lost.
         assert_eq!(lines("M0\n\u{1a}\nG0 X1\n").len(), 3);

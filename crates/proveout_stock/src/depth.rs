@@ -25,8 +25,12 @@
 //! Faces that are plane over a cell and a half give their exact distance at any resolution; a face of curvature k is off by
 //! k (1.5 cell)² / 2 at most. Between two rays the skin can be deeper than on them by the sagitta of the body over a cell. A rib
 //! that is cut through counts with its thickness: where both ends of an interval are open its middle is asked for, and counts twice
-//! where the opening lies as far away on its other side. Where there is no opening at all (a body that began inside of material), the
-//! longest overlap stands for the depth.
+//! where the opening lies as far away on its other side. Where there is no opening at all, the longest overlap stands for the depth.
+//!
+//! *What the body held when it began.* A ray that grazes the body may keep a chord which the item before has left, within the bound
+//! of the sweep. Nobody has entered there: chords that lie, at their middle, no deeper below the skin of the body at its begin than
+//! that bound count with twice that depth. (Along a chord the depth below a convex skin is concave and vanishes at the ends: at most
+//! twice its value in the middle.)
 //!
 //! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has left. Its depth is
 //! that in the material as it stood before its first piece: items with [`Measure::Since`] put what they take together, and ends
@@ -88,6 +92,8 @@ struct Opening {
 
 /// Part of a cell across the normal within which a sample lies beside the foot of a point.
 const BESIDE: f64 = 1.5;
+/// Cosine of normals below which two faces count as those of a wall.
+const OPPOSITE: f64 = -0.9;
 /// Ends that lie this near to each other are one: one item has begun where the other has stopped, mm.
 const JOIN: f64 = 1e-9;
 /// Intervals of a single item that are looked at first; all only where these do not settle that it is deep.
@@ -103,7 +109,41 @@ impl Depths {
     }
 
     /// Depth of one item, mm. `laps` are its intervals in a fixed order, `longest` the longest of them.
-    pub(crate) fn of_item(&mut self, grid: &Grid, measure: Measure, laps: &[Lap], longest: f64) -> f64 {
+    ///
+    /// `held` is the signed distance of a point from the body at the begin of the item, negative inside, and `bound` what an item may
+    /// leave, mm.
+    pub(crate) fn of_item(
+        &mut self,
+        grid: &Grid,
+        measure: Measure,
+        laps: &[Lap],
+        longest: f64,
+        (held, bound): (impl Fn(&Point) -> f64, f64),
+    ) -> f64 {
+        if measure == Measure::No || measure == Measure::Alone && longest <= self.least {
+            return longest;
+        }
+        let mut begun = 0.0_f64;
+        let mut length = 0.0_f64;
+        let entered: Vec<Lap> = laps
+            .iter()
+            .filter(|lap| {
+                let middle = held(&point(grid, lap.ray, 0.5 * (lap.lo + lap.hi)));
+                let left = middle < 0.0 && middle >= -bound && lap.ends.iter().all(Option::is_none);
+                if left {
+                    begun = begun.max((-2.0 * middle).min(lap.hi - lap.lo));
+                } else {
+                    length = length.max(lap.hi - lap.lo);
+                }
+                !left
+            })
+            .copied()
+            .collect();
+        let rest = if entered.is_empty() { 0.0 } else { self.of_entered(grid, measure, &entered, length.min(longest)) };
+        begun.max(rest)
+    }
+
+    fn of_entered(&mut self, grid: &Grid, measure: Measure, laps: &[Lap], longest: f64) -> f64 {
         match measure {
             Measure::No => longest,
             Measure::Alone if longest <= self.least => longest,
@@ -190,10 +230,16 @@ impl Opening {
         let mut deepest: Option<f64> = None;
         let mut look = |s: f64, lap: &Lap, middle: bool| {
             let x = point(grid, lap.ray, s);
-            let Some((depth, foot)) = self.distance(&x, near) else { return };
+            let Some((depth, foot, m)) = self.distance(&x, near) else { return };
             let other = x + (x - foot);
-            let through = middle && self.nearest(&other).is_some_and(|(p, _)| (p - other).norm() <= near);
-            deepest = Some(deepest.unwrap_or(0.0).max(if through { 2.0 * depth } else { depth }));
+            let across = if middle { self.nearest(&other).filter(|(p, _)| (p - other).norm() <= near) } else { None };
+            let depth = match across {
+                // Two faces against each other: their distance, wherever between them the place lies.
+                Some((p, n)) if m.dot(&n) < OPPOSITE => m.dot(&(foot - p)).abs().min(2.0 * depth),
+                Some(_) => 2.0 * depth,
+                None => depth,
+            };
+            deepest = Some(deepest.unwrap_or(0.0).max(depth));
         };
         for lap in laps {
             let ([lo, hi], open) = whole(lap);
@@ -210,13 +256,13 @@ impl Opening {
         deepest
     }
 
-    /// Distance of a point, and the place that it is measured to.
-    fn distance(&self, x: &Point, near: f64) -> Option<(f64, Point)> {
+    /// Distance of a point, the place that it is measured to, and the normal there.
+    fn distance(&self, x: &Point, near: f64) -> Option<(f64, Point, Vector)> {
         let (p, m) = self.nearest(x)?;
         let way = x - p;
         let along = m.dot(&way);
         let beside = (way - m * along).norm() <= near;
-        Some(if beside { (along.abs(), x - m * along) } else { (way.norm(), p) })
+        Some(if beside { (along.abs(), x - m * along, m) } else { (way.norm(), p, m) })
     }
 
     fn nearest(&self, x: &Point) -> Option<(Point, Vector)> {

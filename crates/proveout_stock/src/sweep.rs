@@ -141,7 +141,19 @@ impl TriDexel {
             for of_item in laps.chunk_by(|x, y| x.item == y.item) {
                 let item = of_item[0].item as usize;
                 let longest = reports[item].overlap_mm;
-                reports[item].depth_mm = Some(depths.of_item(&self.grid, measures[item], of_item, longest));
+                let (body, begin) = (items[item].body, &items[item].motion.from);
+                let held = |x: &Point| {
+                    let way = x - begin.tip;
+                    let z = way.dot(&begin.axis);
+                    body.signed_distance([(way - begin.axis * z).norm(), z])
+                };
+                reports[item].depth_mm = Some(depths.of_item(
+                    &self.grid,
+                    measures[item],
+                    of_item,
+                    longest,
+                    (held, self.sweep_bound),
+                ));
             }
             first = next;
         }

@@ -234,3 +234,17 @@ fn runs_go_on_over_batches_and_measuring_cuts_nothing_else() {
     assert!(b.iter().filter(|r| r.depth_mm.is_some()).count() > 30);
     assert_eq!(plain.surface_points().collect::<Vec<_>>(), whole.surface_points().collect::<Vec<_>>());
 }
+
+/// A ray touches the cone of a drill at its deepest place: what the way down may leave of it is no depth on the way up.
+#[test]
+fn a_chord_that_the_sweep_may_leave_is_no_depth() {
+    // Half angle 67.5 degrees; the ray x = any, y = 9.125, z = -14.625 lies 0.905 mm beside the axis, where the cone has 0.90533.
+    let drill = drill(1.5, 67.5_f64.to_radians(), 30.0);
+    let mut stock = block(0.25);
+    stock.sweep(&[remove(0, &drill, at(10.03, 10.03, 3.0), at(10.03, 10.03, -15.0))]);
+    for pieces in [1, 7] {
+        let way = [at(10.03, 10.03, -15.0), at(10.03, 10.03, 3.0)];
+        let found = rapid(&mut stock.clone(), &mut Depths::new(CONTACT), &drill, 1, way, pieces);
+        assert!(found < 4e-4, "{found}");
+    }
+}

@@ -13,6 +13,8 @@ const WORTHWHILE: f64 = 1e-4;
 /// of the whole, and what lies more than some tenths of a second ahead hardly acts.
 const CHUNK: usize = 256;
 const COMMITTED: usize = 208;
+/// Intervals that are not divided further where they cannot be solved together.
+const FEW: usize = 24;
 /// Part of an excess that must be left for a result to be kept that does not yet keep all rows.
 const BETTER: f64 = 0.8;
 const PLATEAU: f64 = 1.0;
@@ -64,7 +66,7 @@ impl Solved {
         let mut begin = 0;
         while begin < n {
             let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
-            let good = solved.solve(probe, begin, end);
+            let good = solved.solve_in_parts(probe, begin, end);
             if begin == 0 {
                 solved.begun = good;
             }
@@ -72,6 +74,22 @@ impl Solved {
             begin = if end == n { n } else { begin + COMMITTED };
         }
         solved
+    }
+
+    /// Solves some intervals, or what can be solved of them: a tight place does not keep the others as slow as they were. True where
+    /// something was found at their begin.
+    fn solve_in_parts(&mut self, probe: &mut Probe<'_>, begin: usize, end: usize) -> bool {
+        if self.solve(probe, begin, end) {
+            return true;
+        }
+        let n = end - begin;
+        if n <= FEW {
+            return false;
+        }
+        // Halves that overlap by a quarter: where they meet, the second one moves what the first has found.
+        let good = self.solve_in_parts(probe, begin, end - 3 * n / 8);
+        self.solve_in_parts(probe, begin + 3 * n / 8, end);
+        good
     }
 
     /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.

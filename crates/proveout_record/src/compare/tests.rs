@@ -220,7 +220,7 @@ fn every_section_has_its_numbers() {
         "15.7 µm",
         "data-layer=\"2\"",
         "data-cells=\"2\"",
-        "62.4 deg/s (machine 360)",
+        "62.4 deg&#x2f;s (machine 360)",
         "limits of the machine itself 18.00 %",
     ] {
         assert!(text.contains(needle), "{needle}");

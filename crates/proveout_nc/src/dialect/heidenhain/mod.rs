@@ -73,7 +73,7 @@ impl Reader for Interpreter {
     }
 
     fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
+        self.last_follows(fault)
     }
 
     fn sources(&self) -> Vec<&Source> {

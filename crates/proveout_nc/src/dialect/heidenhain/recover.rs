@@ -56,15 +56,22 @@ impl Interpreter {
             }
             _ => text::locate(fault, &loaded.source, at, text),
         };
+        // What this fault itself takes out is no reason for it.
+        let follows = self.may_follow(&diagnostic);
         self.recovery.element_out |= self.state.held;
         self.recovery.failed = Some(Failed {
             text: text_of_fault,
             code,
-            follows: self.may_follow(&diagnostic),
+            follows,
             earlier: earlier.is_some(),
             times,
         });
         Box::new(diagnostic)
+    }
+
+    /// The fault that was placed last may follow from one before it.
+    pub(crate) fn last_follows(&self, fault: &Diagnostic) -> bool {
+        self.recovery.failed.as_ref().map_or_else(|| self.may_follow(fault), |failed| failed.follows)
     }
 
     /// A fault that may follow from one before. What a call finds missing may stand in a block that is lost.
