@@ -156,7 +156,7 @@ fn lift(bumps: &[([f64; 2], f64, f64)], s: f64, t: f64) -> f64 {
 }
 
 fn part(n: &mut Numbers, index: usize) -> Part {
-    let design = design(n, index % 4, index % 3 > 0);
+    let design = design(n, index % 4, !index.is_multiple_of(3));
     let mut sites = Vec::new();
     let mut free_sites = 0;
     let mut bumps = Vec::new();
