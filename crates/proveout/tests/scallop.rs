@@ -177,3 +177,32 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
         assert!(verdict.is_none() && told.contains(words) && told.contains("scene.toml:"), "{told}");
     }
 }
+
+/// A dip of the ball to 0.21 mm between rays 0.4 mm apart: the finding tells the deepest place, not that of the nearest ray (which is
+/// up to 0.2^2 / 3 = 13 micrometers higher).
+#[test]
+fn a_gouge_between_the_rays_has_its_whole_depth() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    write(folder.path(), false, "", PART);
+    let program = fs::read_to_string(folder.path().join("main.nc")).expect("the program");
+    let dip = "G0 Z12.\nX8.03 Y6.07\nG1 Z8.79 F500.\nX11.1 Y6.21 Z8.83\nZ12.\nG0 Z30.\nM5\n";
+    fs::write(folder.path().join("main.nc"), program.replace("G0 Z30.\nM5\n", dip)).expect("written");
+    let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
+        .current_dir(folder.path())
+        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .args(["--resolution-mm", "0.4", "--dynamics", "ideal"])
+        .output()
+        .expect("the program starts");
+    let told = String::from_utf8_lossy(&output.stderr);
+    let text = fs::read_to_string(folder.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}\n{told}"));
+    let verdict: Value = serde_json::from_str(&text).expect("JSON");
+    let gouges: Vec<&Value> =
+        verdict["findings"].as_array().expect("findings").iter().filter(|f| f["code"] == "geometry-gouge").collect();
+    assert_eq!(gouges.len(), 1, "{gouges:?}");
+    let depth = gouges[0]["value"].as_f64().expect("a depth");
+    assert!((depth - 0.21).abs() < 1e-5, "{depth}");
+    assert_eq!(verdict["deviation"]["gouge_max_mm"].as_f64(), Some(depth));
+    let point = gouges[0]["point_mm"].as_array().expect("a place");
+    let at = [point[0].as_f64().expect("x"), point[1].as_f64().expect("y")];
+    assert!((at[0] - 8.03).abs() < 0.01 && (at[1] - 6.07).abs() < 0.01, "{at:?}");
+}

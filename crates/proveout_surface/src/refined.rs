@@ -1,6 +1,6 @@
 //! The worst place of an area between the rays.
 //!
-//! Rays meet the cut surface every cell, so that the deepest of their points lies above the deepest place by up to (c/2)^2 / 2 (1/R_1 + 1/R_2)
+//! Rays meet the cut surface every cell, so that the deepest of their points lies above the deepest place by up to `(c/2)^2 / 2 (1/R_1 + 1/R_2)`
 //! in a groove of a cutter with these radii against the design: 10 micrometers for a ball of 3 mm and cells of 0.35 mm. The stock remembers
 //! which piece of motion made each point, and the swept surface of a piece is known exactly; so the worst place is searched on it.
 //!

@@ -161,7 +161,7 @@ impl<'a> CutterContact<'a> {
         let (mut first, mut last) = ([0.0, 0.0], at(high));
         // The half circle ends at the top; y grows up to the widest place only.
         if k == 0 {
-            high = 0.5 * high;
+            high *= 0.5;
             last = at(high);
         }
         if last[k] < wanted {

@@ -24,9 +24,9 @@
 //! **Between passes.** A ridge between passes runs along the feed of both of them. A kink of a path of straight pieces runs across
 //! its own feed, and a step from one level to the next has no top: both are left out.
 //!
-//! **Weight.** Lines along u with spacing dv meet a ridge of direction t at |t_v| / dv places a length; with lines along v as well the
-//! weight dv |t_v| / (t_u^2 + t_v^2), and du |t_u| / (t_u^2 + t_v^2) there, makes the sum the length of the ridge. Each place of the
-//! surface belongs to the set of rays that meets the design most squarely, so t_u^2 + t_v^2 >= 1/3.
+//! **Weight.** Lines along u with spacing dv meet a ridge of direction t at `|t_v| / dv` places a length; with lines along v as well the
+//! weight `dv |t_v| / (t_u^2 + t_v^2)`, and `du |t_u| / (t_u^2 + t_v^2)` there, makes the sum the length of the ridge. Each place of the
+//! surface belongs to the set of rays that meets the design most squarely, so `t_u^2 + t_v^2 >= 1/3`.
 //!
 //! # Error
 //!
