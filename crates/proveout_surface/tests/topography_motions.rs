@@ -286,6 +286,7 @@ fn row(points: &[Point], normals: &[Vector]) -> Lattice {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "how many contacts were compared is what one wants to read")]
 fn edges_leave_what_a_dense_search_finds_in_any_motion() {
     let mut n = Numbers(2026);
     let (mut equal, mut compared, mut short) = (0_usize, 0_usize, 0_usize);
@@ -351,7 +352,7 @@ fn hold_in_any_company(
             continue;
         }
         let (p, v): (Vec<Point>, Vec<Vector>) = order.iter().map(|i| (points[*i], normals[*i])).unzip();
-        let columns = if order.len() % 3 == 0 { 3 } else { order.len() };
+        let columns = if order.len().is_multiple_of(3) { 3 } else { order.len() };
         let lattice = Lattice::new(columns, p, v).expect("whole rows");
         let found = heights(&lattice);
         for (k, i) in order.iter().enumerate() {
