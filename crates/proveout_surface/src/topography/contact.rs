@@ -10,8 +10,8 @@
 //!   d(h, t) >= d0 + d_h (h - h0) + d_t (t - t0) - K (t - t0)^2 / 2,     K = w^2 |q| + 2 w v   (turning piece, rate w, speed v)
 //! ```
 //!
-//! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With d_h <= 0 the second term only helps for
-//! h <= h0, so that no contact below h0 exists while d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0. With h0 the lowest height known, this
+//! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With `d_h` <= 0 the second term only helps for
+//! h <= h0, so that no contact below h0 exists while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`. With h0 the lowest height known, this
 //! time is leapt over ([`Walk::leap`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
 //! distance from the ring, which loses no more than the way that the point goes, is used instead.
 //!

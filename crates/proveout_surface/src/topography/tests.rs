@@ -101,6 +101,7 @@ fn a_mirrored_cutter_leaves_the_mirrored_surface() {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "the spread over phases is what one wants to read")]
 fn sa_does_not_hang_on_speed_and_depth_and_hardly_on_phase() {
     let n = 60;
     let sa = sa_um(&face_mill(n, 1.0, 1.0, 0.5, 0.0));
