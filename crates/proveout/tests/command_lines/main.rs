@@ -57,6 +57,7 @@ const NOISE: &[(&str, &str)] = &[
         "computed in [time]: [n] times faster than the machine",
     ),
     (r"computed in [0-9.]+ s", "computed in [time]"),
+    (r"together [0-9.]+ of", "together [n] of"),
     (r"[0-9.]+ MiB", "[n] MiB"),
 ];
 

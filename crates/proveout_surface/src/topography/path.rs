@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     CutterPiece,
-    envelope::{Ray, descend, touch},
+    envelope::{Ray, descend, lowest, touch},
     motion::Piece,
     outline::{Body, Outline},
 };
@@ -21,6 +21,8 @@ const MOST_STEPS: usize = 2000;
 const JOINED: f64 = 1e-6;
 /// Heights that differ by less are one, mm.
 const SAME: f64 = 1e-12;
+/// A contact this much higher than where it is looked for is not asked for, mm.
+const ABOVE: f64 = 2.0;
 /// Largest turn of a part of a piece that is searched at once, radian: bends of 0.5 r 0.0009 / 4, below a micrometer at 8 mm from the axis
 /// of the turn; and most parts.
 const TURN: f64 = 0.03;
@@ -180,7 +182,7 @@ impl SweptPath {
                 let found = if stands {
                     touch(&line, &moving, body, 0.0, near.0).map(|t| (t.height, 0.0))
                 } else {
-                    descend(&line, &moving, body, guess).0
+                    over_part(&line, &moving, body, guess)
                 };
                 if let Some((height, at)) = found
                     && best.is_none_or(|b| height < b.height)
@@ -283,6 +285,13 @@ impl SweptPath {
         let each = pieces.iter().filter_map(|n| self.contact(*n, point, normal, (height, f64::NAN)));
         each.reduce(|a, b| if b.height < a.height { b } else { a })
     }
+}
+
+/// The lowest touch of a part of a piece. Where nobody knows when, or the cutter leaves the line within the part, the part is gone
+/// through by leaps.
+fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Option<(f64, f64)> {
+    let (found, certain) = if guess.0.is_nan() { (None, false) } else { descend(line, moving, body, guess) };
+    if certain { found } else { lowest(line, moving, body, (f64::NAN, guess.1), guess.1 + ABOVE).or(found) }
 }
 
 #[cfg(test)]
