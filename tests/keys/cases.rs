@@ -240,6 +240,7 @@ cases! {
     "scene/SpindlePhaseFile.at_mm", SurfacePhase, ["scene", "surface.phase.0.at_mm", "[-14.8, 0, -1]"];
     "scene/SpindlePhaseFile.tooth_deg", SurfacePhase, ["scene", "surface.phase.0.tooth_deg", "60"];
     "scene/SpindlePhaseFile.tool", SurfacePhase, ["scene", "surface.phase.0.tool", "\"OTHER\""];
+    "scene/Tolerances.scallop_um", Surface, ["scene", "tolerances.scallop_um", "5"];
     "scene/Tolerances.ra_um", Surface, ["scene", "tolerances.ra_um", "1"];
     "scene/Tolerances.rz_um", Surface, ["scene", "tolerances.rz_um", "4"];
     "tools/ToolEntry.edges", SurfaceTeeth, ["tools", "tool.0.edges", ""];

@@ -21,7 +21,7 @@
 //! largest second derivative is 3/4 |w - u| / d (middle) and its largest third derivative 3/2 |w - u| / d^2 (ends). It is no wider
 //! than the joints need at the programmed feed, nor than the tolerances of tip and orientation allow, nor than half of either
 //! block. *A corner between feed and rapid* is not rounded: the control stops in it, so that the feed comes to the end of its path and
-//! the rapid begins on its own (LinuxCNC does not blend traverse and feed moves, and a control with in-position check between cutting
+//! the rapid begins on its own (`LinuxCNC` does not blend traverse and feed moves, and a control with in-position check between cutting
 //! and positioning, as Fanuc's, stands there as well; a control that rounds it leaves material that the rapid would take). A rapid
 //! that goes on straight into the feed, or the other way round, passes its border at feed. Where a neighbor is no line the deviation is measured at points, and d shrinks until it fits.
 

@@ -4,6 +4,7 @@
 //! constant thickness (all circles of its concave side have one center), one thinner in the middle, one nearly straight, one bent by 145 degrees.
 //! Points: anywhere round the blade, on the camber line, the X axis and the axis of the camber line, on all faces and beside them, within and
 //! beyond the edges of tip and platform, in the center of the fillet, and far away.
+#![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -82,10 +83,13 @@ impl Face<'_> {
     }
 }
 
+/// A face with points on it and their parameters.
+type Sampled<'a> = (Face<'a>, Vec<(f64, f64, Point)>);
+
 /// All faces with points on them, and outlines of the plane ones.
 struct Brute<'a> {
     blade: &'a Blade,
-    faces: Vec<(Face<'a>, Vec<(f64, f64, Point)>)>,
+    faces: Vec<Sampled<'a>>,
     platform: bool,
     outlines: [Vec<[f64; 2]>; 3],
 }

@@ -79,9 +79,12 @@ pub(crate) struct Lap {
     pub ends: [Option<Mark>; 2],
 }
 
-/// What a run has taken, by ray, rising: ends, and which of them are open.
+/// Ends of what was taken, and which of them are open.
+type Open = ([f64; 2], [bool; 2]);
+
+/// What a run has taken, by ray, rising.
 #[derive(Clone, Debug, Default)]
-struct Taken(BTreeMap<(u8, u32, u32), Vec<([f64; 2], [bool; 2])>>);
+struct Taken(BTreeMap<(u8, u32, u32), Vec<Open>>);
 
 /// Samples of the opening; the first `sorted` are a tree.
 #[derive(Clone, Debug, Default)]

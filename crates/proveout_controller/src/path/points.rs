@@ -365,7 +365,7 @@ mod tests {
                 at = [at[0] + step * heading.cos(), at[1] + step * heading.sin()];
                 points.push(at.map(|x| if grid > 0.0 { (x / grid).round() * grid } else { x }));
             }
-            let long = case % 7 == 0;
+            let long = case.is_multiple_of(7);
             let short = |k: usize| !(long && k % 30 == 0);
             let polygon = Polygon::new(points);
             let (fit, stream) = (polygon.fit(tolerance, short, false), polygon.fit(tolerance, short, true));

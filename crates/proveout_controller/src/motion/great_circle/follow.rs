@@ -9,7 +9,7 @@
 //!   j1 q1_k + j2 q2_k = U_k - F_k(q_0 .. q_k-1)            j1, j2: rates of the axis with the two rotary joints
 //! ```
 //!
-//! In a pole j1 is zero, and q1_k has no equation of its own order: it comes with the next one, through the change of j1 along the tilt,
+//! In a pole j1 is zero, and `q1_k` has no equation of its own order: it comes with the next one, through the change of j1 along the tilt,
 //!
 //! ```text
 //!   m q1_k-1 + j2 q2_k = U_k - F_k(.., q1_k-1 = 0)         m: what q1_k-1 = 1 adds to F_k
