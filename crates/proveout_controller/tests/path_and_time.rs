@@ -276,7 +276,7 @@ fn the_least_feed_ratio_is_that_of_the_slowest_corner() {
     let run = run_with(&program, &machine, &[], &Settings::default());
     let samples = in_feed(&run);
     let reached = |s: &&Sample| s.feed > 99.9;
-    let (first, last) = (samples.iter().position(|s| reached(&s)), samples.iter().rposition(|s| reached(&s)));
+    let (first, last) = (samples.iter().position(reached), samples.iter().rposition(reached));
     let between = &samples[first.expect("reached")..=last.expect("reached")];
     let slowest = between.iter().map(|s| s.feed).fold(f64::INFINITY, f64::min);
     let ratio = run.summary.min_feed_ratio.expect("a motion in feed");

@@ -59,8 +59,8 @@ pub(crate) fn judge(
     for finding in inspect::judge(&inspection) {
         log.push(finding);
     }
-    let mut surface = Surface::default();
-    surface.textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
+    let textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
+    let mut surface = Surface { textures, ..Surface::default() };
     let of_surface: Vec<Judgement> =
         [scallop::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)].into_iter().flatten().collect();
     let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();

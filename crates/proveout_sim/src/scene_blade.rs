@@ -260,10 +260,10 @@ impl RescheduleFile {
                 self.theta_unit = Some(*unit);
             }
             _ => {
-                let count = value.parse::<usize>();
-                let count =
-                    count.map_err(|_| (format!("{key}={value} is no count"), "write a whole number".to_owned()));
-                self.keys = Some(count?);
+                let Ok(count) = value.parse::<usize>() else {
+                    return Err((format!("{key}={value} is no count"), "write a whole number".to_owned()));
+                };
+                self.keys = Some(count);
             }
         }
         Ok(())

@@ -222,8 +222,7 @@ fn gouges_are_told_one_by_one_the_deepest_first_and_the_rest_is_counted() {
     }
     let rest = found[20];
     let small = &wanted[20..];
-    let sum = |of: &dyn Fn(&(f64, f64, u32, [f64; 2])) -> f64| small.iter().map(of).sum::<f64>();
-    let area = sum(&|w| 0.25 * PI * w.1 * w.1);
+    let area = small.iter().map(|w| 0.25 * PI * w.1 * w.1).sum::<f64>();
     assert_eq!((rest.areas, rest.line), (Some(7), None));
     assert!(rest.message.contains("7 more gouges"), "{}", rest.message);
     assert!((rest.area_mm2.unwrap() / area - 1.0).abs() < 0.05, "{rest:?} {area}");

@@ -335,7 +335,7 @@ fn what_cannot_be_evaluated_is_named_and_unchecked() {
     let told = reason("planned", BALL, &standing, &teeth);
     assert!(told.contains("without spindle speed") && told.contains("main.nc:"), "{told}");
     // Run-out of 4 um against a chip of 1 um.
-    let slow = program.replace("F1200", "F12").replace("S6000", "S6000");
+    let slow = program.replace("F1200", "F12");
     let slow: String = slow.lines().take(9).map(|l| format!("{l}\n")).collect::<String>() + "G0 Z60.\nM5\nM30\n";
     let thin = teeth.replace("[5, 2.5, 0]", "[-3.5, -1, 0]").replace("[2, 2]", "[0.2, 0.2]");
     let told = reason("planned", BALL, &slow, &thin);

@@ -51,7 +51,7 @@ fn a_profile_of_parabolas_has_its_parameters() {
         let p = ProfileParameters::of(&z, step, standard);
         close(p.ra, 0.256_600_119_639_833_67, 3e-6, "Ra");
         close(p.rq, 0.298_142_396_999_971_96, 3e-6, "Rq");
-        close(p.rsk, 0.638_876_564_999_939_91, 3e-5, "Rsk");
+        close(p.rsk, 0.638_876_564_999_939_9, 3e-5, "Rsk");
         close(p.rku, 15.0 / 7.0, 1e-5, "Rku");
         close(p.rz, 1.0, 1e-12, "Rz");
         close(p.rt, 1.0, 1e-12, "Rt");

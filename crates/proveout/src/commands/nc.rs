@@ -109,7 +109,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
         Some(to) => Sink::Post(post_for(to, format(args, program.dialect(), to), &mut out).map_err(unsaid)?),
     };
     let mut program = program;
-    while let Some(command) = program.next() {
+    for command in program.by_ref() {
         let command = match command {
             Ok(command) => command,
             Err(e) => {

@@ -149,8 +149,8 @@ fn first_blocks(text: &str, lines: usize) -> String {
 /// A softgauge: ridges of 1 um every 0.05 mm over 0.6 mm, points every 0.5 um.
 fn gauge() -> String {
     let mut text =
-        String::from("ISO 5436 - 2000\0gauge\r\nPRF\x000\0ridges\r\nCX\0I\01201\0mm\x001.0E+000\0D\x005.0E-004\r\n");
-    text += "CZ\0A\01201\0um\x001.0E+000\0D\r\n\x03\r\nDATE\x0022-11-2026\r\n\x03\r\n";
+        String::from("ISO 5436 - 2000\0gauge\r\nPRF\x000\0ridges\r\nCX\0I\x001201\0mm\x001.0E+000\0D\x005.0E-004\r\n");
+    text += "CZ\0A\x001201\0um\x001.0E+000\0D\r\n\x03\r\nDATE\x0022-11-2026\r\n\x03\r\n";
     for i in 0..=1200 {
         let u = f64::from(i % 100) / 100.0 - 0.5;
         text += &format!("{}\r\n", 4.0 * u * u);

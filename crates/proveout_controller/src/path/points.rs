@@ -366,7 +366,7 @@ mod tests {
                 points.push(at.map(|x| if grid > 0.0 { (x / grid).round() * grid } else { x }));
             }
             let long = case.is_multiple_of(7);
-            let short = |k: usize| !(long && k % 30 == 0);
+            let short = |k: usize| !(long && k.is_multiple_of(30));
             let polygon = Polygon::new(points);
             let (fit, stream) = (polygon.fit(tolerance, short, false), polygon.fit(tolerance, short, true));
             for (a, b) in fit.kinks.iter().zip(&stream.kinks) {

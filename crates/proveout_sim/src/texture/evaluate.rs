@@ -145,7 +145,7 @@ impl<'a> Work<'a> {
     /// The angle that is added to the azimuth of a kept piece: of its known phase, or a random one of this repetition.
     fn offset(&self, kept: &Kept, repeat: u32) -> f64 {
         let known = self.tracks.passages.iter().flatten().filter(|p| p.tool == kept.tool);
-        let (mut held, mut first): (Option<(u32, f64)>, Option<(u32, f64)>) = (None, None);
+        let (mut held, mut first) = (None::<(u32, f64)>, None::<(u32, f64)>);
         for p in known {
             if p.block <= kept.block && held.is_none_or(|h| h.0 <= p.block) {
                 held = Some((p.block, p.offset));
@@ -357,9 +357,6 @@ impl<'a> Work<'a> {
             self.doubts(&lattice, &cuts);
         }
         let ranges = (!of_phases.is_empty()).then(|| [0, 1].map(|k| range(of_phases.iter().map(|p| p[k]))));
-        if let ([Some([ra, _]), Some(spread)], true) = ([ranges.map(|r| r), None::<[[f64; 2]; 2]>], false) {
-            let _ = (ra, spread);
-        }
         let along = place.along;
         self.used.profiles.push(ProfileUsed {
             direction: word.into(),

@@ -78,11 +78,11 @@ impl Ground {
             return finish(Point::from(*at), n, usual(&n), None, true);
         }
         match self {
-            Ground::None => Err((
+            Self::None => Err((
                 "the scene has no design part for it to lie on".into(),
                 "give [part], or `normal`, which makes the patch a plane of its own".into(),
             )),
-            Ground::Blade(blade) => {
+            Self::Blade(blade) => {
                 let [arc, x] = match (middle.arc, middle.x, middle.at) {
                     (Some(arc), Some(x), _) => [arc, x],
                     (_, _, Some(at)) => nearest_on_blade(blade, &Point::from(*at))?,
@@ -93,7 +93,7 @@ impl Ground {
                 let [along_arc, _] = derivatives(blade, arc, x);
                 finish(p.point, p.normal, along_arc, Some([arc, x]), false)
             }
-            Ground::Design(design) => {
+            Self::Design(design) => {
                 let Some(at) = middle.at else {
                     return Err(("`arc_mm` and `x_mm` belong to a blade".into(), "give `at_mm`".into()));
                 };

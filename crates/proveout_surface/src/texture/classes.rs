@@ -42,15 +42,15 @@ impl Standard {
 /// A setting class of ISO 21920-3:2021, table 1: cut-offs, section and evaluation lengths that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum SettingClass {
-    /// lambda_c 0.08 mm.
+    /// `lambda_c` 0.08 mm.
     Sc1,
-    /// lambda_c 0.25 mm.
+    /// `lambda_c` 0.25 mm.
     Sc2,
-    /// lambda_c 0.8 mm.
+    /// `lambda_c` 0.8 mm.
     Sc3,
-    /// lambda_c 2.5 mm.
+    /// `lambda_c` 2.5 mm.
     Sc4,
-    /// lambda_c 8 mm.
+    /// `lambda_c` 8 mm.
     Sc5,
 }
 

@@ -25,7 +25,7 @@ pub struct ProfileSetting {
     pub ends: &'static str,
     /// Spacing of the points, mm.
     pub step_mm: f64,
-    /// What counts as an element of RSm.
+    /// What counts as an element of `RSm`.
     pub rsm: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! Mean spacing of profile elements, RSm, by segmentation at the mean line.
+//! Mean spacing of profile elements, `RSm`, by segmentation at the mean line.
 //!
 //! A hill or dale counts when it leaves the mean line by a tenth of Rz and is at least a hundredth of a section wide (the usual
 //! discrimination). Those that do not count belong to what is around them; neighbors of one kind are one. Between a hill and a
@@ -17,7 +17,7 @@ struct Feature {
     to: f64,
 }
 
-/// RSm, mm; none where no element lies in the profile.
+/// `RSm`, mm; none where no element lies in the profile.
 pub(super) fn mean_spacing(z: &[f64], step: f64, rz: f64, section: f64) -> Option<f64> {
     if rz <= 0.0 {
         return None;

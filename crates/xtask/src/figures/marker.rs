@@ -125,9 +125,7 @@ impl Marker {
     pub(super) fn of_surface(&self) -> bool {
         const SURFACE: [&str; 7] =
             ["deviation", "surface", "removal", "difference", "clearance", "inspection", "verdict"];
-        let word = |part: &str| {
-            SURFACE.iter().any(|s| part == *s) || part.starts_with("scallop") || part.starts_with("volume")
-        };
+        let word = |part: &str| SURFACE.contains(&part) || part.starts_with("scallop") || part.starts_with("volume");
         parts(&self.key).iter().any(|part| word(part.split('[').next().unwrap_or_default()))
     }
 

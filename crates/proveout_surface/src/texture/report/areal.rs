@@ -89,7 +89,7 @@ pub struct ArealReport {
     pub points: [usize; 2],
     /// Direction of the lay, degrees from the x direction of the map, to half a degree; null on a flat.
     pub lay_deg: Option<f64>,
-    /// Pitch of the marks across the lay, mm: the larger one of what was known and of RSm of the map's lines.
+    /// Pitch of the marks across the lay, mm: the larger one of what was known and of `RSm` of the map's lines.
     pub pitch_mm: Option<f64>,
     /// Values of the filtered map; null when unchecked.
     pub filtered: Option<ArealValues>,
@@ -227,7 +227,7 @@ fn filter(map: &HeightMap, class: SettingClass) -> Result<HeightMap, Unchecked> 
     Ok(smooth.minus(&gaussian_mean_of_map(&smooth, cutoff)))
 }
 
-/// Pitch across the lay, mm: the median RSm of the lines along that direction of the map which crosses the marks more squarely, times the
+/// Pitch across the lay, mm: the median `RSm` of the lines along that direction of the map which crosses the marks more squarely, times the
 /// sine of its angle to them. Where most lines have heights and no element, the pitch is at least half of their length: that, if it
 /// lies beyond the cut-off.
 fn across(map: &HeightMap, lay_deg: Option<f64>, cutoff: f64) -> Option<f64> {

@@ -23,13 +23,13 @@
 //!
 //! | rule | what happens |
 //! |---|---|
-//! | `pitch-beyond-cutoff` | the marks are farther apart than lambda_c, which would take them away: the next class is taken, and said to be; where the data do not carry it, unchecked |
+//! | `pitch-beyond-cutoff` | the marks are farther apart than `lambda_c`, which would take them away: the next class is taken, and said to be; where the data do not carry it, unchecked |
 //! | `too-short` | evaluation length of the class does not fit |
 //! | `spacing-too-coarse` | points farther apart than the class allows |
 //! | `spacing-too-fine` | points so close that the filter would take minutes |
 //! | `cutoff-beyond-patch` | the L-filter of a map is longer than the map |
 //!
-//! The pitch is the larger one of what the caller knows ([`Asked::pitch`], such as the step of the program) and of RSm of the filtered profile:
+//! The pitch is the larger one of what the caller knows ([`Asked::pitch`], such as the step of the program) and of `RSm` of the filtered profile:
 //! a long wave under fine marks is waviness and belongs to the filter, marks beyond the cut-off do not.
 
 mod areal;
@@ -55,7 +55,7 @@ const AREAL_STANDARD: &str = "ISO 25178-2:2021";
 const REGRESSION: &str = "ISO 16610-28:2016, regression of order zero";
 /// Ends of the filters where data go on.
 const DATA_BEYOND: &str = "one cut-off of data beyond each end";
-/// A measured pitch counts as beyond the cut-off from this share above it: RSm is a mean over few elements whose ends the filter moves.
+/// A measured pitch counts as beyond the cut-off from this share above it: `RSm` is a mean over few elements whose ends the filter moves.
 const PITCH_SLACK: f64 = 0.005;
 
 /// How the form is removed before anything is filtered (F-operation).

@@ -81,13 +81,13 @@ pub struct ProfileReport {
     pub form_removal: &'static str,
     /// Rule for the ends of the filter.
     pub end_rule: &'static str,
-    /// What counts as an element of RSm.
+    /// What counts as an element of `RSm`.
     pub rsm_rule: &'static str,
     /// Direction to the lay, degrees: 0 along, 90 across; null where it is not known.
     pub direction_to_lay_deg: Option<f64>,
     /// The same in words.
     pub direction_to_lay: &'static str,
-    /// Pitch that decided on the class, mm: the larger one of what was known and of RSm.
+    /// Pitch that decided on the class, mm: the larger one of what was known and of `RSm`.
     pub pitch_mm: Option<f64>,
     /// Values of the roughness profile; null when unchecked.
     pub filtered: Option<ProfileValues>,
