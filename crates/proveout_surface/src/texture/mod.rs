@@ -11,7 +11,7 @@
 //! * [`SettingClass`] – Sc1 to Sc5 of ISO 21920-3:2021, table 1.
 //! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be evaluated.
 //! * [`dong`] – the analytic profile of passes of a bull-nose tool.
-//! * [`file`] – SMD, SDF and X3P files.
+//! * [`mod@file`] – SMD, SDF and X3P files.
 //! * [`cusp`] – closed forms of the rows of arcs that a path with a constant step leaves.
 //!
 //! # The chain

@@ -159,7 +159,7 @@ impl SweptPath {
     /// The lowest place of one piece over a line, searched from a height and a part of the piece.
     ///
     /// The height over a line is a convex function of time while the cutter runs straight; a turn by an angle bends it by reach times angle
-    /// squared, so that a piece that turns far may have several lowest places. It is searched in parts that turn by [`TURN`] at most.
+    /// squared, so that a piece that turns far may have several lowest places. It is searched in parts that turn by 0.03 radian at most.
     pub fn contact(&self, number: u32, point: &Point, normal: &Vector, near: (f64, f64)) -> Option<PathContact> {
         let (known, bodies) = self.of(number)?;
         let line = ray(point, normal);
@@ -287,9 +287,12 @@ impl SweptPath {
     }
 }
 
-/// The lowest touch of a part of a piece. Where nobody knows when, or the cutter leaves the line within the part, the part is gone
-/// through by leaps.
+/// The lowest touch of a part of a piece. Where nobody knows when, or the cutter leaves the line within the part, a straight part is
+/// gone through by leaps; one that turns, by little, is searched from its ends and its middle, and what is not found is told as not followed.
 fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Option<(f64, f64)> {
+    if moving.turns() {
+        return descend(line, moving, body, guess).0;
+    }
     let (found, certain) = if guess.0.is_nan() { (None, false) } else { descend(line, moving, body, guess) };
     if certain { found } else { lowest(line, moving, body, (f64::NAN, guess.1), guess.1 + ABOVE).or(found) }
 }
