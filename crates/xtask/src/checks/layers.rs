@@ -28,7 +28,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
         "proveout_record",
         &["geom", "nc", "tool", "machine", "toolpath", "controller", "stock", "surface", "collision", "sim"],
     ),
-    ("proveout", &["geom", "nc", "tool", "machine", "toolpath", "controller", "sim", "record"]),
+    ("proveout", &["geom", "nc", "tool", "machine", "toolpath", "controller", "surface", "sim", "record"]),
 ];
 
 /// Crates above the table.
