@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     CutterPiece,
-    envelope::{Ray, descend, lowest, touch},
+    envelope::{Ray, descend, touch},
     motion::Piece,
     outline::{Body, Outline},
 };
@@ -21,8 +21,6 @@ const MOST_STEPS: usize = 2000;
 const JOINED: f64 = 1e-6;
 /// Heights that differ by less are one, mm.
 const SAME: f64 = 1e-12;
-/// A contact this much higher than where it is looked for is not asked for, mm.
-const ABOVE: f64 = 2.0;
 /// Largest turn of a part of a piece that is searched at once, radian: bends of 0.5 r 0.0009 / 4, below a micrometer at 8 mm from the axis
 /// of the turn; and most parts.
 const TURN: f64 = 0.03;
@@ -287,14 +285,25 @@ impl SweptPath {
     }
 }
 
-/// The lowest touch of a part of a piece. Where nobody knows when, or the cutter leaves the line within the part, a straight part is
-/// gone through by leaps; one that turns, by little, is searched from its ends and its middle, and what is not found is told as not followed.
+/// The lowest touch of a part of a piece. Where nobody knows when, a straight part is begun at the lowest of some touches: where the tip,
+/// or the middle of the smallest rounding, passes the line, and at quarters. What is not found is told as not followed.
 fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Option<(f64, f64)> {
-    if moving.turns() {
+    if moving.turns() || !guess.0.is_nan() {
         return descend(line, moving, body, guess).0;
     }
-    let (found, certain) = if guess.0.is_nan() { (None, false) } else { descend(line, moving, body, guess) };
-    if certain { found } else { lowest(line, moving, body, (f64::NAN, guess.1), guess.1 + ABOVE).or(found) }
+    let [begin, end] = moving.time;
+    let (from, to) = (moving.state(begin), moving.state(end));
+    let across = |v: Vector| v - line.normal * line.normal.dot(&v);
+    let way = across(to.tip - from.tip);
+    let passes = [0.0, body.smallest_radius().min(1e3)].map(|z| {
+        let left = across(line.point - (from.tip + from.frame[2] * z));
+        left.dot(&way) / way.norm_squared().max(1e-300)
+    });
+    let times =
+        passes.into_iter().chain([0.0, 0.25, 0.5, 0.75, 1.0]).map(|part| begin + (end - begin) * part.clamp(0.0, 1.0));
+    let touches = times.filter_map(|time| Some((touch(line, moving, body, time, guess.1)?.height, time)));
+    let (height, time) = touches.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    descend(line, moving, body, (time, height)).0
 }
 
 #[cfg(test)]
