@@ -302,8 +302,28 @@ fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Opti
     let times =
         passes.into_iter().chain([0.0, 0.25, 0.5, 0.75, 1.0]).map(|part| begin + (end - begin) * part.clamp(0.0, 1.0));
     let touches = times.filter_map(|time| Some((touch(line, moving, body, time, guess.1)?.height, time)));
-    let (height, time) = touches.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    descend(line, moving, body, (time, height)).0
+    let mut best = touches.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let (found, certain) = descend(line, moving, body, (best.1, best.0));
+    if certain {
+        return found;
+    }
+    // Golden sections round the lowest touch (Kiefer 1953), where the height is a convex function of time; wide, then narrow.
+    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    for wide in [0.25, 0.01] {
+        let reach = wide * (end - begin);
+        let (mut a, mut b) = ((best.1 - reach).max(begin), (best.1 + reach).min(end));
+        for _ in 0..40 {
+            let times = [b - ratio * (b - a), a + ratio * (b - a)];
+            let heights = times.map(|t| touch(line, moving, body, t, best.0).map_or(f64::INFINITY, |t| t.height));
+            for (height, time) in heights.into_iter().zip(times) {
+                if height < best.0 {
+                    best = (height, time);
+                }
+            }
+            if heights[0] <= heights[1] { b = times[1] } else { a = times[0] }
+        }
+    }
+    Some(found.filter(|f| f.0 < best.0).unwrap_or(best))
 }
 
 #[cfg(test)]
