@@ -288,8 +288,13 @@ impl SweptPath {
 /// The lowest touch of a part of a piece. Where nobody knows when, a straight part is begun at the lowest of some touches: where the tip,
 /// or the middle of the smallest rounding, passes the line, and at quarters. What is not found is told as not followed.
 fn over_part(line: &Ray, moving: &Piece, body: &Body, guess: (f64, f64)) -> Option<(f64, f64)> {
-    if moving.turns() || !guess.0.is_nan() {
+    if moving.turns() {
         return descend(line, moving, body, guess).0;
+    }
+    if !guess.0.is_nan()
+        && let (found, true) = descend(line, moving, body, guess)
+    {
+        return found;
     }
     let [begin, end] = moving.time;
     let (from, to) = (moving.state(begin), moving.state(end));
