@@ -243,6 +243,13 @@ cases! {
     "scene/Tolerances.scallop_um", Surface, ["scene", "tolerances.scallop_um", "5"];
     "scene/Tolerances.ra_um", Surface, ["scene", "tolerances.ra_um", "1"];
     "scene/Tolerances.rz_um", Surface, ["scene", "tolerances.rz_um", "4"];
+    "scene/Tolerances.region", Surface, ["scene", "tolerances.region", "[{ name = \"land\", min_mm = [-50, -50, -50], max_mm = [50, 50, 50], ra_um = 0.01 }]"];
+    "scene/ToleranceRegionFile.name", Surface, ["scene", "tolerances.region.0.name", "\"other\""];
+    "scene/ToleranceRegionFile.min_mm", Surface, ["scene", "tolerances.region.0.min_mm", "[20, -50, -50]"];
+    "scene/ToleranceRegionFile.max_mm", Surface, ["scene", "tolerances.region.0.max_mm", "[-40, 50, 50]"];
+    "scene/ToleranceRegionFile.scallop_um", Surface, ["scene", "tolerances.region.0.scallop_um", "0.01"];
+    "scene/ToleranceRegionFile.ra_um", Surface, ["scene", "tolerances.region.0.ra_um", "0.01"];
+    "scene/ToleranceRegionFile.rz_um", Surface, ["scene", "tolerances.region.0.rz_um", "0.01"];
     "tools/ToolEntry.edges", SurfaceTeeth, ["tools", "tool.0.edges", ""];
     "tools/EdgesEntry.helix_deg", SurfacePhase, ["tools", "tool.0.edges.helix_deg", "10"];
     "tools/EdgesEntry.radial_run_out_mm", SurfacePhase, ["tools", "tool.0.edges.radial_run_out_mm", "[0, 0.005]"];

@@ -129,6 +129,85 @@ fn one_row_that_is_missing_fails_at_its_place() {
 }
 
 #[test]
+fn regions_have_bounds_of_their_own() {
+    let region = |name: &str, x: [f64; 2], limit: f64| {
+        format!(
+            "[[tolerances.region]]\nname = {name:?}\nmin_mm = [{}, -100, 0]\nmax_mm = [{}, 100, 20]\nscallop_um = {limit}\n",
+            x[0], x[1]
+        )
+    };
+    let judged = |tolerances: &str| {
+        let (code, verdict, told) = run(false, tolerances, PART);
+        let verdict = verdict.unwrap_or_else(|| panic!("no verdict:\n{told}"));
+        (code, gate(&verdict), verdict)
+    };
+    // 10.43 micrometers everywhere: the land allows 9, the rest 11.
+    let (code, (state, reason), verdict) = judged(&format!("scallop_um = 11\n{}", region("land", [0.0, 8.0], 9.0)));
+    assert_eq!((code, state.as_str()), (1, "fail"), "{reason}");
+    assert!(reason.contains("region \"land\": 95th percentile 10.43") && reason.contains("elsewhere: "), "{reason}");
+    let finding = verdict["findings"].as_array().expect("findings").iter().find(|f| f["code"] == "surface-scallop");
+    assert_eq!(finding.expect("the finding")["limit"], 9.0);
+    let regions = verdict["surface"]["scallop"]["regions"].as_array().expect("regions").clone();
+    let length = |k: usize| regions[k]["heights"]["length_mm"].as_f64().expect("a length");
+    assert_eq!((regions.len(), &regions[0]["name"], &regions[1]["name"]), (2, &Value::Null, &"land".into()));
+    // X 4 to 8 of X 4 to 16.
+    assert!((length(1) / (length(0) + length(1)) - 1.0 / 3.0).abs() < 0.03, "{regions:?}");
+    // A looser region forgives what the rest would not.
+    let loose = format!("scallop_um = 9\n{}", region("free", [0.0, 30.0], 30.0));
+    assert_eq!(judged(&loose).1.0, "pass", "the region covers all that is judged");
+    // A bound of a region alone is asked for, and must find something.
+    let beside = region("beside", [40.0, 50.0], 9.0);
+    let (_, (state, reason), _) = judged(&beside);
+    assert_eq!(state, "unchecked", "{reason}");
+    assert!(reason.contains("region \"beside\": no ridge between two passes was found there"), "{reason}");
+}
+
+#[test]
+fn the_map_has_measured_and_geometric_heights_and_the_page_shows_them() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    write(folder.path(), false, "scallop_um = 11\n", PART);
+    let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
+        .current_dir(folder.path())
+        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .output()
+        .expect("the program starts");
+    assert_ne!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = fs::read_to_string(folder.path().join("result/report.html")).expect("the page");
+    let section = page.split("<section id=\"scallop\">").nth(1).expect("a section on the scallop");
+    let section = section.split("</section>").next().expect("its end");
+    for words in ["95th percentile of the height", "10.43", "Worst patches", "main.nc:", "Passes"] {
+        assert!(section.contains(words), "{words} in {section}");
+    }
+    let file = fs::File::open(folder.path().join("result/surface.parquet")).expect("the table");
+    let batches = parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder::try_new(file)
+        .expect("parquet")
+        .build()
+        .expect("batches");
+    let mut seen = 0;
+    for batch in batches {
+        let batch = batch.expect("a batch");
+        let column = |name: &str| {
+            let column = batch.column_by_name(name).unwrap_or_else(|| panic!("{name}"));
+            column.as_any().downcast_ref::<arrow_array::Float64Array>().expect("numbers").clone()
+        };
+        let [measured, geometric, difference] =
+            ["scallop_mm", "scallop_geometric_mm", "scallop_difference_mm"].map(column);
+        for i in 0..batch.num_rows() {
+            use arrow_array::Array;
+            if measured.is_null(i) || geometric.is_null(i) {
+                assert!(difference.is_null(i));
+                continue;
+            }
+            seen += 1;
+            let high = 3.0 - (9.0 - 0.25_f64.powi(2)).sqrt();
+            assert!((geometric.value(i) - high).abs() < 1e-6, "{}", geometric.value(i));
+            assert!((measured.value(i) - geometric.value(i) - difference.value(i)).abs() < 1e-12);
+        }
+    }
+    assert!(seen > 1000, "{seen} points beside ridges");
+}
+
+#[test]
 fn a_limit_within_the_error_of_the_design_is_unchecked() {
     let part = PART.replace("part.obj\"\n", "part.obj\"\nchord_error_mm = 0.001\n");
     let (_, verdict, told) = run(false, "scallop_um = 11\n", &part);
@@ -171,6 +250,11 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
         ("scallop_um = 0\n", PART, "scallop_um = 0 is no height"),
         ("scallop_um = nan\n", PART, "scallop_um = NaN is no height"),
         ("scallop_um = 11\n", "", "scallop_um has no design to be counted from"),
+        (
+            "[[tolerances.region]]\nname = \"land\"\nmin_mm = [0, 0, 0]\nmax_mm = [1, 1, 1]\n",
+            PART,
+            "region \"land\" sets no bound",
+        ),
     ] {
         let (code, verdict, told) = run(false, tolerances, part);
         assert_eq!(code, 2, "{told}");

@@ -147,6 +147,8 @@ pub(crate) fn surface_columns() -> Vec<Column> {
     columns.extend([
         Column::real("deviation_mm", "mm"),
         Column::real("scallop_mm", "mm"),
+        Column::real("scallop_geometric_mm", "mm"),
+        Column::real("scallop_difference_mm", "mm"),
         Column::index("made_by_piece"),
         Column::text("patch"),
         Column::text("map"),
@@ -171,6 +173,7 @@ impl SurfaceTable {
         let notes = [
             ("frame", "workpiece W, mm".to_owned()),
             ("deviation", "positive: material left; negative: gouge".into()),
+            ("scallop", "height of the ridges beside the point; geometric: from cutter, lean, step and design; difference: measured less geometric".into()),
             ("map", "rows with a map: nodes of a roughness map on the design, height along the normal".into()),
         ];
         Ok(Self { table: Table::create(path, &surface_columns(), &notes)?, names })
@@ -180,7 +183,9 @@ impl SurfaceTable {
         let name = band.patch.and_then(|k| self.names.get(k));
         for p in band.points {
             let mut row = self.table.row()?;
-            row.reals(p.position).reals(p.normal).real(p.deviation).real(p.scallop).index(p.made_by);
+            let difference = p.scallop.zip(p.scallop_geometric).map(|(measured, geometric)| measured - geometric);
+            row.reals(p.position).reals(p.normal).real(p.deviation);
+            row.real(p.scallop).real(p.scallop_geometric).real(difference).index(p.made_by);
             row.text(name.map(Arc::clone));
             row.text(None).index(None).index(None).real(None).index(None).index(None);
         }
@@ -195,7 +200,7 @@ impl SurfaceTable {
             let (height, maker) = (map.heights.get(i).filter(|h| h.is_finite()), map.makers.get(i).copied().flatten());
             let mut row = self.table.row()?;
             row.reals([point.x, point.y, point.z, normal.x, normal.y, normal.z]);
-            row.real(None).real(None).index(None).text(None).text(Arc::clone(&name));
+            row.real(None).real(None).real(None).real(None).index(None).text(None).text(Arc::clone(&name));
             row.index((i / map.columns) as u32).index((i % map.columns) as u32).real(height.map(|h| 1e3 * h));
             row.index(maker.map(|m| m.block)).index(maker.and_then(|m| m.tooth));
         }

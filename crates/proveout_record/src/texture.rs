@@ -1,10 +1,11 @@
 //! Roughness maps as pictures: thinned to a bounded number of nodes, with colors by height.
 
 use proveout_geom::Point;
-use proveout_sim::{SurfaceTexture, TextureMap};
+use proveout_sim::{SurfaceTexture, TextureMap, TextureProfile};
 
 use crate::{
     color::{Rgba, STEEL, height_color},
+    envelope::Envelope,
     picture::{Picture, single},
 };
 
@@ -26,19 +27,58 @@ pub(crate) struct ShownTexture {
     pub(crate) lay: Option<f64>,
     /// Smallest and largest height of all nodes, µm.
     pub(crate) range: [f64; 2],
+    pub(crate) profiles: Vec<ShownProfile>,
+}
+
+/// A profile as it is shown: smallest and largest heights (µm) over stretches of its length (mm).
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ShownProfile {
+    pub(crate) direction: &'static str,
+    /// All points, unfiltered; and the roughness profile over the evaluation length, at its place.
+    pub(crate) heights: Envelope,
+    pub(crate) roughness: Option<Envelope>,
+    /// Length and distance of the points, mm.
+    pub(crate) length: f64,
+    pub(crate) step: f64,
+    pub(crate) class: String,
+    pub(crate) ra_rz_um: Option<[f64; 2]>,
+}
+
+impl ShownProfile {
+    fn of(profile: &TextureProfile) -> Self {
+        let envelope = |first: usize, heights: &[f64]| {
+            let mut shown = Envelope::default();
+            for (k, height) in heights.iter().enumerate() {
+                shown.push((first + k) as f64 * profile.step_mm, 1e3 * height);
+            }
+            shown
+        };
+        let [all, inner] = [profile.heights.len(), profile.roughness.len()];
+        Self {
+            direction: profile.direction,
+            heights: envelope(0, &profile.heights),
+            roughness: (inner > 0).then(|| envelope(all.saturating_sub(inner) / 2, &profile.roughness)),
+            length: all.saturating_sub(1) as f64 * profile.step_mm,
+            step: profile.step_mm,
+            class: profile.class.clone(),
+            ra_rz_um: profile.ra_rz_um,
+        }
+    }
 }
 
 impl ShownTexture {
     /// With at most `side` nodes along each side; none of a profile alone without its map.
     pub(crate) fn of(texture: &SurfaceTexture, side: usize) -> Self {
+        let profiles = texture.profiles.iter().map(ShownProfile::of).collect();
         let Some(map) = &texture.map else {
-            return Self { name: texture.name.clone(), ..Self::default() };
+            return Self { name: texture.name.clone(), profiles, ..Self::default() };
         };
         let every = (map.columns.max(map.rows) - 1).div_ceil(side.max(2) - 1).max(1);
         let (columns, rows) = ((map.columns - 1) / every + 1, (map.rows - 1) / every + 1);
         let places = || (0..rows).flat_map(|j| (0..columns).map(move |i| (j * map.columns + i) * every));
         Self {
             name: texture.name.clone(),
+            profiles,
             columns,
             rows,
             step: map.step_mm.map(|s| s * every as f64),

@@ -141,6 +141,7 @@ fn points_of_a_patch_and_its_mesh_are_told_apart_and_shown() {
         normal: [0.0, 0.0, 1.0],
         deviation: Some(0.01 * x),
         scallop: None,
+        scallop_geometric: None,
         made_by: Some(1),
     };
     let cube = |low: f64| box_mesh(&Aabb { min: Point::new(low, 0.0, 0.0), max: Point::new(low + 1.0, 1.0, 1.0) });

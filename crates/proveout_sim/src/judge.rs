@@ -17,7 +17,7 @@ use crate::{
     log::FindingLog,
     observer::PointBand,
     prepare::Prepared,
-    program_survey, scallop, surface_gate,
+    program_survey, scallop, scallop_judge, surface_gate,
     surface_gate::Judgement,
     surface_map::SurfaceShape,
     survey::{Known, Measured, Surveyed, survey},
@@ -62,7 +62,7 @@ pub(crate) fn judge(
     let textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
     let mut surface = Surface { textures, ..Surface::default() };
     let of_surface: Vec<Judgement> =
-        [scallop::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)].into_iter().flatten().collect();
+        [scallop_judge::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)].into_iter().flatten().collect();
     let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();
     let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &of_surface, &log);
     let verdict = Verdict {

@@ -26,6 +26,7 @@ mod scene_compare;
 mod scene_limits;
 mod scene_patch;
 mod scene_surface;
+mod scene_tolerance;
 pub mod verdict;
 
 mod bodies;
@@ -51,6 +52,7 @@ mod raw_stock;
 mod run_folder;
 mod scallop;
 mod scallop_figures;
+mod scallop_judge;
 mod show_mesh;
 mod surface_gate;
 mod surface_map;

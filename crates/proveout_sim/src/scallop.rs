@@ -1,8 +1,5 @@
-//! The scallop of the cut part against `[tolerances] scallop_um`.
-//!
-//! Ridges between passes are found on the cut stock and measured on the motion that cut it (`proveout_surface::scallop`). The 95th
-//! percentile of their heights, by length, is judged: with `e` the error that is left (chord error of the design, deviation of the pieces of
-//! motion from the path), more than the limit plus `e` fails, up to the limit less `e` passes, and between nobody can tell.
+//! The scallop of the cut part: ridges between passes are found on the cut stock and measured on the motion that cut it
+//! (`proveout_surface::scallop`). `scallop_judge` holds them against `[tolerances] scallop_um`.
 
 use proveout_geom::{Aabb, Point};
 use proveout_stock::{Patch, TriDexel};
@@ -14,35 +11,35 @@ use proveout_tool::Profile;
 use crate::{
     design::{Neighbors, design},
     engine::Facts,
-    finding,
     kept_motion::{MOST_PIECES, Swept},
-    log::FindingLog,
     prepare::Prepared,
+    scene_tolerance::SurfaceKey,
     scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch},
-    surface_gate::Judgement,
-    verdict::{State, Surface},
 };
 
 /// Places on ridges that are measured at most; of more every second, third, ... is taken.
 const MOST_PLACES: usize = 60_000;
 /// Edge of the cubes that stand for patches, mm.
-const PATCH_MM: f64 = 4.0;
+pub(crate) const PATCH_MM: f64 = 4.0;
 /// Patches and passes that the verdict lists.
 const PATCHES_TOLD: usize = 20;
 const PASSES_TOLD: usize = 50;
-/// Part of the ridges that may be unknown.
-const UNKNOWN: f64 = 0.01;
 /// Every so manyth ridge at most tells the width of its strip: it takes longer than the ridge itself.
 const WIDTHS: usize = 200;
 
-const KEY: &str = "scallop_um";
-
 /// The ridges of a part.
 pub(crate) struct Measured {
-    found: Ridges,
+    pub(crate) found: Ridges,
     cutters: Vec<Vec<Profile>>,
     /// Bound of the heights, mm.
-    bound: f64,
+    pub(crate) bound: f64,
+}
+
+/// Heights of ridges by place, mm.
+pub(crate) struct RidgeMap {
+    measured: Neighbors,
+    /// Those that the geometry of the contacts gives.
+    geometric: Neighbors,
 }
 
 /// Measures the scallop where the scene sets a tolerance for it: a reason where it cannot be measured.
@@ -53,7 +50,9 @@ pub(crate) fn measure(
     stock: &TriDexel,
     patches: &[Patch],
 ) -> Option<Result<Measured, String>> {
-    prepared.scene.file.tolerances.scallop_um?;
+    if !prepared.scene.file.tolerances.asks(SurfaceKey::Scallop) {
+        return None;
+    }
     let kept = facts.motion.as_ref().and_then(|m| m.pieces()).zip(swept);
     let Some((pieces, Swept { path, cutters })) = kept else {
         return Some(Err(format!("the motion has more than {MOST_PIECES} pieces, which are not kept")));
@@ -83,15 +82,24 @@ pub(crate) fn measure(
 }
 
 impl Measured {
-    /// Heights for the map of the surface, mm: about every point the mean of the ridges beside it.
-    pub(crate) fn map(&self) -> Option<Neighbors> {
+    /// Heights for the map of the surface: about every point the mean of the ridges beside it.
+    pub(crate) fn map(&self) -> Option<RidgeMap> {
         let spacing = self.found.ridges.iter().filter_map(|r| r.spacing).fold(0.0, f64::max);
-        let mut near = (spacing > 0.0).then(|| Neighbors::new(spacing))?;
-        self.found.ridges.iter().for_each(|r| near.add(&r.point, r.height));
-        Some(near)
+        if spacing <= 0.0 {
+            return None;
+        }
+        let [mut measured, mut geometric] = [0, 1].map(|_| Neighbors::new(spacing));
+        for r in &self.found.ridges {
+            measured.add(&r.point, r.height);
+            if let Some(height) = r.geometric {
+                geometric.add(&r.point, height);
+            }
+        }
+        Some(RidgeMap { measured, geometric })
     }
 
-    fn figures(&self, facts: &Facts, limit_um: f64) -> Option<Scallop> {
+    /// `limit_um`: up to which height strips are measured.
+    pub(crate) fn figures(&self, facts: &Facts, limit_um: f64) -> Option<Scallop> {
         let ridges = &self.found.ridges;
         let all = heights(ridges)?;
         let patches = by_patch(ridges, PATCH_MM);
@@ -139,6 +147,7 @@ impl Measured {
                     }
                 })
                 .collect(),
+            regions: Vec::new(),
             passes: passes
                 .iter()
                 .map(|p| ScallopPass {
@@ -187,98 +196,24 @@ fn percentile(values: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
 }
 
 /// File and line of the block of a piece.
-fn place(facts: &Facts, piece: u32) -> Option<String> {
+pub(crate) fn place(facts: &Facts, piece: u32) -> Option<String> {
     let block = facts.block_of_piece.get(piece as usize)?;
     let (file, line) = facts.places.get(*block as usize)?.as_ref()?;
     Some(format!("{file}:{line}"))
 }
 
 /// The blocks on both sides of a ridge, the earlier one first.
-fn blocks(facts: &Facts, ridge: &Ridge) -> Vec<String> {
+pub(crate) fn blocks(facts: &Facts, ridge: &Ridge) -> Vec<String> {
     let mut out: Vec<String> = ridge.pieces.into_iter().filter_map(|p| place(facts, p)).collect();
     out.dedup();
     out
 }
 
-/// Judges what was measured, and fills in what the verdict says of it.
-pub(crate) fn judge(
-    prepared: &Prepared,
-    facts: &Facts,
-    measured: Option<&Result<Measured, String>>,
-    surface: &mut Surface,
-    log: &mut FindingLog,
-) -> Option<Judgement> {
-    let limit = prepared.scene.file.tolerances.scallop_um?;
-    let unchecked = |reason: String| Some(Judgement { key: KEY, state: State::Unchecked, reason });
-    let measured = match measured? {
-        Ok(measured) => measured,
-        Err(reason) => return unchecked(reason.clone()),
-    };
-    let Some(figures) = measured.figures(facts, limit) else {
-        let lost = match measured.found.not_followed {
-            0 => "passes that lie nearer than two cells have none between the rays",
-            _ => "the motion that made them is not known",
-        };
-        return unchecked(format!("no ridge between two passes was found on the judged surface: {lost}"));
-    };
-    let all = figures.all.clone();
-    (surface.scallop_max_um, surface.scallop_mean_um, surface.scallop_p95_um) =
-        (Some(all.max_um), Some(all.mean_um), Some(all.p95_um));
-    let worst = figures.patches.first().cloned().unwrap_or_default();
-    let bound = figures.bound_um;
-    let difference = match (figures.geometric_mean_um, figures.difference_p95_um) {
-        (Some(mean), Some(apart)) => format!("; the geometry of the contacts gives {mean:.3} um, within {apart:.3} um"),
-        _ => String::new(),
-    };
-    let [x, y, z] = worst.highest_mm;
-    let made = if worst.blocks.is_empty() { String::new() } else { format!(", cut by {}", worst.blocks.join(" and ")) };
-    let told = format!(
-        "95th percentile {:.3} um (known to {bound:.3} um) at {} places on {:.1} mm of ridges, mean {:.3} um, allowed {limit} \
-         um{difference}; worst in the patch at X{x:.3} Y{y:.3} Z{z:.3} with {:.3} um{made}",
-        all.p95_um, all.places, all.length_mm, all.mean_um, worst.heights.p95_um
-    );
-    let length = all.length_mm;
-    surface.scallop = Some(figures);
-    let state = if all.p95_um - bound > limit {
-        State::Fail
-    } else if all.p95_um + bound > limit {
-        let help = "a design with a smaller chord error, or a smaller path tolerance, decides it";
-        return unchecked(format!("{told}; the limit lies within the error: {help}"));
-    } else {
-        State::Pass
-    };
-    if state == State::Fail {
-        let mut f = FindingLog::of(&finding::SCALLOP, format!("scallop: {told}"));
-        (f.value, f.limit, f.unit) = (Some(all.p95_um), Some(limit), Some("um".into()));
-        f.point_mm = Some(worst.highest_mm);
-        let highest = measured.found.ridges.iter().find(|r| <[f64; 3]>::from(r.point.coords) == worst.highest_mm);
-        let piece = highest.map(|r| r.pieces[1] as usize);
-        f.block = piece.and_then(|p| facts.block_of_piece.get(p)).copied();
-        if let Some((file, line)) = f.block.and_then(|b| facts.places.get(b as usize)).and_then(Option::as_ref) {
-            (f.file, f.line) = (Some(file.to_string()), Some(*line));
-        }
-        log.push(f);
-        return Some(Judgement { key: KEY, state, reason: told });
+impl RidgeMap {
+    /// Measured and geometric heights about some points, mm.
+    pub(crate) fn at(&self, places: &[Point]) -> Vec<[Option<f64>; 2]> {
+        let finite = |v: f64| v.is_finite().then_some(v);
+        let both = self.measured.at(places).into_iter().zip(self.geometric.at(places));
+        both.map(|(m, g)| [finite(m), finite(g)]).collect()
     }
-    // A pass must have seen all of it.
-    let lost = measured.found.not_followed as f64;
-    if lost > UNKNOWN * (lost + all.places as f64) {
-        return unchecked(format!("{told}; {lost} more places lie on surfaces that no motion of this run has swept"));
-    }
-    if measured.found.narrow > UNKNOWN * length {
-        return unchecked(format!(
-            "{told}; {:.1} mm of ridges lie nearer to their neighbor than two cells, where others may be missed: take finer cells \
-             or a [[stock.patch]]",
-            measured.found.narrow
-        ));
-    }
-    Some(Judgement { key: KEY, state, reason: told })
-}
-
-/// The scallop about some points, mm.
-pub(crate) fn at(map: Option<&Neighbors>, places: &[Point]) -> Vec<Option<f64>> {
-    map.map_or_else(
-        || vec![None; places.len()],
-        |m| m.at(places).into_iter().map(|v| v.is_finite().then_some(v)).collect(),
-    )
 }

@@ -25,6 +25,8 @@ pub struct Scallop {
     pub strip_width_min_mm: Option<f64>,
     /// Smallest width of the strip that the moving cutter cuts up to the tolerance above a plane, mm.
     pub swept_width_min_mm: Option<f64>,
+    /// Ridges by the bounds that the scene sets, where it sets some for regions.
+    pub regions: Vec<ScallopRegion>,
     /// Length of the ridges by height.
     pub histogram: Vec<ScallopBar>,
     /// Cubes of 4 mm, the worst first, at most twenty.
@@ -57,6 +59,17 @@ impl From<&Heights> for ScallopHeights {
         let [mean_um, p95_um, max_um] = [h.mean, h.p95, h.max].map(|v| 1e3 * v);
         Self { places: h.places, length_mm: h.length, mean_um, p95_um, max_um }
     }
+}
+
+/// Ridges with one bound.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ScallopRegion {
+    /// Name of the region; none outside of all regions.
+    pub name: Option<String>,
+    /// Allowed 95th percentile, µm.
+    pub limit_um: f64,
+    /// Its ridges; none where none was found.
+    pub heights: Option<ScallopHeights>,
 }
 
 /// A bar of the histogram.

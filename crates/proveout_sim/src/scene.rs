@@ -15,6 +15,7 @@ pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, Platfor
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
+pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
     SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
@@ -306,40 +307,6 @@ pub struct ControlFile {
     pub joint_limits: BTreeMap<String, JointLimitFile>,
 }
 
-/// Bounds of the gates.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Tolerances {
-    /// Gouges deeper than this fail.
-    pub gouge_mm: f64,
-    /// Material left above this fails.
-    pub excess_mm: f64,
-    /// Bodies that come nearer than this are reported.
-    pub near_miss_mm: f64,
-    /// Overlap of a body with material below this counts as touching, not as cutting.
-    pub contact_mm: f64,
-    /// The 95th percentile of the scallop between the passes may be so high above the design, micrometer; not judged when left out.
-    pub scallop_um: Option<f64>,
-    /// Largest Ra of the patches and profiles of `[surface]`, across and along the lay, µm; not judged when left out.
-    pub ra_um: Option<f64>,
-    /// Largest Rz of the same, µm; not judged when left out.
-    pub rz_um: Option<f64>,
-}
-
-impl Default for Tolerances {
-    fn default() -> Self {
-        Self {
-            gouge_mm: 0.05,
-            excess_mm: 0.05,
-            near_miss_mm: 1.0,
-            contact_mm: 0.01,
-            scallop_um: None,
-            ra_um: None,
-            rz_um: None,
-        }
-    }
-}
-
 /// One named program.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -537,30 +504,8 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             );
         }
     }
-    let t = &file.tolerances;
-    if ![t.gouge_mm, t.excess_mm, t.near_miss_mm, t.contact_mm].iter().all(|v| (0.0..1e3).contains(v)) {
-        let at = text.find("[tolerances]").unwrap_or(0);
-        return fault(at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm");
-    }
-    if let Some(scallop) = t.scallop_um {
-        let at = text.find("scallop_um").unwrap_or(0);
-        if !(scallop > 0.0 && scallop < 1e6) {
-            let help = "write the allowed height in micrometers, for example 10";
-            return fault(at, format!("scallop_um = {scallop} is no height"), help);
-        }
-        if file.part.is_none() {
-            return fault(at, "scallop_um has no design to be counted from".into(), "give the design part as [part]");
-        }
-    }
-    for (key, value) in [("ra_um", t.ra_um), ("rz_um", t.rz_um)] {
-        if let Some(value) = value.filter(|v| !(*v > 0.0 && *v <= 1e6)) {
-            let at = text.find(key).unwrap_or(0);
-            return fault(
-                at,
-                format!("{key} = {value} is no height"),
-                "write a height above 0 micrometers, or leave it out",
-            );
-        }
+    if let Some((at, message, help)) = file.tolerances.fault(text, file.part.is_some()) {
+        return fault(at, message, help);
     }
     for probe in &file.inspect {
         if probe_direction(probe.direction.get_ref()).is_none() {

@@ -117,6 +117,8 @@ pub struct MapPoint {
     pub deviation: Option<f64>,
     /// Scallop height, mm; none where not evaluated.
     pub scallop: Option<f64>,
+    /// What the geometry of cutter, lean, step and design gives there, mm; none where it is not known.
+    pub scallop_geometric: Option<f64>,
     /// Index of the motion piece that made the point; none for the skin of the stock.
     pub made_by: Option<u32>,
 }

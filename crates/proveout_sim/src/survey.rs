@@ -11,12 +11,12 @@ use proveout_surface::{
 use rayon::prelude::*;
 
 use crate::{
-    design::{Design, MESH, Neighbors, design},
+    design::{Design, MESH, design},
     error::SimError,
     kept_motion::Swept,
     observer::PointBand,
     prepare::Prepared,
-    scallop,
+    scallop::RidgeMap,
     surface_map::{MapPoint, PatchShape, SurfaceShape},
     verdict::Deviation,
 };
@@ -54,7 +54,7 @@ pub(crate) struct Known<'a> {
     /// The motion that cut it.
     pub(crate) swept: Option<&'a Swept>,
     /// Heights of the ridges between its passes.
-    pub(crate) ridges: Option<&'a Neighbors>,
+    pub(crate) ridges: Option<&'a RidgeMap>,
 }
 
 /// Receives the points.
@@ -126,10 +126,10 @@ pub(crate) fn survey(
         };
         part.run(|band| {
             let mut points = of_part.take(&band, &shown, &mut sums);
-            if ridges.is_some() {
+            if let Some(ridges) = ridges {
                 let cut: Vec<Point> = points.iter().map(|p| Point::from(p.position)).collect();
-                for (point, height) in points.iter_mut().zip(scallop::at(ridges, &cut)) {
-                    point.scallop = height.filter(|_| point.made_by.is_some());
+                for (point, heights) in points.iter_mut().zip(ridges.at(&cut)) {
+                    [point.scallop, point.scallop_geometric] = heights.map(|h| h.filter(|_| point.made_by.is_some()));
                 }
             }
             show(&PointBand { patch, points: &points })
@@ -212,6 +212,7 @@ impl OfPart {
                 normal: normal.into(),
                 deviation: deviation.is_finite().then_some(deviation),
                 scallop: None,
+                scallop_geometric: None,
                 made_by: sample.made_by,
             });
             if let Judged::Counts { deviation, weight } = *judged {

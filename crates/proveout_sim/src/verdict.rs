@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
-pub use crate::scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch};
+pub use crate::scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion};
 
 /// Version of the layout of [`Verdict`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -364,8 +364,35 @@ pub struct ProfileUsed {
     pub ra_um: Option<[f64; 2]>,
     /// The same of Rz.
     pub rz_um: Option<[f64; 2]>,
+    /// What the profile model of Dong et al. 2023 says of it; across the lay alone, null where the model has no answer.
+    pub analytic: Option<AnalyticUsed>,
     /// Everything about it: filtered and unfiltered values, standard and edition, class, cut-offs, evaluation length, end rule, spacing.
     pub report: serde_json::Value,
+}
+
+/// The profile model of Dong et al. 2023 at the middle of a profile, with all that it hangs on; both Ra unfiltered, over whole passes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct AnalyticUsed {
+    /// Mean distance of the passes along the profile.
+    pub pitch_mm: f64,
+    /// Inclination of the axis from the normal.
+    pub inclination_deg: f64,
+    /// Azimuth of its lean from the feed, to the left.
+    pub azimuth_deg: f64,
+    /// Radius of the torus that osculates the cutter at its contact.
+    pub radius_mm: f64,
+    /// Corner radius of the same.
+    pub corner_radius_mm: f64,
+    /// Curvature of the design across the feed, positive where it is hollow.
+    pub curvature_per_mm: f64,
+    /// Distance of the cuts of two teeth; null for the envelope.
+    pub feed_per_tooth_mm: Option<f64>,
+    /// Ra of the model, µm.
+    pub ra_um: f64,
+    /// Ra of the simulated profile, µm.
+    pub simulated_ra_um: f64,
+    /// Simulated less model, µm.
+    pub difference_um: f64,
 }
 
 /// Smallest and largest values over repetitions with random spindle phases, µm.

@@ -6,6 +6,7 @@ pub(crate) mod format;
 mod page;
 pub(crate) mod plot;
 pub(crate) mod rows;
+mod scallop;
 #[cfg(test)]
 pub(crate) mod tests;
 mod texture;
@@ -135,7 +136,7 @@ impl Observer for ReportObserver {
     }
 
     fn surface_texture(&mut self, _setup: &Setup<'_>, texture: &SurfaceTexture) -> Result<(), ObserverError> {
-        if texture.map.is_some() && self.textures.len() < texture::PAGE_MAPS {
+        if self.textures.len() < texture::PAGE_MAPS {
             self.textures.push(ShownTexture::of(texture, texture::PAGE_SIDE));
         }
         Ok(())

@@ -16,7 +16,8 @@ use crate::{
         format::{compact, count, duration, fixed, length, length_or_dash, volume},
         plot::{Bar, Strip, histogram, svg},
         rows::{axes, deviation, drives, inspection, symbol, time, tools},
-        texture::{color_stops, color_table, map_data, map_figures, texture_rows, texture_words},
+        scallop::scallop,
+        texture::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
     },
 };
 
@@ -72,9 +73,11 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "mesh_notes": mesh_notes(page.part),
         "map": page.part.map.map(|m| map_words(m, page.part)),
         "deviation": deviation(v),
+        "scallop": v.surface.scallop.as_ref().map(scallop),
         "textures": texture_rows(&v.surface.textures),
         "texture_words": v.surface.textures.first().map(texture_words),
         "texture_maps": map_figures(page.textures),
+        "texture_profiles": profile_figures(page.textures),
         "texture_stops": color_stops(),
         "texture_script": TEXTURE,
         "texture_data": texture_data(page),
@@ -242,7 +245,7 @@ fn map_words(map: DeviationMap, part: &PartView) -> MapWords {
     };
     MapWords {
         stops: stops.join(", "),
-        histogram: histogram(&bars, [&low, &high]),
+        histogram: histogram(&bars, [&low, "0", &high], "Distribution of the deviation"),
         low,
         high,
         note: format!("Share of the measured surface points in each class.{outside}"),

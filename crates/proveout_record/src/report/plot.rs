@@ -164,13 +164,14 @@ pub(crate) struct Bar {
     pub(crate) color: String,
 }
 
-/// Bars from `-range` to `range` (left to right), with their largest share as scale.
-pub(crate) fn histogram(bars: &[Bar], ends: [&str; 2]) -> String {
+/// Bars side by side with their largest share as scale; `marks` are values at the left end, in the middle and at the right end.
+pub(crate) fn histogram(bars: &[Bar], marks: [&str; 3], label: &str) -> String {
     const HEIGHT: f64 = 120.0;
     let top = bars.iter().map(|b| b.share).fold(0.0, f64::max).max(1e-12);
     let mut out = format!(
-        r#"<svg class="plot" viewBox="0 0 480 {}" role="img" aria-label="Distribution of the deviation">"#,
-        HEIGHT + 30.0
+        r#"<svg class="plot" viewBox="0 0 480 {}" role="img" aria-label="{}">"#,
+        HEIGHT + 30.0,
+        escape(label)
     );
     let width = 480.0 / bars.len().max(1) as f64;
     for (i, bar) in bars.iter().enumerate() {
@@ -189,11 +190,12 @@ pub(crate) fn histogram(bars: &[Bar], ends: [&str; 2]) -> String {
     put(
         &mut out,
         format_args!(
-            r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">0</text><text x="480" y="{1}" text-anchor="end">{3}</text><text x="480" y="18" text-anchor="end">highest bar {4} %</text></svg>"#,
+            r#"<path class="zero" d="M0 {0}H480"/><text x="0" y="{1}">{2}</text><text x="240" y="{1}" text-anchor="middle">{3}</text><text x="480" y="{1}" text-anchor="end">{4}</text><text x="480" y="18" text-anchor="end">highest bar {5} %</text></svg>"#,
             10.0 + HEIGHT,
             26.0 + HEIGHT,
-            escape(ends[0]),
-            escape(ends[1]),
+            escape(marks[0]),
+            escape(marks[1]),
+            escape(marks[2]),
             compact(top * 100.0)
         ),
     );

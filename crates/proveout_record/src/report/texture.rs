@@ -8,9 +8,10 @@ use crate::{
     encode::base64,
     report::{
         format::{count, fixed},
+        plot::{Strip, svg},
         rows::symbol,
     },
-    texture::ShownTexture,
+    texture::{ShownProfile, ShownTexture},
 };
 
 /// Most maps with a picture, and nodes along their sides: 2.5 MB of page. The others stand in the table.
@@ -107,6 +108,39 @@ pub(crate) fn map_figures(all: &[ShownTexture]) -> Vec<MapFigure> {
     all.iter().filter(|t| t.is_map()).take(PAGE_MAPS).map(figure).collect()
 }
 
+/// A plotted profile.
+#[derive(Serialize)]
+pub(crate) struct ProfileFigure {
+    name: String,
+    svg: String,
+    words: String,
+}
+
+/// The profiles of the places: unfiltered, and the roughness profile over its evaluation length.
+pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<ProfileFigure> {
+    let figure = |t: &ShownTexture, p: &ShownProfile| {
+        let name = format!("{}, {}", t.name, p.direction);
+        let strip = |name: &str, signal| Strip {
+            name: name.into(),
+            signal,
+            second: None,
+            limits: [None; 2],
+            marks: Vec::new(),
+            height: 70.0,
+        };
+        let mut strips = vec![strip("height above the design, unfiltered, µm", &p.heights)];
+        strips.extend(p.roughness.as_ref().map(|r| strip("roughness profile, µm", r)));
+        let values = p.ra_rz_um.map_or_else(String::new, |[ra, rz]| format!(" Ra {}, Rz {}.", micrometer(ra), micrometer(rz)));
+        let class = if p.class.is_empty() { String::new() } else { format!(" Class {}.", p.class) };
+        ProfileFigure {
+            svg: svg(&strips, 480.0, p.length, &[], &name),
+            name,
+            words: format!("Along {} mm, a point every {} µm.{class}{values}", fixed(p.length, 2), fixed(1e3 * p.step, 2)),
+        }
+    };
+    all.iter().flat_map(|t| t.profiles.iter().map(move |p| figure(t, p))).collect()
+}
+
 fn bounds(range: Option<[f64; 2]>) -> String {
     match range {
         None => "not checked".into(),
@@ -161,8 +195,17 @@ fn rows_of(t: &TextureUsed) -> Vec<TextureRow> {
         .enumerate()
         .map(|(k, p)| {
             let r = &p.report;
+            let model = p.analytic.as_ref().map_or_else(String::new, |a| {
+                format!(
+                    "; unfiltered Ra {}, by the model of Dong et al. 2023 (pitch {} mm, lean {}°) {}",
+                    micrometer(a.simulated_ra_um),
+                    fixed(a.pitch_mm, 3),
+                    fixed(a.inclination_deg, 1),
+                    micrometer(a.ra_um)
+                )
+            });
             let what = format!(
-                "{}: {}, {}, λs {} µm, λc {} mm, length {} mm, every {} µm, {}",
+                "{}: {}, {}, λs {} µm, λc {} mm, length {} mm, every {} µm, {}{model}",
                 p.direction,
                 text(r, "standard"),
                 text(r, "class"),

@@ -16,10 +16,29 @@ struct Wanted<'a> {
     form: FormFile,
 }
 
-/// A value with its unit, or why there is none.
+/// A value with its unit, or why there is none, and how far it may be off.
 struct Found {
     value: Result<f64, String>,
     unit: String,
+    error: f64,
+}
+
+impl Found {
+    fn exact(value: Result<f64, String>, unit: impl Into<String>) -> Self {
+        Self { value, unit: unit.into(), error: 0.0 }
+    }
+}
+
+/// Whether a value keeps its bounds; nobody can tell where a bound lies within its error.
+fn within(value: f64, error: f64, [low, high]: [Option<f64>; 2]) -> State {
+    let [low, high] = [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)];
+    if value - error >= low && value + error <= high {
+        State::Pass
+    } else if value + error < low || value - error > high || error == 0.0 {
+        State::Fail
+    } else {
+        State::Unchecked
+    }
 }
 
 /// Published values beside ours.
@@ -36,7 +55,7 @@ pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> 
         let found = wanted.find(all);
         let value = found.value.ok();
         let state = match (value, p.band) {
-            (Some(v), Some([low, high])) => passed(low <= v && v <= high),
+            (Some(v), Some(band)) => within(v, found.error, band.map(Some)),
             _ => State::Unchecked,
         };
         Published {
@@ -57,10 +76,6 @@ pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> 
 /// Criteria of the scene.
 pub(crate) fn expectations(file: &CompareFile, all: &Comparison) -> Vec<Expectation> {
     file.expect.iter().map(|e| expectation(e, all)).collect()
-}
-
-fn passed(yes: bool) -> State {
-    if yes { State::Pass } else { State::Fail }
 }
 
 fn expectation(e: &ExpectFile, all: &Comparison) -> Expectation {
@@ -98,8 +113,10 @@ fn expectation(e: &ExpectFile, all: &Comparison) -> Expectation {
     match found.value {
         Ok(value) => {
             out.value = Some(value);
-            let above = e.at_least.is_none_or(|low| value >= low);
-            out.state = passed(above && e.at_most.is_none_or(|high| value <= high));
+            out.state = within(value, found.error, [e.at_least, e.at_most]);
+            if out.state == State::Unchecked {
+                out.reason = format!("known to {:.3} {} only: a bound lies within", found.error, out.unit);
+            }
         }
         Err(reason) => out.reason = reason,
     }
@@ -123,8 +140,15 @@ impl Wanted<'_> {
     fn find(&self, all: &Comparison) -> Found {
         let own = self.value(all, self.program);
         let Some(against) = self.against else { return own };
-        let unit = "%".to_owned();
         let other = self.value(all, against);
+        // Of a quotient of two values, each off by its error.
+        let error = match (&own.value, &other.value) {
+            (Ok(a), Ok(b)) if own.error + other.error > 0.0 => {
+                let (a, b) = if self.form == FormFile::Rate { (b, a) } else { (a, b) };
+                100.0 * (own.error.max(other.error) / b.abs() + (a / (b * b)).abs() * own.error.max(other.error))
+            }
+            _ => 0.0,
+        };
         let value = match (own.value, other.value) {
             (Ok(own), Ok(other)) => {
                 let percent = match self.form {
@@ -139,13 +163,13 @@ impl Wanted<'_> {
             }
             (Err(e), _) | (_, Err(e)) => Err(e),
         };
-        Found { value, unit }
+        Found { value, unit: "%".into(), error }
     }
 
     fn value(&self, all: &Comparison, name: &str) -> Found {
         use QuantityFile::*;
         let Some(program) = all.programs.get(name) else {
-            return Found { value: Err(format!("{name} has not run")), unit: String::new() };
+            return Found::exact(Err(format!("{name} has not run")), "");
         };
         let (value, unit) = match self.quantity {
             CycleTime => (Some(program.time.total_s), "s"),
@@ -165,18 +189,22 @@ impl Wanted<'_> {
             }
         };
         let value = value.ok_or_else(|| format!("{} of {name} is not known", self.quantity.words()));
-        Found { value, unit: unit.into() }
+        let error = match self.quantity {
+            ScallopMax | ScallopMean | ScallopP95 => program.surface.scallop.as_ref().map_or(0.0, |s| s.bound_um),
+            _ => 0.0,
+        };
+        Found { value, unit: unit.into(), error }
     }
 
     fn study(&self, program: &ProgramFigures, name: &str) -> Found {
         let wanted = self.figure.unwrap_or_default();
         let figures = program.made.as_ref().map(|m| m.figures.as_slice()).unwrap_or_default();
         match figures.iter().find(|f| f.name == wanted) {
-            Some(figure) => Found { value: Ok(figure.value), unit: figure.unit.clone() },
+            Some(figure) => Found::exact(Ok(figure.value), figure.unit.clone()),
             None => {
                 let names: Vec<&str> = figures.iter().map(|f| f.name.as_str()).collect();
                 let value = Err(format!("{name} has no number {wanted:?}; it has: {}", names.join(", ")));
-                Found { value, unit: String::new() }
+                Found::exact(value, "")
             }
         }
     }
@@ -187,7 +215,7 @@ impl Wanted<'_> {
         let axis = program.stretch.as_ref().and_then(|s| s.axes.get(wanted));
         let Some(axis) = axis else {
             let why = if program.stretch.is_none() { "no cutting stretch" } else { "no such joint" };
-            return Found { value: Err(format!("{name} has {why}: {wanted}")), unit: String::new() };
+            return Found::exact(Err(format!("{name} has {why}: {wanted}")), "");
         };
         let (value, per) = match self.quantity {
             DemandVelocity => (axis.demand_velocity, "/s"),
@@ -199,7 +227,7 @@ impl Wanted<'_> {
         };
         let unit = if per.is_empty() { String::new() } else { format!("{}{per}", axis.unit) };
         let value = value.ok_or_else(|| format!("{} of {wanted} is not known for {name}", self.quantity.words()));
-        Found { value, unit }
+        Found::exact(value, unit)
     }
 }
 
@@ -325,6 +353,32 @@ mod tests {
         assert!(close(seen[1].0, 25.0) && seen[1].1 == State::Fail, "{rows:?}");
         assert!(close(seen[2].0, 75.0) && seen[2].1 == State::Unchecked, "no band, no judgement: {rows:?}");
         assert_eq!(seen[3], (None, State::Unchecked), "a value that is not known is never reproduced");
+    }
+
+    #[test]
+    fn a_bound_within_the_error_of_a_scallop_is_unchecked() {
+        let text = "[[expect]]\nname = \"scallop\"\nprogram = \"b\"\nagainst = \"a\"\nquantity = \"scallop-p95\"\nat_least = -5\nat_most = 5\n";
+        let judged = |p95: f64, bound_um: f64| {
+            let mut all = comparison();
+            for (name, value) in [("a", 10.0), ("b", p95)] {
+                let surface = Surface {
+                    scallop_p95_um: Some(value),
+                    scallop: Some(crate::verdict::Scallop { bound_um, ..Default::default() }),
+                    ..Surface::default()
+                };
+                all.programs.get_mut(name).expect("a program").surface = surface;
+            }
+            let mut rows = expectations(&file(text), &all);
+            rows.remove(0)
+        };
+        // 7 percent more, each known to 0.1 of 10 micrometers: 1 + 1.07 percent.
+        assert_eq!(judged(10.7, 0.0).state, State::Fail);
+        assert_eq!(judged(10.7, 0.05).state, State::Fail);
+        let open = judged(10.7, 0.1);
+        assert_eq!(open.state, State::Unchecked, "{open:?}");
+        assert!(open.reason.starts_with("known to 2.070 % only"), "{}", open.reason);
+        assert_eq!(judged(10.4, 0.1).state, State::Unchecked, "nor is it kept for sure");
+        assert_eq!(judged(10.2, 0.1).state, State::Pass);
     }
 
     #[test]

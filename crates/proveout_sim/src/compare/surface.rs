@@ -5,8 +5,8 @@ use crate::{SurfaceMap, verdict::Surface};
 
 /// The rule of [`scallop`], in words.
 pub(crate) const SCALLOP_RULE: &str = "Where the scene sets `scallop_um`: heights of the ridges between passes above the design, found on the swept surfaces and weighed with \
-     their length. Otherwise the largest and mean material left over the design at the exact points in the judged box (gouged points count \
-     as zero): between the turns of a finishing pass this is the kinematic scallop with the chord errors of path and design \
+     their length; they are known to the bound that stands beside them, and a criterion whose limit lies within it is unchecked. Otherwise the largest and mean material left over the design at the exact points in the judged box (gouged points count \
+     as zero): between the turns of a finishing pass this is the kinematic scallop with the path's deviation and the design's own error \
      on it. Unchecked where the scene has no judged box, or where a judged point is skin of the stock";
 
 /// Fills in the scallop where the run has not evaluated it.
@@ -66,7 +66,7 @@ mod tests {
     }
 
     fn point(deviation: Option<f64>, made_by: Option<u32>) -> MapPoint {
-        MapPoint { position: [0.0; 3], normal: [0.0, 0.0, 1.0], deviation, scallop: None, made_by }
+        MapPoint { position: [0.0; 3], normal: [0.0, 0.0, 1.0], deviation, scallop: None, scallop_geometric: None, made_by }
     }
 
     #[test]

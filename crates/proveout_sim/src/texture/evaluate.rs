@@ -9,6 +9,7 @@ use proveout_surface::{
 use proveout_tool::Tool;
 
 use super::{
+    analytic::{self, Across},
     Entry, Maker, Plan, SurfaceTexture, TextureMap, TextureProfile, Wanted,
     doubts::residual,
     places::Place,
@@ -356,6 +357,15 @@ impl<'a> Work<'a> {
             self.used.blocks = self.blocks(&makers);
             self.doubts(&lattice, &cuts);
         }
+        let mut analytic = None;
+        if direction == Some(ProfileDirectionFile::Across) {
+            let teeth = self.surface.model == SurfaceModelFile::Teeth;
+            let across = Across { lattice: &lattice, step, cuts: &cuts, teeth };
+            match analytic::beside(&across, &self.prepared.tools.tools, |cut| self.kept(cut.motion)) {
+                Ok(found) => analytic = Some(found),
+                Err(why) => self.used.remarks.push(format!("profile {word}: no analytic answer beside it: {why}")),
+            }
+        }
         let ranges = (!of_phases.is_empty()).then(|| [0, 1].map(|k| range(of_phases.iter().map(|p| p[k]))));
         let along = place.along;
         self.used.profiles.push(ProfileUsed {
@@ -363,6 +373,7 @@ impl<'a> Work<'a> {
             along: along.into(),
             ra_um: ranges.map(|r| r[0]),
             rz_um: ranges.map(|r| r[1]),
+            analytic,
             report: serde_json::to_value(&report).unwrap_or_default(),
         });
         Some(TextureProfile {

@@ -8,6 +8,7 @@ use crate::{
     finding,
     log::FindingLog,
     prepare::Prepared,
+    scene_tolerance::{Limit, SurfaceKey, Tolerances},
     surface_gate::Judgement,
     verdict::{Spread, State, Surface, TextureUsed},
 };
@@ -19,38 +20,48 @@ const TOLD: usize = 3;
 pub(crate) fn judge(prepared: &Prepared, surface: &mut Surface, log: &mut FindingLog) -> Vec<Judgement> {
     sum_up(surface);
     let tolerances = &prepared.scene.file.tolerances;
-    let asked = [("ra_um", "Ra", tolerances.ra_um), ("rz_um", "Rz", tolerances.rz_um)];
-    asked
-        .into_iter()
-        .enumerate()
-        .filter_map(|(k, (key, name, limit))| Some(one(k, key, name, limit?, &surface.textures, log)))
-        .collect()
+    let asked = [(SurfaceKey::Ra, "Ra"), (SurfaceKey::Rz, "Rz")].into_iter().filter(|(key, _)| tolerances.asks(*key));
+    asked.map(|(key, name)| one(key, name, tolerances, &surface.textures, log)).collect()
 }
 
-/// The profile of a tolerance: direction, and bounds of its value, µm.
+/// The profile of a tolerance: direction, bounds of its value, and what is allowed there, µm.
 struct Bounds<'a> {
     of: &'a TextureUsed,
     direction: &'a str,
     low: f64,
     high: f64,
+    limit: f64,
+    region: Option<&'a str>,
 }
 
-fn bounds(k: usize, textures: &[TextureUsed]) -> Vec<Bounds<'_>> {
+fn bounds<'a>(key: SurfaceKey, tolerances: &'a Tolerances, textures: &'a [TextureUsed]) -> Vec<Bounds<'a>> {
     textures
         .iter()
         .flat_map(|t| t.profiles.iter().map(move |p| (t, p)))
         .filter_map(|(t, p)| {
-            let [low, high] = if k == 0 { p.ra_um } else { p.rz_um }?;
-            let residual = if k == 0 { t.residual.ra_um } else { t.residual.rz_um };
+            let limit = tolerances.limit(key, &t.at_mm.into())?;
+            let ra = key == SurfaceKey::Ra;
+            let [low, high] = if ra { p.ra_um } else { p.rz_um }?;
+            let residual = if ra { t.residual.ra_um } else { t.residual.rz_um };
             let off = 2.0 * t.design_error_um;
             Some(Bounds {
                 of: t,
                 direction: &p.direction,
                 low: (low + residual[0] - off).max(0.0),
                 high: high + residual[1] + off,
+                limit: limit.um,
+                region: tolerances.region_name(&limit),
             })
         })
         .collect()
+}
+
+impl Bounds<'_> {
+    /// What is allowed, with the region that says so.
+    fn allowed(&self) -> String {
+        let region = self.region.map_or_else(String::new, |r| format!(" in region {r:?}"));
+        format!("{} um{region}", self.limit)
+    }
 }
 
 fn place(t: &TextureUsed) -> String {
@@ -64,58 +75,72 @@ fn figures(b: &Bounds<'_>) -> String {
 }
 
 fn one(
-    k: usize,
-    key: &'static str,
+    key: SurfaceKey,
     name: &str,
-    limit: f64,
+    tolerances: &Tolerances,
     textures: &[TextureUsed],
     log: &mut FindingLog,
 ) -> Judgement {
-    let all = bounds(k, textures);
-    let above: Vec<&Bounds<'_>> = all.iter().filter(|b| b.low > limit).collect();
+    let all = bounds(key, tolerances, textures);
+    let key_word = key.word();
+    let above: Vec<&Bounds<'_>> = all.iter().filter(|b| b.low > b.limit).collect();
     for b in &above {
-        let message = format!("{name} {} {}: {}; allowed are {limit} um", place(b.of), b.direction, figures(b));
+        let message = format!("{name} {} {}: {}; allowed are {}", place(b.of), b.direction, figures(b), b.allowed());
         let mut f = FindingLog::of(&finding::ROUGHNESS, message);
-        (f.value, f.limit, f.unit) = (Some(b.low), Some(limit), Some("um".into()));
+        (f.value, f.limit, f.unit) = (Some(b.low), Some(b.limit), Some("um".into()));
         f.point_mm = Some(b.of.at_mm);
         if let Some(made) = b.of.blocks.first() {
             (f.block, f.file, f.line) = (Some(made.block), made.file.clone(), made.line);
         }
         log.push(f);
     }
-    let worst = all.iter().reduce(|a, b| if b.high > a.high { b } else { a });
+    // With bounds of regions the one that is nearest to its own, or most above it.
+    let worst = all.iter().reduce(|a, b| if b.high / b.limit > a.high / a.limit { b } else { a });
+    let mut limits: Vec<String> = all.iter().map(Bounds::allowed).collect();
+    limits.dedup();
+    let limits = limits.join(", ");
     let worst = worst.map(|b| format!("worst {} {}: {}", place(b.of), b.direction, figures(b)));
     if !above.is_empty() {
         let worst = worst.unwrap_or_default();
-        let reason = format!("{} of {} profiles above {limit} um; {worst}", above.len(), all.len());
-        return Judgement { key, state: State::Fail, reason };
+        let reason = format!("{} of {} profiles above {limits}; {worst}", above.len(), all.len());
+        return Judgement { key: key_word, state: State::Fail, reason };
     }
     let mut open: Vec<String> = all
         .iter()
-        .filter(|b| b.high > limit)
+        .filter(|b| b.high > b.limit)
         .map(|b| {
-            let why = if b.of.design_error_um > 0.0 && b.high - 4.0 * b.of.design_error_um <= limit {
+            let why = if b.of.design_error_um > 0.0 && b.high - 4.0 * b.of.design_error_um <= b.limit {
                 format!("the design is coarser than the tolerance (its own error is {} um)", b.of.design_error_um)
             } else {
                 "its spindle phase and its residual decide".to_owned()
             };
-            format!("{} {}: {} against {limit} um: {why}", place(b.of), b.direction, figures(b))
+            format!("{} {}: {} against {}: {why}", place(b.of), b.direction, figures(b), b.allowed())
         })
         .collect();
-    open.extend(textures.iter().flat_map(|t| t.unchecked.iter().map(move |u| format!("{}: {u}", t.name))));
+    let asked = textures.iter().filter(|t| tolerances.limit(key, &t.at_mm.into()).is_some());
+    open.extend(asked.flat_map(|t| t.unchecked.iter().map(move |u| format!("{}: {u}", t.name))));
     if all.is_empty() && open.is_empty() {
         open.push("no patch or profile under [surface] was evaluated".into());
     }
+    open.extend(unseen_regions(key, tolerances, textures));
     if open.is_empty() {
-        let reason = format!("{} profiles at most {limit} um; {}", all.len(), worst.unwrap_or_default());
-        return Judgement { key, state: State::Pass, reason };
+        let reason = format!("{} profiles at most {limits}; {}", all.len(), worst.unwrap_or_default());
+        return Judgement { key: key_word, state: State::Pass, reason };
     }
     let more = open.len().saturating_sub(TOLD);
     let mut told: Vec<String> = open.into_iter().take(TOLD).collect();
     if more > 0 {
         told.push(format!("{more} more reasons in `surface.textures`"));
     }
-    Judgement { key, state: State::Unchecked, reason: told.join("; ") }
+    Judgement { key: key_word, state: State::Unchecked, reason: told.join("; ") }
+}
+
+/// Regions with a bound in which no place was asked for.
+fn unseen_regions(key: SurfaceKey, tolerances: &Tolerances, textures: &[TextureUsed]) -> Vec<String> {
+    let seen: Vec<Limit> = textures.iter().filter_map(|t| tolerances.limit(key, &t.at_mm.into())).collect();
+    let open = tolerances.limits(key).into_iter().filter(|l| l.region.is_some() && !seen.contains(l));
+    open.filter_map(|l| Some(format!("region {:?} has no patch or profile under [surface]", tolerances.region_name(&l)?)))
+        .collect()
 }
 
 /// Smallest, mean and largest over the places.

@@ -11,6 +11,7 @@
 //! [`proveout_surface::texture`]. What a value hangs on stands beside it; what could not be evaluated is named, and then Ra and Rz are
 //! unchecked.
 
+mod analytic;
 mod doubts;
 mod evaluate;
 mod judge;

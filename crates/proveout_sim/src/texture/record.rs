@@ -399,7 +399,7 @@ fn turn(a: &[Vector; 3], b: &[Vector; 3]) -> Vector {
 }
 
 /// Rodrigues 1840.
-fn rotated(v: &Vector, turn: &Vector) -> Vector {
+pub(super) fn rotated(v: &Vector, turn: &Vector) -> Vector {
     let angle = turn.norm();
     if angle < 1e-15 {
         return *v;

@@ -114,6 +114,8 @@ struct Search<'a> {
     body: Body,
     edges: Option<&'a [Edge]>,
     hulls: Vec<Hull>,
+    /// Shortest revolution, s.
+    turn: f64,
     max_height: f64,
 }
 
@@ -162,8 +164,10 @@ impl<'a> Search<'a> {
             }
             before = Some(piece);
         }
+        let fastest = pieces.iter().map(|p| p.azimuth_rate.abs()).filter(|r| r.is_finite()).fold(0.0, f64::max);
         Self {
             lattice,
+            turn: std::f64::consts::TAU / fastest,
             pieces: ready,
             joined,
             body,
@@ -231,23 +235,42 @@ impl<'a> Search<'a> {
         }
         let mut again = 0;
         let leaf = Leaf::new(self, &candidates);
-        let mut hint = Lowest::NONE;
         let mut everything = None;
+        let width = self.lattice.columns();
         for row in area.row[0]..area.row[1] {
             for column in area.column[0]..area.column[1] {
                 let ray = self.ray(row, column);
+                let at = (row - first) * width + column;
+                let left = (column > area.column[0]).then(|| out[at - 1]);
+                let below = (row > area.row[0]).then(|| out[at - width]);
+                let corner = left.and(below).map(|_| out[at - width - 1]);
+                let hint = self.expected(left, below, corner);
                 let mut best = leaf.point(&ray, &hint);
                 if best.height > candidates.left_out && candidates.left_out < self.max_height {
                     again += 1;
                     best = everything.get_or_insert_with(|| Leaf::new(self, all)).point(&ray, &hint);
                 }
-                if best.height.is_finite() {
-                    hint = best;
-                }
-                out[(row - first) * self.lattice.columns() + column] = best;
+                out[at] = best;
             }
         }
         again
+    }
+
+    /// What the neighbors of a node let expect: the plane through three that the same edge cut in the same turn, else one of them. A start for Newton's
+    /// method, on which no height hangs.
+    fn expected(&self, left: Option<Lowest>, below: Option<Lowest>, corner: Option<Lowest>) -> Lowest {
+        let cut = |l: &Lowest| l.height.is_finite();
+        let (left, below) = (left.filter(cut), below.filter(cut));
+        let (Some(a), Some(b), Some(c)) = (left, below, corner.filter(cut)) else {
+            return left.or(below).unwrap_or(Lowest::NONE);
+        };
+        let same = if self.edges.is_some() {
+            let near = |l: &Lowest| l.edge == c.edge && (l.time - c.time).abs() < 0.3 * self.turn;
+            near(&a) && near(&b)
+        } else {
+            a.motion == c.motion && b.motion == c.motion
+        };
+        if same { Lowest { height: a.height + b.height - c.height, time: a.time + b.time - c.time, ..a } } else { a }
     }
 
     /// The candidates of a block among those of a larger one.

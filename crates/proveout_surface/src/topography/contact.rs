@@ -435,7 +435,12 @@ impl Walk<'_> {
             if !(t.is_finite() && h.is_finite()) {
                 return None;
             }
-            if dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * self.piece.azimuth_rate).abs() < 1e-11 {
+            // Near a simple root the next step is the square of this one, times the size of the cutter: it need not be taken.
+            let step = (dt * self.piece.azimuth_rate).abs() + dh.abs() / edge.radius;
+            let simple = det.abs() > 0.1 * (pt.abs() + at.abs());
+            let next = 4.0 * step * step * (edge.radius + edge.center_radius.abs());
+            let settled = dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * self.piece.azimuth_rate).abs() < 1e-11;
+            if settled || simple && next <= CLOSE {
                 // Coming from inside of the design the arc is entered, on the side of the tooth, in its range.
                 let on_edge = ah < 0.0 && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual);
                 return Some(Root { time: t, height: h, on_edge });

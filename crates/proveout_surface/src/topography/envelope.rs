@@ -176,27 +176,37 @@ fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, 
     // So short a step is as good as none: the distance changes by less than rounding.
     let least = 1e-7 * piece.duration();
     let (direction, end) = if forward { (1.0, piece.time[1]) } else { (-1.0, piece.time[0]) };
+    // How long no touch lies below the level, by the tangent plane at a place `depth` under the level where the distance falls and is `free` at the level.
+    let leap = |s: &Sample, free: f64, depth: f64| {
+        let bend = spin * (spin * (s.reach + depth + piece.travel()) + 2.0 * speed);
+        let rate = s.by_time * direction;
+        // The positive root of d + d_t t - K t^2 / 2.
+        let root = (rate * rate + 2.0 * bend * free).sqrt();
+        match (bend > 0.0, rate >= 0.0) {
+            _ if free <= 0.0 => 0.0,
+            (true, true) => (rate + root) / bend,
+            (true, false) => 2.0 * free / (root - rate),
+            (false, true) => f64::INFINITY,
+            (false, false) => -free / rate,
+        }
+    };
     let mut time = from;
     loop {
         let s = sample(ray, piece, body, time, height);
-        let bend = spin * (spin * (s.reach + piece.travel()) + 2.0 * speed);
-        let rate = s.by_time * direction;
-        let leap = if s.by_height < 0.0 && s.distance > 0.0 {
-            // The positive root of d + d_t t - K t^2 / 2.
-            let root = (rate * rate + 2.0 * bend * s.distance).sqrt();
-            match (bend > 0.0, rate >= 0.0) {
-                (true, true) => (rate + root) / bend,
-                (true, false) => 2.0 * s.distance / (root - rate),
-                (false, true) => f64::INFINITY,
-                (false, false) => -s.distance / rate,
-            }
-        } else if s.distance > 0.0 {
-            // Past the body; so must the design point be: the cutter comes from outside of the design.
-            let design = sample(ray, piece, body, time, height.min(0.0));
-            let free = if design.by_height >= 0.0 { s.distance.min(design.distance) } else { 0.0 };
-            free / (speed + spin * s.reach).max(1e-300)
-        } else {
+        let leap = if s.distance <= 0.0 {
             0.0
+        } else if s.by_height < 0.0 {
+            leap(&s, s.distance, 0.0)
+        } else {
+            // Past the body: that lies between the level and the design, or was never on this side of the design.
+            let floor = height.min(0.0);
+            let design = sample(ray, piece, body, time, floor);
+            if design.by_height >= 0.0 {
+                s.distance.min(design.distance) / (speed + spin * s.reach).max(1e-300)
+            } else {
+                let (below, depth, free) = falling(ray, piece, body, time, (floor, design), (height, s));
+                leap(&below, free, depth)
+            }
         };
         if (leap <= least || leap.is_nan())
             && let Some(t) = touch(ray, piece, body, time, height)
@@ -212,6 +222,46 @@ fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, 
         // The end of the piece itself is looked at.
         time = if (end - next) * direction > 0.0 { next } else { end };
     }
+}
+
+/// A place under a level where the distance still falls with height, near to where it is least: its sample, its depth under the level, and what the
+/// tangent there leaves at the level, mm.
+///
+/// ```text
+///  d |\               /        `low` falls, `high` rises, the body lies between or is passed beside:
+///    | \ low         / high    d >= d(low) + d_h (h - low) for every h. The place is moved up until
+///    |  `-.._____..-'          that is half of d at the level as well, or a place inside is found.
+///    +------------------ h
+/// ```
+fn falling(
+    ray: &Ray,
+    piece: &Piece,
+    body: &Body,
+    time: f64,
+    low: (f64, Sample),
+    high: (f64, Sample),
+) -> (Sample, f64, f64) {
+    let level = high.0;
+    let (mut low, mut high) = (low, high);
+    let mut free = low.1.distance + low.1.by_height * (level - low.0);
+    for round in 0..60 {
+        if low.1.distance <= 0.0 || free >= 0.5 * low.1.distance {
+            break;
+        }
+        // Where both tangents cross; every third time the middle, so that neither side is stuck.
+        let slopes = high.1.by_height - low.1.by_height;
+        let crossing = (low.1.distance - high.1.distance + high.1.by_height * high.0 - low.1.by_height * low.0) / slopes;
+        let inside = crossing > low.0 && crossing < high.0 && round % 3 != 2;
+        let h = if inside { crossing } else { 0.5 * (low.0 + high.0) };
+        let s = sample(ray, piece, body, time, h);
+        if s.distance <= 0.0 || s.by_height < 0.0 {
+            free = if s.distance <= 0.0 { 0.0 } else { s.distance + s.by_height * (level - h) };
+            low = (h, s);
+        } else {
+            high = (h, s);
+        }
+    }
+    (low.1, level - low.0, free)
 }
 
 /// The nearest lowest touch, and whether it is the only one of a straight piece.
