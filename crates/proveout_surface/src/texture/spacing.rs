@@ -10,6 +10,8 @@
 const HEIGHT_SHARE: f64 = 0.1;
 /// Share of a section that it must be wide.
 const WIDTH_SHARE: f64 = 0.01;
+/// A profile with less Rz is flat, mm: a tenth of a nanometer, ten times what a height may be off where cutters turn, has no pitch.
+pub(super) const FLAT: f64 = 1e-7;
 
 struct Feature {
     hill: bool,
@@ -17,9 +19,9 @@ struct Feature {
     to: f64,
 }
 
-/// `RSm`, mm; none where no element lies in the profile.
+/// `RSm`, mm; none where no element lies in the profile, or where it is flat to rounding.
 pub(super) fn mean_spacing(z: &[f64], step: f64, rz: f64, section: f64) -> Option<f64> {
-    if rz <= 0.0 {
+    if rz <= FLAT {
         return None;
     }
     let crossings = crossings(&features(z, step, HEIGHT_SHARE * rz, WIDTH_SHARE * section));

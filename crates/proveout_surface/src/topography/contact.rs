@@ -250,9 +250,7 @@ impl Walk<'_> {
                 continue;
             }
             let Some((guess, spread)) = self.next(&q, &state, height, time, direction, at_root) else {
-                let until = time + direction * turn;
-                self.revolution(time, if (stop - until) * direction < 0.0 { stop } else { until }, height, best);
-                time = until;
+                time = self.turn_from(time, stop, direction, height, best);
                 at_root = false;
                 continue;
             };
@@ -268,13 +266,34 @@ impl Walk<'_> {
                     at_root = true;
                 }
                 _ => {
-                    let until = time + direction * turn;
-                    self.revolution(time, if (stop - until) * direction < 0.0 { stop } else { until }, height, best);
-                    time = until;
+                    time = self.turn_from(time, stop, direction, height, best);
                     at_root = false;
                 }
             }
         }
+    }
+
+    /// Searches a revolution in parts, less what can be leapt over from its end; gives the time behind it.
+    fn turn_from(&self, time: f64, stop: f64, direction: f64, height: f64, best: &mut Lowest) -> f64 {
+        let turn = TAU / self.piece.azimuth_rate.abs();
+        let behind = time + direction * turn;
+        let mut until = if (stop - behind) * direction < 0.0 { stop } else { behind };
+        for _ in 0..4 {
+            let state = self.piece.state(until);
+            let q = state.point(&(self.ray.point + self.ray.normal * height));
+            let normal = state.direction(&self.ray.normal);
+            let velocity = self.piece.rate(&state, &q);
+            let leap = self.leap(&q, &normal, &velocity, &self.hull.look(&q), -direction, height);
+            if leap <= 0.02 * turn {
+                break;
+            }
+            until -= direction * leap;
+            if (until - time) * direction <= 0.0 {
+                return behind;
+            }
+        }
+        self.revolution(time, until, height, best);
+        behind
     }
 
     /// Time over which no contact lies below the height of `q`, s; zero if that is not known.
@@ -478,7 +497,8 @@ impl Walk<'_> {
             }
             let step = (-distance / along).clamp(-0.5 * edge.radius, 0.5 * edge.radius);
             h += step;
-            if step.abs() < 1e-9 {
+            // The next step is the square of this one over the radius: what is left tells the side of the plane, and roots are polished.
+            if step.abs() < 1e-5 * edge.radius {
                 let (residual, [pt, _], [ph, _]) = self.derivatives(&state, h);
                 let rate = self.piece.rate(&state, &q);
                 return Some(Meeting { time, height: h, plane: residual.plane, rate: pt - ph * g.dot(&rate) / along });

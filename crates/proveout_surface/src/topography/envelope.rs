@@ -78,8 +78,8 @@ impl Touch {
     }
 }
 
-/// A touch lower by less may be left out where a piece turns, mm.
-const CERTAIN: f64 = 1e-10;
+/// A touch lower by less may be left out where a piece turns, mm. With less, leaps begin shorter.
+const CERTAIN: f64 = 1e-9;
 
 /// Values of one place on a ray at one time.
 struct Sample {
@@ -117,10 +117,13 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), be
     let [begin, end] = piece.time;
     let mut near = near;
     if !(begin..=end).contains(&near.0) {
-        // Most pieces beside the one that cuts are left after a leap or two.
-        let middle = 0.5 * (begin + end);
-        let lower = |forward| lower_touch(ray, piece, body, middle, forward, below);
-        let (height, time) = lower(true).or_else(|| lower(false))?;
+        // Most pieces beside the one that cuts are left after a leap or two: away from their end that is next to it, or from their middle.
+        let from = match near.0 {
+            t if t > end && t - end < piece.duration() => end,
+            t if t < begin && begin - t < piece.duration() => begin,
+            _ => 0.5 * (begin + end),
+        };
+        let (height, time) = lower_touch(ray, piece, body, from, below)?;
         near = (time, height);
     }
     let (mut best, certain) = descend(ray, piece, body, near);
@@ -131,8 +134,7 @@ pub(crate) fn lowest(ray: &Ray, piece: &Piece, body: &Body, near: (f64, f64), be
     for _ in 0..1000 {
         let level = best.map_or(below, |b| b.0.min(below));
         let from = best.map_or(piece.time[0], |b| b.1);
-        let lower = [true, false].into_iter().find_map(|forward| lower_touch(ray, piece, body, from, forward, level));
-        let Some(found) = lower else { break };
+        let Some(found) = lower_touch(ray, piece, body, from, level) else { break };
         best = Some(valley(ray, piece, body, found));
     }
     best
@@ -169,16 +171,67 @@ fn valley(ray: &Ray, piece: &Piece, body: &Body, found: (f64, f64)) -> (f64, f64
     best
 }
 
-/// A touch below a height in one direction from a time, by leaps.
-fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, level: f64) -> Option<(f64, f64)> {
-    let (spin, speed) = (piece.spin.norm(), piece.speed());
-    let height = level - CERTAIN;
-    // So short a step is as good as none: the distance changes by less than rounding.
-    let least = 1e-7 * piece.duration();
-    let (direction, end) = if forward { (1.0, piece.time[1]) } else { (-1.0, piece.time[0]) };
-    // How long no touch lies below the level, by the tangent plane at a place `depth` under the level where the distance falls and is `free` at the level.
-    let leap = |s: &Sample, free: f64, depth: f64| {
-        let bend = spin * (spin * (s.reach + depth + piece.travel()) + 2.0 * speed);
+/// A touch of the piece below a height, searched to both sides of a time by leaps.
+fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, level: f64) -> Option<(f64, f64)> {
+    let search = Leaps { ray, piece, body, height: level - CERTAIN, spin: piece.spin.norm(), speed: piece.speed() };
+    let here = search.at(from);
+    search.toward(from, &here, 1.0).or_else(|| search.toward(from, &here, -1.0))
+}
+
+/// A search for touches below a height.
+struct Leaps<'a> {
+    ray: &'a Ray,
+    piece: &'a Piece,
+    body: &'a Body,
+    height: f64,
+    spin: f64,
+    speed: f64,
+}
+
+/// What one time says about those around it: no touch lies below the height while its tangent plane is above it.
+enum Around {
+    /// The distance at a place whose depth under the height is given, and what the tangent there leaves at the height.
+    Tangent { below: Sample, free: f64, depth: f64 },
+    /// For so long nothing comes near.
+    Clear(f64),
+    /// A touch may be right here.
+    Touch,
+}
+
+impl Leaps<'_> {
+    fn at(&self, time: f64) -> Around {
+        let Self { ray, piece, body, height, .. } = *self;
+        let s = sample(ray, piece, body, time, height);
+        if s.distance <= 0.0 {
+            return Around::Touch;
+        }
+        if s.by_height < 0.0 {
+            return Around::Tangent { free: s.distance, below: s, depth: 0.0 };
+        }
+        // Past the body: that lies between the height and the design, or was never on this side of the design.
+        let floor = height.min(0.0);
+        let design = sample(ray, piece, body, time, floor);
+        if design.by_height >= 0.0 {
+            let free = s.distance.min(design.distance);
+            return Around::Clear(free / (self.speed + self.spin * s.reach).max(1e-300));
+        }
+        let (below, depth, free) = falling(ray, piece, body, time, (floor, design), (height, s));
+        Around::Tangent { below, free, depth }
+    }
+
+    /// Where Newton's method on the height begins: inside of the body, or where the distance still falls.
+    fn start(&self, around: &Around) -> f64 {
+        if let Around::Tangent { depth, .. } = around { self.height - depth } else { self.height }
+    }
+
+    /// For how long no touch comes below the height, in one direction of time.
+    fn leap(&self, around: &Around, direction: f64) -> f64 {
+        let (s, free, depth) = match around {
+            Around::Touch => return 0.0,
+            Around::Clear(time) => return *time,
+            Around::Tangent { below, free, depth } => (below, *free, *depth),
+        };
+        let bend = self.spin * (self.spin * (s.reach + depth + self.piece.travel()) + 2.0 * self.speed);
         let rate = s.by_time * direction;
         // The positive root of d + d_t t - K t^2 / 2.
         let root = (rate * rate + 2.0 * bend * free).sqrt();
@@ -189,38 +242,33 @@ fn lower_touch(ray: &Ray, piece: &Piece, body: &Body, from: f64, forward: bool, 
             (false, true) => f64::INFINITY,
             (false, false) => -free / rate,
         }
-    };
-    let mut time = from;
-    loop {
-        let s = sample(ray, piece, body, time, height);
-        let leap = if s.distance <= 0.0 {
-            0.0
-        } else if s.by_height < 0.0 {
-            leap(&s, s.distance, 0.0)
-        } else {
-            // Past the body: that lies between the level and the design, or was never on this side of the design.
-            let floor = height.min(0.0);
-            let design = sample(ray, piece, body, time, floor);
-            if design.by_height >= 0.0 {
-                s.distance.min(design.distance) / (speed + spin * s.reach).max(1e-300)
-            } else {
-                let (below, depth, free) = falling(ray, piece, body, time, (floor, design), (height, s));
-                leap(&below, free, depth)
+    }
+
+    /// The first touch from a time on; `around` is what that time says.
+    fn toward(&self, from: f64, around: &Around, direction: f64) -> Option<(f64, f64)> {
+        let piece = self.piece;
+        // So short a step is as good as none: the distance changes by less than rounding.
+        let least = 1e-7 * piece.duration();
+        let end = if direction > 0.0 { piece.time[1] } else { piece.time[0] };
+        let mut time = from;
+        let (mut leap, mut start) = (self.leap(around, direction), self.start(around));
+        loop {
+            if (leap <= least || leap.is_nan())
+                && let Some(t) = touch(self.ray, piece, self.body, time, start)
+                && t.height < self.height
+            {
+                return Some((t.height, time));
             }
-        };
-        if (leap <= least || leap.is_nan())
-            && let Some(t) = touch(ray, piece, body, time, height)
-            && t.height < height
-        {
-            return Some((t.height, time));
+            let left = (end - time) * direction;
+            if left <= 0.0 || left.is_nan() {
+                return None;
+            }
+            let next = time + direction * leap.max(least);
+            // The end of the piece itself is looked at.
+            time = if (end - next) * direction > 0.0 { next } else { end };
+            let around = self.at(time);
+            (leap, start) = (self.leap(&around, direction), self.start(&around));
         }
-        let left = (end - time) * direction;
-        if left <= 0.0 || left.is_nan() {
-            return None;
-        }
-        let next = time + direction * leap.max(least);
-        // The end of the piece itself is looked at.
-        time = if (end - next) * direction > 0.0 { next } else { end };
     }
 }
 

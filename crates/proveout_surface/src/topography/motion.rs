@@ -64,11 +64,48 @@ pub(crate) struct Piece {
     /// Velocity and turn in the coordinates of the housing; the second is the same at all times, since the turn has one axis.
     velocity_in_housing: Option<Vector>,
     pub spin: Vector,
-    /// Unit direction of the turn and its rate, rad/s.
-    turn: Option<(Vector, f64)>,
+    turn: Option<Turn>,
     azimuth: f64,
     pub azimuth_rate: f64,
     pub motion: u32,
+}
+
+/// A turn about one axis: a vector is its part along the axis, which stays, and one across it, which turns (Rodrigues 1840).
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    /// Unit direction, and rate in rad/s.
+    axis: Vector,
+    rate: f64,
+    /// Of each axis of the frame at the begin.
+    along: [Vector; 3],
+    across: [Vector; 3],
+    ahead: [Vector; 3],
+}
+
+impl Turn {
+    fn new(axis: Vector, rate: f64, frame: &[Vector; 3]) -> Self {
+        let along = frame.map(|v| axis * axis.dot(&v));
+        let across = [0, 1, 2].map(|k| frame[k] - along[k]);
+        Self { axis, rate, along, across, ahead: frame.map(|v| axis.cross(&v)) }
+    }
+
+    #[inline]
+    fn frame(&self, time: f64) -> [Vector; 3] {
+        let (sin, cos) = sin_cos_of_small(self.rate * time);
+        [0, 1, 2].map(|k| self.along[k] + self.across[k] * cos + self.ahead[k] * sin)
+    }
+}
+
+/// Sine and cosine; by their series where the first terms left out are below rounding (0.1^13 / 13! = 2e-23).
+#[inline]
+fn sin_cos_of_small(x: f64) -> (f64, f64) {
+    if x.abs() > 0.1 {
+        return x.sin_cos();
+    }
+    let y = x * x;
+    let sin = x * (1.0 - y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * (1.0 - y / 72.0 * (1.0 - y / 110.0)))));
+    let cos = 1.0 - y / 2.0 * (1.0 - y / 12.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0 * (1.0 - y / 90.0))));
+    (sin, cos)
 }
 
 impl Piece {
@@ -76,7 +113,7 @@ impl Piece {
         let duration = (p.time[1] - p.time[0]).max(1e-12);
         let velocity = (p.tip[1] - p.tip[0]) / duration;
         let angle = p.turn.norm();
-        let turn = (angle > 1e-12).then(|| (p.turn / angle, angle / duration));
+        let turn = (angle > 1e-12).then(|| Turn::new(p.turn / angle, angle / duration, &p.housing));
         let in_housing = |v: &Vector| Vector::new(p.housing[0].dot(v), p.housing[1].dot(v), p.housing[2].dot(v));
         Self {
             time: p.time,
@@ -84,7 +121,7 @@ impl Piece {
             velocity,
             frame: p.housing,
             velocity_in_housing: turn.is_none().then(|| in_housing(&velocity)),
-            spin: turn.map_or_else(Vector::zeros, |(u, rate)| in_housing(&u) * rate),
+            spin: turn.map_or_else(Vector::zeros, |t| in_housing(&t.axis) * t.rate),
             turn,
             azimuth: p.azimuth,
             azimuth_rate: p.azimuth_rate,
@@ -117,7 +154,8 @@ impl Piece {
                 tip: state.tip,
                 frame: state.frame,
                 velocity_in_housing: self.velocity_in_housing,
-                spin: self.turn.map_or_else(Vector::zeros, |(u, rate)| in_housing(&u) * rate),
+                spin: self.turn.map_or_else(Vector::zeros, |t| in_housing(&t.axis) * t.rate),
+                turn: self.turn.map(|t| Turn::new(t.axis, t.rate, &state.frame)),
                 azimuth: state.azimuth,
                 ..self
             }
@@ -126,7 +164,7 @@ impl Piece {
 
     /// Largest angle that the housing turns, radian.
     pub(crate) fn angle(&self) -> f64 {
-        self.turn.map_or(0.0, |(_, rate)| rate * self.duration())
+        self.turn.map_or(0.0, |t| t.rate * self.duration())
     }
 
     /// Whether the housing turns.
@@ -147,13 +185,7 @@ impl Piece {
     #[inline]
     pub(crate) fn state(&self, time: f64) -> State {
         let t = time - self.time[0];
-        let frame = match self.turn {
-            None => self.frame,
-            Some((u, rate)) => {
-                let (sin, cos) = (rate * t).sin_cos();
-                self.frame.map(|v| v * cos + u.cross(&v) * sin + u * (u.dot(&v) * (1.0 - cos)))
-            }
-        };
+        let frame = self.turn.as_ref().map_or(self.frame, |turn| turn.frame(t));
         State { tip: self.tip + self.velocity * t, frame, azimuth: self.azimuth + self.azimuth_rate * t }
     }
 

@@ -2,13 +2,10 @@ use serde::Serialize;
 
 use super::{AREAL_FILTER, AREAL_STANDARD, Asked, Form, PITCH_SLACK, REGRESSION, Unchecked};
 use crate::texture::{
-    ArealParameters, Autocorrelation, HeightMap, ProfileParameters, SettingClass, gaussian_mean_of_map, lay,
-};
+    ArealParameters, Autocorrelation, HeightMap, ProfileParameters, SettingClass, gaussian_mean_of_map, lay, spacing};
 
 /// A map wants this many points within a cut-off at least. Chosen: the Gaussian filter is then off its equation by less than 1e-6.
 const POINTS_IN_CUTOFF: f64 = 8.0;
-/// Heights below this are rounding, mm.
-const FLAT: f64 = 1e-12;
 
 /// Parameters of an area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -244,7 +241,7 @@ fn across(map: &HeightMap, lay_deg: Option<f64>, cutoff: f64) -> Option<f64> {
         let mean = line.iter().sum::<f64>() / line.len() as f64;
         let line: Vec<f64> = line.iter().map(|z| z - mean).collect();
         let p = ProfileParameters::of(&line, step, crate::texture::Standard::Iso21920);
-        if p.rt > FLAT {
+        if p.rt > spacing::FLAT {
             found.push(p.rsm.unwrap_or(f64::INFINITY));
         }
     }

@@ -1,13 +1,11 @@
 use serde::Serialize;
 
 use super::{Asked, DATA_BEYOND, Form, PITCH_SLACK, PROFILE_FILTER, REGRESSION, Unchecked, next_class};
-use crate::texture::{Profile, ProfileEvaluation, ProfileParameters, SettingClass, profile::Ends};
+use crate::texture::{Profile, ProfileEvaluation, ProfileParameters, SettingClass, profile::Ends, spacing};
 
 /// Points closer than this share of the largest spacing of the class are not filtered: the work grows with the square of their number
 /// (some 10^10 products at this limit).
 const FINEST: f64 = 0.05;
-/// Heights below this are rounding, mm.
-const FLAT: f64 = 1e-12;
 
 /// Parameters of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -150,7 +148,7 @@ impl ProfileReport {
             let rsm = evaluated.filtered.rsm;
             let limit = class.lambda_c() * (1.0 + PITCH_SLACK);
             // Less than one element, though there are heights: at least half of the evaluation length between crossings.
-            let unmeasured = rsm.is_none() && evaluated.filtered.rt > FLAT;
+            let unmeasured = rsm.is_none() && evaluated.filtered.rt > spacing::FLAT;
             if !unmeasured && rsm.is_none_or(|p| p <= limit) {
                 pitch = pitch.into_iter().chain(rsm).reduce(f64::max);
                 break Some(evaluated);
