@@ -324,12 +324,15 @@ fn edges_leave_what_a_dense_search_finds_in_any_motion() {
     assert!(equal * 4 >= compared * 3, "{equal} of {compared} are equal");
 }
 
+/// The stated bound: two heights of the envelope of a turning piece, each a nanometer's thousandth off.
+const STATED_MM: f64 = 2e-9;
+
 fn same(a: Option<Cut>, b: Option<Cut>) -> bool {
     match (a, b) {
-        (Some(a), Some(b)) => (a.height - b.height).abs() < 1e-10,
+        (Some(a), Some(b)) => (a.height - b.height).abs() < STATED_MM,
         (None, None) => true,
         // At the largest height itself.
-        (Some(c), None) | (None, Some(c)) => (c.height - SETTINGS.max_height).abs() < 1e-10,
+        (Some(c), None) | (None, Some(c)) => (c.height - SETTINGS.max_height).abs() < STATED_MM,
     }
 }
 
@@ -386,6 +389,44 @@ fn the_height_of_a_point_does_not_hang_on_the_others() {
         }
     }
     assert!(by_edges > 600 && by_envelope > 500, "{by_edges} and {by_envelope} points were cut");
+}
+
+/// A wall that the side of a cutter leaves, with a level far beyond the cutter: at that height a point has the whole body behind it.
+#[test]
+fn a_level_beyond_the_cutter_changes_nothing_and_ends() {
+    let cutter = Cutter::bull_nose(8.0, 1.5).and_then(|c| c.bodies(12.0)).expect("a cutter").remove(0);
+    for (tilt, turn) in [(0.0, 0.0), (0.0, 0.02), (0.1, 0.0), (0.1, 0.02)] {
+        // The axis leans over the wall y = 0, the cutter on its far side; it moves along x.
+        let z = Vector::new(0.0, f64::sin(tilt), f64::cos(tilt));
+        let piece = |k: u32| {
+            let (from, to) = (-4.0 + f64::from(k), -3.0 + f64::from(k));
+            CutterPiece {
+                time: [f64::from(k), f64::from(k) + 1.0],
+                tip: [Point::new(from, 4.0, 0.0), Point::new(to, 4.0, 0.0)],
+                housing: [Vector::x(), z.cross(&Vector::x()), z],
+                turn: Vector::x() * turn,
+                azimuth: 0.0,
+                azimuth_rate: 50.0,
+                motion: k,
+            }
+        };
+        // Each piece turns anew: a join is a jump of the axis, which no height hangs on.
+        let pieces: Vec<CutterPiece> = (0..8).map(piece).collect();
+        let (points, normals): (Vec<Point>, Vec<Vector>) = (0..60)
+            .map(|i| (Point::new(-3.9 + 0.13 * f64::from(i), 0.0, 0.3 + 0.19 * f64::from(i)), Vector::y()))
+            .unzip();
+        let lattice = row(&points, &normals);
+        let near = heights_by_envelope(&lattice, &cutter, &pieces, &Settings { max_height: 1.0 });
+        for max_height in [5.0, 9.0, 40.0, 100.0] {
+            let far = heights_by_envelope(&lattice, &cutter, &pieces, &Settings { max_height });
+            for (i, (a, b)) in near.cuts.iter().zip(&far.cuts).enumerate() {
+                if a.is_some() {
+                    assert!(same(*a, *b), "lean {tilt}, turn {turn}, level {max_height}, point {i}: {a:?} {b:?}");
+                }
+            }
+            assert!(far.cuts.iter().filter(|c| c.is_some()).count() >= 50, "lean {tilt}, turn {turn}: {far:?}");
+        }
+    }
 }
 
 #[test]

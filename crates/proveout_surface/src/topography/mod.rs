@@ -26,7 +26,7 @@
 //!
 //! # Error
 //!
-//! Heights are exact to rounding (1e-12 mm for coordinates of 100 mm; 1e-10 mm by the envelope of turning pieces) for the pieces as given. To that come
+//! Heights are exact to rounding (1e-12 mm for coordinates of 100 mm; 1e-9 mm by the envelope of turning pieces) for the pieces as given. To that come
 //!
 //! * what the pieces miss of the motion: a tip off by e and an axis off by an angle d move the height by e + d |q| at most, q from
 //!   the tip to the contact;
