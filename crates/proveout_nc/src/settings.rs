@@ -137,6 +137,10 @@ pub struct Settings {
     /// Lengths without a decimal point count least increments (0.001 mm, 0.0001 inch) on a Fanuc and a Haas; false reads them
     /// as millimeters or inches ("calculator type").
     pub least_increments: bool,
+    /// Feed of motions before the program gives one, mm/min, for CL data (APT), where the post-processor or the machine often
+    /// sets it. Where it is used the program is `assumed` to run at it. None: such motions come without a feed, with a note, and
+    /// a control cannot run them.
+    pub default_feed_mm_per_min: Option<f64>,
     /// Path of the orientation before the program says otherwise.
     pub orientation_interpolation: OrientationInterpolation,
     /// Cutter radius compensation.
@@ -161,6 +165,7 @@ impl Default for Settings {
             skipped_levels: 0,
             arc_tolerance_mm: 0.01,
             least_increments: false,
+            default_feed_mm_per_min: None,
             orientation_interpolation: OrientationInterpolation::GreatCircle,
             compensation: Compensation::Programmed,
             reference_points: None,

@@ -386,6 +386,29 @@ fn is_g_word(word: &str) -> bool {
 }
 
 #[test]
+fn a_haas_takes_a_program_name_of_letters() {
+    let settings = Settings { dialect: Dialect::Haas, ..Settings::default() };
+    assert_eq!(check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &settings), []);
+    let fanuc = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    assert!(!check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &fanuc).is_empty());
+}
+
+/// What the words of an arc would mean elsewhere is told with the fault.
+#[test]
+fn a_center_that_fits_otherwise_is_named() {
+    for (dialect, text, told) in [
+        (Dialect::Fanuc, "G0 X10. Y10.\nG2 X20. Y20. I20. J10. F100.\n", "fit exactly as absolute centers"),
+        (Dialect::LinuxCnc, "G0 X10 Y10\nG2 X20 Y20 I20 J10 F100\n", "write G90.1"),
+        (Dialect::Fanuc, "G0 X10. Y10.\nG3 X0. Y20. I10. F100.\n", "fit with other signs"),
+    ] {
+        let settings = Settings { dialect, ..Settings::default() };
+        let faults = check_text("p.nc", text, &settings);
+        let help = faults[0].help.clone().unwrap_or_default();
+        assert!(faults[0].code == "nc-arc-radius" && help.contains(told), "{text}{faults:?}");
+    }
+}
+
+#[test]
 fn the_table_of_the_readme_tells_the_truth() {
     for (flavor, dialect) in FLAVORS {
         let settings = Settings { dialect, ..Settings::default() };

@@ -139,6 +139,8 @@ fn is_plain(line: &str) -> bool {
         && !code.contains(['(', ';', '%', '$', '*', '~', '"', '{'])
         && ![
             "PARTNO",
+            // Its values may be left out.
+            "TOOLNO",
             "PPRINT",
             "INSERT",
             "TPRINT",

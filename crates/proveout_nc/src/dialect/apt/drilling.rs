@@ -55,7 +55,8 @@ pub(crate) struct Cycle {
     travel: f64,
     start: f64,
     retract: Retract,
-    step: Option<f64>,
+    /// First infeed and the others.
+    step: Option<[f64; 2]>,
     dwell: Option<Dwell>,
     feed: Option<Feed>,
     pitch: Option<f64>,
@@ -69,7 +70,9 @@ struct Values {
     rapid_to: Option<f64>,
     feed: Option<f64>,
     unit: Option<FeedUnit>,
+    /// First infeed, and the others where they differ.
     step: Option<f64>,
+    next_step: Option<f64>,
     pitch: Option<f64>,
     dwell: Option<f64>,
     dwell_revolutions: bool,
@@ -92,6 +95,11 @@ impl AptReader {
                 self.note("CYCLE/OFF");
                 return self.feed_after_cycle();
             }
+            // CAMWorks announces the definition of the next statement.
+            "INIT" if st.items.len() == 1 => {
+                self.note("CYCLE/INIT");
+                return Ok(());
+            }
             "ON" => {
                 if self.cycle.is_none() {
                     return Err(st.head.bad(
@@ -108,7 +116,8 @@ impl AptReader {
         let mut at = 1;
         let mut kind = match word.as_str() {
             "DRILL" | "FACE" => Kind::Drill,
-            "DEEP" => Kind::Deep,
+            // CAMWorks gives the first infeed of DEEP2 and that of the others.
+            "DEEP" | "DEEP2" => Kind::Deep,
             "BRKCHP" => Kind::BreakChip,
             "BORE" | "REAM" => Kind::Bore,
             "TAP" | "RIGID" => Kind::Tap,
@@ -185,7 +194,8 @@ impl AptReader {
                 "DEPTH" | "FEDTO" => v.depth = Some(value()?.abs() * unit),
                 "CLEAR" => v.clear = Some(value()? * unit),
                 "RAPTO" => v.rapid_to = Some(value()? * unit),
-                "STEP" | "STEP1" | "INCR" => v.step = Some(value()?.abs() * unit),
+                "STEP" | "STEP1" | "INCR" | "1STPECK" | "PECK" => v.step = Some(value()?.abs() * unit),
+                "SUBPECK" => v.next_step = Some(value()?.abs() * unit),
                 "PITCH" => v.pitch = Some(value()?.abs() * unit),
                 "TPI" => v.pitch = Some(25.4 / value()?.abs().max(1e-9)),
                 "DWELL" => {
@@ -251,9 +261,10 @@ impl AptReader {
                 "give a depth below the height where the feed begins",
             ));
         }
-        if let Some(step) = v.step
-            && (step <= 0.0 || (depth + start) / step > MAX_INFEEDS)
-        {
+        for step in [v.step, v.next_step].into_iter().flatten() {
+            if step > 0.0 && (depth + start) / step <= MAX_INFEEDS {
+                continue;
+            }
             let message = format!("infeeds of {step} mm to {depth} mm: the limit is {MAX_INFEEDS} infeeds");
             return Err(st.head.bad(codes::ARGUMENTS, message, "give a larger infeed"));
         }
@@ -273,12 +284,16 @@ impl AptReader {
             .map(|d| if v.dwell_revolutions { Dwell::Revolutions(d) } else { Dwell::Seconds(d) });
         let feed = v.feed.filter(|f| *f != 0.0).map(|f| self.feed_of(f, v.unit, first)).transpose()?;
         let retract = v.retract.unwrap_or(Retract::Travel);
-        Ok(Cycle { kind, depth, travel, start, retract, step: v.step, dwell, feed, pitch: v.pitch })
+        let step = v.step.map(|first| [first, v.next_step.unwrap_or(first)]);
+        Ok(Cycle { kind, depth, travel, start, retract, step, dwell, feed, pitch: v.pitch })
     }
 
     /// One hole at a point.
     pub(crate) fn hole(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let Some(cycle) = self.cycle else { return self.straight(point, false, place) };
+        let Some(cycle) = self.cycle else {
+            self.straight(point, false);
+            return Ok(());
+        };
         let axis = self.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
         if let Some(here) = self.position.work.xyz() {
@@ -292,26 +307,26 @@ impl AptReader {
                 } else {
                     frame::add_scaled(here, axis, cycle.travel - height)
                 };
-                self.straight(way, true, place)?;
+                self.straight(way, true);
             }
         }
-        self.rapid_to(at(cycle.travel), place)?;
-        self.rapid_to(at(cycle.start), place)?;
+        self.rapid_to(at(cycle.travel));
+        self.rapid_to(at(cycle.start));
         let before = self.feed;
         self.feed = cycle.feed.or(self.feed);
-        self.need_feed(place)?;
+        self.need_feed();
         if let (Some(feed), true) = (self.feed, cycle.kind != Kind::Tap) {
             self.tell_feed(feed);
         }
         match cycle.kind {
             Kind::Drill | Kind::Bore => {
-                self.straight(at(-cycle.depth), false, place)?;
+                self.straight(at(-cycle.depth), false);
                 self.wait(&cycle);
                 if cycle.kind == Kind::Bore {
-                    self.straight(at(cycle.start), false, place)?;
+                    self.straight(at(cycle.start), false);
                 }
             }
-            Kind::Deep | Kind::BreakChip => self.deep(&cycle, point, place)?,
+            Kind::Deep | Kind::BreakChip => self.deep(&cycle, point),
             Kind::Tap => self.tap(&cycle, point, place)?,
         }
         self.feed = before;
@@ -322,14 +337,14 @@ impl AptReader {
                 self.cycle_from.map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel))
             }
         };
-        self.rapid_to(at(retract), place)
+        self.rapid_to(at(retract));
+        Ok(())
     }
 
-    fn rapid_to(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        if self.position.work.xyz().is_some_and(|here| frame::norm(frame::sub(here, point)) <= SAME_MM) {
-            return Ok(());
+    fn rapid_to(&mut self, point: [f64; 3]) {
+        if self.position.work.xyz().is_none_or(|here| frame::norm(frame::sub(here, point)) > SAME_MM) {
+            self.straight(point, true);
         }
-        self.straight(point, true, place)
     }
 
     fn wait(&mut self, cycle: &Cycle) {
@@ -338,24 +353,25 @@ impl AptReader {
         }
     }
 
-    fn deep(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+    fn deep(&mut self, cycle: &Cycle, point: [f64; 3]) {
         let axis = self.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
-        let step = cycle.step.unwrap_or(cycle.depth + cycle.start);
+        let [mut step, next_step] = cycle.step.unwrap_or([cycle.depth + cycle.start; 2]);
         // The first infeed is measured from the point, or from where the feed begins when that is lower.
         let mut reached = (-cycle.start).max(0.0);
         loop {
             reached = (reached + step).min(cycle.depth);
-            self.straight(at(-reached), false, place)?;
+            step = next_step;
+            self.straight(at(-reached), false);
             self.wait(cycle);
             if reached >= cycle.depth - SAME_MM {
-                return Ok(());
+                return;
             }
             if cycle.kind == Kind::BreakChip {
-                self.straight(at(-reached + CHIP_LIFT_MM), false, place)?;
+                self.straight(at(-reached + CHIP_LIFT_MM), false);
             } else {
-                self.rapid_to(at(cycle.start), place)?;
-                self.rapid_to(at((-reached + DEEP_AHEAD_MM).min(cycle.start)), place)?;
+                self.rapid_to(at(cycle.start));
+                self.rapid_to(at((-reached + DEEP_AHEAD_MM).min(cycle.start)));
             }
         }
     }

@@ -83,24 +83,17 @@ impl AptReader {
         if self.cycle_on {
             return self.hole(point, place);
         }
-        self.straight(point, rapid, place)
+        self.straight(point, rapid);
+        Ok(())
     }
 
-    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool, place: Place) -> Result<(), Box<Bad>> {
+    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool) {
         if !rapid {
-            self.need_feed(place)?;
+            self.need_feed();
         }
         let motion = self.motion(point);
         self.position.move_to(motion.end, motion.end_base);
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
-        Ok(())
-    }
-
-    pub(crate) fn need_feed(&self, place: Place) -> Result<(), Box<Bad>> {
-        if self.feed.is_some() {
-            return Ok(());
-        }
-        Err(place.bad(codes::NO_FEED, "the motion has no feed", "write FEDRAT, or RAPID, before it"))
     }
 
     /// The motion to a point with the tool axis in effect.
@@ -148,7 +141,8 @@ impl AptReader {
         self.take_path_tool();
         self.rapid = false;
         self.axis = axis;
-        self.straight(point, true, st.head)
+        self.straight(point, true);
+        Ok(())
     }
 
     pub(crate) fn multax(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {

@@ -15,8 +15,8 @@ use crate::frame::Frame;
 use crate::source::{Mark, Source};
 use crate::state::Position;
 use crate::{
-    Command, CompSide, Feed, FrameChange, Location, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName,
-    WorkOffset,
+    ASSUMED, Command, CompSide, Feed, FrameChange, Location, Offset, Op, Settings, SpindleDirection, ToolAction,
+    ToolName, WorkOffset,
 };
 
 /// Millimeters of an inch.
@@ -29,7 +29,8 @@ const MAX_NAMES: usize = 100_000;
 pub(crate) struct PendingCircle {
     pub(crate) center: [f64; 3],
     pub(crate) normal: [f64; 3],
-    pub(crate) radius: f64,
+    /// None: that of the start.
+    pub(crate) radius: Option<f64>,
     /// Programmed angle, radian.
     pub(crate) angle: Option<f64>,
     /// A circle of NX: start and end at one point are no motion there, not a full turn.
@@ -66,6 +67,9 @@ pub(crate) struct AptReader {
     pub(crate) rapid: bool,
     pub(crate) feed: Option<Feed>,
     pub(crate) told_feed: Option<Feed>,
+    /// Feed of motions before the first FEDRAT, mm/s.
+    pub(crate) default_feed: Option<f64>,
+    pub(crate) noted_no_feed: bool,
     pub(crate) turning: SpindleDirection,
     /// Direction that SPINDL/ON takes up again.
     pub(crate) last_direction: SpindleDirection,
@@ -114,6 +118,8 @@ impl AptReader {
             rapid: false,
             feed: None,
             told_feed: None,
+            default_feed: settings.default_feed_mm_per_min.filter(|f| *f > 0.0 && f.is_finite()).map(|f| f / 60.0),
+            noted_no_feed: false,
             turning: SpindleDirection::Off,
             last_direction: SpindleDirection::Clockwise,
             speed: None,
@@ -167,6 +173,11 @@ impl AptReader {
 
     pub(crate) fn emit(&mut self, op: Op) {
         self.queue.push_back(Command { location: self.location.clone(), op });
+    }
+
+    /// Tells what is taken for granted where post-processors differ.
+    pub(crate) fn assume(&mut self, text: impl AsRef<str>) {
+        self.note(format!("{ASSUMED}{}", text.as_ref()));
     }
 
     pub(crate) fn note(&mut self, text: impl Into<String>) {
@@ -232,7 +243,9 @@ impl AptReader {
             "TLAXIS" => self.tool_axis_statement(source, st),
             "MSYS" => self.msys(source, st),
             "ORIGIN" | "TRANS" => self.shift_statement(source, st),
-            "UNITS" => self.units(source, st),
+            "UNIT" | "UNITS" => self.units(source, st),
+            "CSYS" => self.csys(source, st),
+            "TRNTYP" => self.transform_type(source, st),
             _ => self.technology(source, st),
         }
     }

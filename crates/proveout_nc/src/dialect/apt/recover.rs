@@ -30,6 +30,8 @@ impl AptReader {
                 doubt.axes != 0 || doubt.modal
             }
             codes::NO_FEED => doubt.feed,
+            // The pitch of a thread is the feed over the speed.
+            codes::ARGUMENTS => doubt.feed || doubt.modal,
             codes::CONFLICT | codes::STRUCTURE | codes::MISSING_VALUE => doubt.modal,
             codes::UNKNOWN_VARIABLE | codes::TYPE => doubt.values,
             _ => false,

@@ -301,9 +301,9 @@ impl Interpreter {
         span: Span,
     ) -> Result<ArcMotion, Fault> {
         let [u, v, n] = self.state.plane_axes();
-        let Some(start) = self.position.work.xyz() else {
+        let Some(start) = self.position.arc_start([u, v, n]) else {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")
-                .help("program X, Y and Z before the arc"));
+                .help("program the axes of the working plane before the arc"));
         };
         let active = *self.position.frame();
         let Some(scale) = active.uniform_scale() else {

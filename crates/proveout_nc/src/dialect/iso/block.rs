@@ -55,7 +55,7 @@ impl Interpreter {
         match word.letter {
             b'G' => {
                 let code = g_code(value, span)?;
-                match words::classify(self.flavor, code) {
+                match words::class(self.flavor, self.assumed, code) {
                     Class::Known(group) => match p.put_g(code, group) {
                         Ok(Some(other))
                             if group != Group::ExactStop && (other != code || self.flavor.is_linuxcnc()) =>
@@ -87,6 +87,13 @@ impl Interpreter {
                 self.check_function(p, code, span)?;
                 p.put_m(code).map_err(|Full| too_many("M", span))?;
             }
+            b'@' | b'^' => {
+                if !p.put_polar(word.letter == b'^', value) {
+                    let message = format!("`{}` stands twice in the block", char::from(word.letter));
+                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                }
+            }
+            b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
                     let message = format!("`{}` stands twice in the block", char::from(letter));
@@ -167,6 +174,7 @@ impl Interpreter {
         if !p.m().is_empty() {
             self.functions_after(p);
         }
+        self.second_tool_word(p, span)?;
         if let (Some(m), Some((program, times))) = (call, call_words) {
             match m {
                 97 => self.call_local(program, times, span)?,
@@ -189,7 +197,14 @@ impl Interpreter {
     fn modal_words(&mut self, p: &mut Pending) -> Result<(), Fault> {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
-            self.modal.inch = Some(code == 200);
+            if matches!(code, 700 | 710) {
+                let unit = if code == 700 { "inch" } else { "mm" };
+                self.assume(format!(
+                    "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
+                    code / 10
+                ));
+            }
+            self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
                 self.technology.feed = None;
             }
@@ -252,10 +267,14 @@ impl Interpreter {
             30 => MotionMode::CounterClockwise,
             330 | 331 => MotionMode::Thread,
             50 | 51 => MotionMode::Spline,
+            52 | 53 => MotionMode::Nurbs,
             _ => MotionMode::Probe,
         });
         if code != 50 {
             self.spline_end = None;
+        }
+        if !matches!(code, 52 | 53) {
+            self.nurbs = None;
         }
     }
 
@@ -264,7 +283,9 @@ impl Interpreter {
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
-        let in_x = if self.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
+        let moves = self.flavor.is_linuxcnc() || self.assumed && in_p.is_some();
+        let in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
         let seconds = match (in_p, in_x) {
             (Some(p), None) => self.seconds(p, point, span)?,
             (None, Some(x)) => x,
@@ -274,7 +295,9 @@ impl Interpreter {
                 );
             }
         };
-        if p.axes() != 0 {
+        if moves && !self.flavor.is_linuxcnc() && p.axes() != 0 {
+            self.assume("the motion in the block of a G4 is made behind the dwell");
+        } else if !moves && p.axes() != 0 {
             return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
                 .help("write G4 in a block of its own"));
         }
@@ -353,12 +376,12 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
 }
 
 /// The fault of a word that no state of the control makes valid.
-pub(crate) fn refused_word(flavor: super::flavor::Flavor, word: &Word) -> Option<Fault> {
+pub(crate) fn refused_word(flavor: super::flavor::Flavor, assumed: bool, word: &Word) -> Option<Fault> {
     let Value::Number { value, .. } = word.value else { return None };
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
-            match words::classify(flavor, code) {
+            match words::class(flavor, assumed, code) {
                 Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
                 Class::Unknown => {
                     let message = format!("unknown word `{}` for the {} reader", g_name(code), flavor.name());

@@ -25,6 +25,8 @@ use crate::{AxisValues, Dwell, Op, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
+/// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
+const TAP_LIFT_MM: f64 = 1.0;
 /// Most commands of one block: they are kept until they are handed out.
 const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
@@ -58,7 +60,7 @@ impl Interpreter {
         let Some(code) = self.modal.cycle else { return Ok(()) };
         let normal = self.modal.normal;
         let axes = p.axes();
-        let drills = axes != 0 || p.any_free(b"R");
+        let drills = axes != 0 || p.has_polar() || p.any_free(b"R");
         if drills {
             self.before_motion(axes, p, span)?;
         }
@@ -268,14 +270,6 @@ impl Interpreter {
 
     /// G84 and G74: the path follows the spindle in and out.
     fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        if self.cycle.q.is_some_and(|q| q != 0.0) {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                format!("`{} Q` (tapping in steps) is not supported", g_name(code)),
-            )
-            .help("tap in one stroke"));
-        }
         let Some(feed) = self.technology.feed else { return self.need_feed(LINEAR, span) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
@@ -299,14 +293,57 @@ impl Interpreter {
         } else {
             (SpindleDirection::CounterClockwise, SpindleDirection::Clockwise)
         };
-        for (to, direction) in [(levels.depth, inwards), (levels.r, outwards)] {
-            let mut end = self.position.work;
-            end.put(self.modal.normal, to);
-            let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
-            self.thread_to(motion, pitch, Some(direction));
+        self.tap_steps(levels, pitch, [inwards, outwards], span)?;
+        // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
+        let out = if self.flavor.is_linuxcnc() { back } else { levels.r };
+        for (to, direction) in [(levels.depth, inwards), (out, outwards)] {
+            self.tap_to(to, pitch, direction, span)?;
             self.wait(self.cycle.p);
         }
         self.along(back, true, span)
+    }
+
+    fn tap_to(&mut self, to: f64, pitch: f64, direction: SpindleDirection, span: Span) -> Result<(), Fault> {
+        let mut end = self.position.work;
+        end.put(self.modal.normal, to);
+        let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
+        self.thread_to(motion, pitch, Some(direction));
+        Ok(())
+    }
+
+    /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
+    /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
+    fn tap_steps(
+        &mut self,
+        levels: Levels,
+        pitch: f64,
+        [inwards, outwards]: [SpindleDirection; 2],
+        span: Span,
+    ) -> Result<(), Fault> {
+        let Some(infeed) = self.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
+        if self.flavor.is_linuxcnc() {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`Q` of tapping is not a word of LinuxCNC")
+                .help("tap in one stroke"));
+        }
+        let total = levels.r - levels.depth;
+        if total / infeed > MAX_INFEEDS as f64 {
+            return Err(Fault::new(
+                codes::ARGUMENTS,
+                span,
+                format!("tapping would need more than {MAX_INFEEDS} infeeds"),
+            )
+            .help("write a larger infeed Q"));
+        }
+        self.assume(format!(
+            "tapping in steps comes out by {TAP_LIFT_MM} mm after each; the control is set up for a distance, or for the R plane (parameters 5200 and 5213 of a Fanuc)"
+        ));
+        let mut reached = infeed;
+        while reached < total - 1e-9 {
+            self.tap_to(levels.r - reached, pitch, inwards, span)?;
+            self.tap_to((levels.r - reached + TAP_LIFT_MM).min(levels.r), pitch, outwards, span)?;
+            reached += infeed;
+        }
+        Ok(())
     }
 
     pub(super) fn wait(&mut self, dwell: Option<f64>) {

@@ -10,6 +10,9 @@ use crate::frame::sin_cos_degrees;
 /// `LinuxCNC` takes values nearer than this as equal (`TOLERANCE_EQUAL` of its interpreter).
 const LINUXCNC_EQUAL: f64 = 1e-4;
 
+/// Numbered parameters of a `LinuxCNC` end below this one (`RS274NGC_MAX_PARAMETERS`).
+const LINUXCNC_PARAMETERS: u32 = 5602;
+
 impl Interpreter {
     /// Value of a word; none where it is a vacant parameter.
     pub(crate) fn word_value(&self, value: &Value, span: Span) -> Result<Option<f64>, Fault> {
@@ -32,7 +35,8 @@ impl Interpreter {
             Expr::Named(name) => self.read_named(name, span)?,
             Expr::Exists(inner) => f64::from(u8::from(match inner.as_ref() {
                 Expr::Named(name) => self.variables.named(name).is_some() || self.system_named(name, span)?.is_some(),
-                Expr::Param(index) => self.variables.numbered(self.parameter_number(index, span)?).is_some(),
+                // Every numbered parameter of a LinuxCNC is there, with zero where nothing has set it.
+                Expr::Param(index) => (1..LINUXCNC_PARAMETERS).contains(&self.parameter_number(index, span)?),
                 _ => {
                     return Err(
                         Fault::new(codes::SYNTAX, span, "EXISTS takes a parameter").help("write EXISTS[#<name>]")

@@ -95,6 +95,8 @@ pub(crate) struct Interpreter {
     pub(crate) held: crate::AxisValues,
     /// Control vector at the end of the last G5, for the next one.
     pub(crate) spline_end: Option<[f64; 2]>,
+    /// Control points between G5.2 and G5.3.
+    pub(crate) nurbs: Option<super::nurbs::ControlPoints>,
     pub(crate) modal_macro: Option<MacroCall>,
     /// A modal macro waits for the end of the block with its motion.
     pub(crate) moved_in_block: bool,
@@ -103,6 +105,7 @@ pub(crate) struct Interpreter {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
+    pub(crate) noted_surface_speed: bool,
     /// First parameter of the reference points that a note has named.
     pub(crate) noted_references: Vec<u32>,
 }
@@ -153,11 +156,13 @@ impl Interpreter {
             cycle: CycleValues::default(),
             held: crate::AxisValues::NONE,
             spline_end: None,
+            nurbs: None,
             modal_macro: None,
             moved_in_block: false,
             sequence: 0,
             started: false,
             noted_integers: false,
+            noted_surface_speed: false,
             noted_references: Vec::new(),
             settings: settings.clone(),
         };
@@ -280,7 +285,10 @@ impl Interpreter {
         for remark in block.remarks.drain(..) {
             match remark {
                 Remark::Message(text) => self.emit(Op::Message(text)),
-                Remark::Note(text) => self.note(format!("({text})")),
+                Remark::Note(text) => {
+                    let text = self.expanded(&text, block.span);
+                    self.note(format!("({text})"));
+                }
                 Remark::Abort(text) => return Err(alarm(&text, block.span)),
             }
         }

@@ -21,10 +21,13 @@ mod length;
 mod machine;
 mod modal;
 mod motion;
+mod nurbs;
 mod offsets;
 mod parser;
 mod pending;
+mod polar;
 mod recover;
+mod remarks;
 mod statement;
 mod system;
 mod technology;
@@ -81,7 +84,8 @@ impl Reader for Interpreter {
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
 pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
-    let flavor = flavor::tell(dialect, source).flavor;
+    let told = flavor::tell(dialect, source);
+    let flavor = told.flavor;
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
@@ -96,7 +100,7 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> 
         match parser::parse_line(line, flavor, &mut block) {
             Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
             Ok(()) => {
-                let refused = block.words.iter().filter_map(|word| block::refused_word(flavor, word));
+                let refused = block.words.iter().filter_map(|word| block::refused_word(flavor, !told.certain, word));
                 faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
             }
         }

@@ -13,16 +13,18 @@ use crate::{ArcMotion, AxisValues, Op};
 
 impl Interpreter {
     pub(super) fn arc(&mut self, p: &Pending, mut end: AxisValues, span: Span) -> Result<(), Fault> {
-        let Some(start) = self.position.work.xyz() else {
+        let [u, v, w] = self.modal.plane_axes();
+        let in_space = self.modal.interpolation == Interpolation::Intermediate;
+        let known = if in_space { self.position.work.xyz() } else { self.position.arc_start([u, v, w]) };
+        let Some(start) = known else {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")
-                .help("program X, Y and Z before the arc"));
+                .help("program the axes of the plane before the arc (X, Y and Z before CIP)"));
         };
-        if self.modal.interpolation == Interpolation::Intermediate {
+        if in_space {
             return self.intermediate_arc(p, start, end, span);
         }
-        let [u, v, w] = self.modal.plane_axes();
         let flat = |q: [f64; 3]| [q[u], q[v]];
-        let mut end_point = end.xyz().unwrap_or(start);
+        let mut end_point: [f64; 3] = std::array::from_fn(|axis| end.get(axis).unwrap_or(start[axis]));
         let mut programmed = p.programmed;
         let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
         let tolerance = self.settings.arc_tolerance_mm;
