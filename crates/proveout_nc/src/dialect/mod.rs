@@ -1,12 +1,9 @@
 //! The languages of programs. Each reader lives in a folder of its own and gives the same canonical commands.
 
 mod apt;
-pub(crate) mod coverage;
 mod detect;
-pub(crate) mod doubt;
 mod heidenhain;
 mod iso;
-mod passes;
 mod siemens;
 
 use std::fmt::Debug;
