@@ -29,6 +29,7 @@
 pub struct Readme;
 
 mod arc;
+mod channel;
 mod codes;
 mod command;
 mod compensation;

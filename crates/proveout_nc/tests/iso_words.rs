@@ -393,6 +393,24 @@ fn a_haas_takes_a_program_name_of_letters() {
     assert!(!check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &fanuc).is_empty());
 }
 
+/// Radii may differ by a thousandth, and the center stays as programmed.
+#[test]
+fn a_linuxcnc_takes_a_spiral_about_the_programmed_center() {
+    let arc = |dialect: Dialect, end: f64| {
+        let settings = Settings { dialect, ..Settings::default() };
+        let text = format!("G21 G90 G0 X0. Y0. Z0.\nG2 X{end} Y0. I100. F100.\nM30\n");
+        Program::from_text("p.nc", text, &settings).unwrap().find_map(|command| match command {
+            Ok(Command { op: Op::Arc(arc), .. }) => Some(arc.center),
+            _ => None,
+        })
+    };
+    for end in ["200.02", "200.09"].map(|text| text.parse::<f64>().unwrap()) {
+        assert_eq!(arc(Dialect::LinuxCnc, end), Some([100.0, 0.0, 0.0]), "{end}");
+        assert_eq!(arc(Dialect::Fanuc, end), None, "{end}");
+    }
+    assert_eq!(arc(Dialect::LinuxCnc, 200.2), None);
+}
+
 /// What the words of an arc would mean elsewhere is told with the fault.
 #[test]
 fn a_center_that_fits_otherwise_is_named() {

@@ -142,6 +142,7 @@ fn is_plain(line: &str) -> bool {
             // Its values may be left out.
             "TOOLNO",
             "PPRINT",
+            "PPWORD",
             "INSERT",
             "TPRINT",
             "BEGIN",

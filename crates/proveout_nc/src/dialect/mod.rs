@@ -1,12 +1,9 @@
 //! The languages of programs. Each reader lives in a folder of its own and gives the same canonical commands.
 
 mod apt;
-pub(crate) mod coverage;
 mod detect;
-pub(crate) mod doubt;
 mod heidenhain;
 mod iso;
-mod passes;
 mod siemens;
 
 use std::fmt::Debug;
@@ -82,7 +79,7 @@ pub(crate) fn open(
             iso::open(dialect, source, folder, settings)
         }
         Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::open(dialect, source, folder, settings),
-        Dialect::Apt => apt::open(source, folder, settings),
+        Dialect::Apt => apt::open(source, settings),
         Dialect::Auto => return Err(unknown(&source)),
     })
 }

@@ -10,21 +10,20 @@ use crate::Feed;
 impl AptReader {
     /// Before a motion in feed: takes the feed of the settings where the program has given none.
     pub(crate) fn need_feed(&mut self) {
-        if self.feed.is_some() {
+        if self.technology.feed.is_some() {
             return;
         }
-        let fresh = !std::mem::replace(&mut self.noted_no_feed, true);
-        match self.default_feed {
+        let given = self.settings.default_feed_mm_per_min.filter(|feed| *feed > 0.0 && feed.is_finite());
+        let fresh = !std::mem::replace(&mut self.own.noted_no_feed, true);
+        match given {
             Some(feed) => {
                 if fresh {
                     self.assume(format!(
-                        "motions before the first FEDRAT run at the feed of the settings, {} mm/min",
-                        feed * 60.0
+                        "motions before the first FEDRAT run at the feed of the settings, {feed} mm/min"
                     ));
                 }
-                let feed = Feed::PerTime(feed);
-                self.feed = Some(feed);
-                self.tell_feed(feed);
+                self.set_feed(Some(Feed::PerTime(feed / 60.0)));
+                self.tell_feed();
             }
             None if fresh => {
                 self.note(

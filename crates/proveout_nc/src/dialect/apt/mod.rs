@@ -2,7 +2,7 @@
 //!
 //! Words after ISO 4343:2000 (major words of the processor output and of post-processor statements), with the forms that
 //! CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`, `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`,
-//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), CAMWorks (`UNIT/`, `CSYS/`, `TRNTYP/`,
+//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), `CAMWorks` (`UNIT/`, `CSYS/`, `TRNTYP/`,
 //! `CYCLE/DEEP2`) and the ISO 4343 output of Autodesk's posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
 //! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say.
 //!
@@ -22,49 +22,22 @@ mod systems;
 mod technology;
 mod words;
 
-use std::path::PathBuf;
-
 use super::Reader;
-use crate::Command;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
-use reader::AptReader;
 use statement::Statement;
 
 /// The reader of a program.
-pub(crate) fn open(source: Source, _folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(AptReader::new(source, settings))
-}
-
-impl Reader for AptReader {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        vec![self.source.as_ref()]
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
+pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(reader::begin(source, settings))
 }
 
 /// All faults of single statements: grammar, and words that are refused wherever they stand.
 pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
-    let mut statement = Statement::new();
+    let mut statement = Statement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         let bad = match result {

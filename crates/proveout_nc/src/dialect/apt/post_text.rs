@@ -1,6 +1,6 @@
 //! `INSERT`, `PPWORD` and `PPFUN`: text that is meant for one post-processor or control.
 //!
-//! `INSERT` goes into the program of the control as it stands. Comments and what CAMWorks tells of tool and stock do nothing. Words
+//! `INSERT` goes into the program of the control as it stands. Comments and what `CAMWorks` tells of tool and stock do nothing. Words
 //! of a control (`G68.2 X0`, `M8`) would move it or change what follows, and are refused. What any other text does is known to
 //! its post-processor alone: it is not followed, and that is said.
 
@@ -32,7 +32,7 @@ impl AptReader {
     }
 }
 
-/// Comments of controls, and what CAMWorks says about the tool of an operation and the size of the stock.
+/// Comments of controls, and what `CAMWorks` says about the tool of an operation and the size of the stock.
 fn is_comment(text: &str) -> bool {
     text.is_empty()
         || text.starts_with([';', '*', '!'])

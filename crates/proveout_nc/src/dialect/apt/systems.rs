@@ -1,4 +1,4 @@
-//! Coordinate systems as CAMWorks tells them: `TRNTYP` before each operation, and `CSYS` with three rows of four values, the
+//! Coordinate systems as `CAMWorks` tells them: `TRNTYP` before each operation, and `CSYS` with three rows of four values, the
 //! axes of the system in its columns and its origin in the fourth.
 //!
 //! ```text

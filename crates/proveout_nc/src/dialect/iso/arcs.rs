@@ -5,10 +5,11 @@ use std::f64::consts::TAU;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::pending::Pending;
+use crate::AxisValues;
 use crate::arc::{self, ArcFault, PlaneArc};
+use crate::channel::arc_fault;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{ArcMotion, AxisValues, Op};
 
 const CENTER: [u8; 3] = *b"IJK";
 /// Difference of the radii that a `LinuxCNC` takes whatever the radius, mm or inch (`CENTER_ARC_RADIUS_TOLERANCE_MM`, `_INCH`).
@@ -20,11 +21,8 @@ const SPIRAL_RELATIVE: f64 = 1e-3;
 impl Interpreter {
     pub(crate) fn arc(&mut self, p: &mut Pending, clockwise: bool, span: Span) -> Result<(), Fault> {
         let [u, v, w] = self.modal.plane_axes();
-        let start = match self.position.arc_start([u, v, w]) {
-            Some(start) => start,
-            None => self.start_point("the arc", span)?,
-        };
-        let turns = if self.flavor.is_linuxcnc() { p.take(b'P') } else { None };
+        let start = self.arc_start("the arc", [u, v, w], span)?;
+        let turns = if self.own.flavor.is_linuxcnc() { p.take(b'P') } else { None };
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut words = [None; 3];
@@ -56,7 +54,7 @@ impl Interpreter {
                 let found = arc::from_center(flat(start), to, flat(center), clockwise, tolerance);
                 self.as_a_spiral(found, flat(start), to, flat(center), clockwise)
             }
-            None if self.flavor == Flavor::Fanuc && !self.assumed && programmed != 0 => {
+            None if self.own.flavor == Flavor::Fanuc && !self.own.assumed && programmed != 0 => {
                 return self.arc_without_center(end, programmed, p, span);
             }
             None => {
@@ -67,12 +65,12 @@ impl Interpreter {
         let result = result.map_err(|fault| match fault {
             ArcFault::Radii(..) if !self.modal.absolute_centers => {
                 let fitting = other_reading(flat(start), to, [words[u], words[v]], tolerance);
-                (fault, fitting.map(|reading| reading.text([CENTER[u], CENTER[v]], self.flavor)))
+                (fault, fitting.map(|reading| reading.text([CENTER[u], CENTER[v]], self.own.flavor)))
             }
             _ => (fault, None),
         });
         let result = result.map_err(|(fault, reading)| {
-            let fault = arc_fault(fault, tolerance, span);
+            let fault = arc_fault(fault, tolerance, "program a full circle with I J K", span);
             if let Some(reading) = reading { fault.help(reading) } else { fault }
         });
         let mut arc = result?;
@@ -94,28 +92,9 @@ impl Interpreter {
         self.need_feed(0b111, span)?;
         let exact_stop = p.g(super::words::Group::ExactStop).is_some();
         let motion = self.complete(end, programmed, exact_stop, span)?;
-        let active = *self.position.frame();
-        let Some(scale) = active.uniform_scale() else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
-                .help("write the path with G1"));
-        };
         let mut normal = [0.0; 3];
         normal[w] = if clockwise { -1.0 } else { 1.0 };
-        // A mirror reverses the sense of rotation about the image of the normal.
-        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
-        let op = ArcMotion {
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base,
-            radius: arc.radius * scale,
-            sweep: arc.sweep,
-            motion,
-        };
-        self.position.move_to(op.motion.end, op.motion.end_base);
-        self.emit(Op::Arc(op));
-        Ok(())
+        self.go_arc(motion, center, normal, &arc, span)
     }
 
     /// A `LinuxCNC` takes radii that differ more, and runs a spiral about the programmed center (`arc_data_ijk` of its
@@ -128,7 +107,7 @@ impl Interpreter {
         center: [f64; 2],
         clockwise: bool,
     ) -> Result<PlaneArc, ArcFault> {
-        if !self.flavor.is_linuxcnc() {
+        if !self.own.flavor.is_linuxcnc() {
             return found;
         }
         let kept = |radius| Ok(PlaneArc { center, radius, sweep: arc::sweep(start, end, center, clockwise) });
@@ -212,28 +191,4 @@ fn other_reading(start: [f64; 2], end: [f64; 2], words: [Option<f64>; 2], tolera
     let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
     let mut fitting = signs.into_iter().filter(|s| fits([start[0] + s[0] * a, start[1] + s[1] * b]));
     fitting.next().map(Reading::Unsigned)
-}
-
-fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
-    match fault {
-        ArcFault::NoRadius => {
-            let message = "the center of the arc lies on its start or end, or the radius is zero";
-            Fault::new(codes::ARC_GEOMETRY, span, message).help("correct the center or the radius")
-        }
-        ArcFault::Radii(start, end) => {
-            let message = format!(
-                "the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"
-            );
-            Fault::new(codes::ARC_RADIUS, span, message).help("correct the center or the end point")
-        }
-        ArcFault::TooSmall(radius, half) => {
-            let message =
-                format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end");
-            Fault::new(codes::ARC_RADIUS, span, message).help("correct the radius or the end point")
-        }
-        ArcFault::SamePoint => {
-            let message = "start and end of the arc are the same point, and R gives no center";
-            Fault::new(codes::ARC_GEOMETRY, span, message).help("program a full circle with I J K")
-        }
-    }
 }

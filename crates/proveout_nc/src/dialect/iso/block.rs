@@ -10,15 +10,15 @@ use super::modal::{FeedMode, MotionMode};
 use super::parser::{Block, Value, Word};
 use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
+use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::doubt::Stage;
 use crate::{Dwell, Op};
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
     pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
-        self.moved_in_block = false;
+        self.own.moved_in_block = false;
         let mut p = Pending::new();
         for word in &block.words {
             self.collect_word(&mut p, word, block)?;
@@ -36,7 +36,7 @@ impl Interpreter {
         if let Some(letter) = p.left_over() {
             return Err(left_over(letter, block, line));
         }
-        if self.modal_macro.is_some() && self.moved_in_block {
+        if self.own.modal_macro.is_some() && self.own.moved_in_block {
             self.after_motion(block.span)?;
         }
         Ok(())
@@ -55,10 +55,10 @@ impl Interpreter {
         match word.letter {
             b'G' => {
                 let code = g_code(value, span)?;
-                match words::class(self.flavor, self.assumed, code) {
+                match words::class(self.own.flavor, self.own.assumed, code) {
                     Class::Known(group) => match p.put_g(code, group) {
                         Ok(Some(other))
-                            if group != Group::ExactStop && (other != code || self.flavor.is_linuxcnc()) =>
+                            if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) =>
                         {
                             let message =
                                 format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
@@ -79,7 +79,7 @@ impl Interpreter {
             }
             b'M' => {
                 let code = whole(value, "M", 99_999_999.0, span)?;
-                match words::function(self.flavor, code) {
+                match words::function(self.own.flavor, code) {
                     Function::Refused(remedy) => return Err(refused(&format!("M{code}"), span, remedy)),
                     Function::Kinematics => return Err(kinematics_switch(&format!("M{code}"), span)),
                     _ => {}
@@ -106,9 +106,9 @@ impl Interpreter {
 
     /// M words of one group exclude each other.
     fn check_function(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
-        let kind = words::function(self.flavor, code);
+        let kind = words::function(self.own.flavor, code);
         for &other in p.m().iter().filter(|&&m| m < NOTED_G && m != code) {
-            let clash = match (words::function(self.flavor, other), kind) {
+            let clash = match (words::function(self.own.flavor, other), kind) {
                 (Function::CoolantOn, Function::CoolantOff) | (Function::CoolantOff, Function::CoolantOn) => true,
                 (a, b) => {
                     a == b && matches!(a, Function::Stop | Function::Spindle | Function::Call | Function::Override)
@@ -124,8 +124,12 @@ impl Interpreter {
 
     fn unknown_g(&self, code: u32, span: Span) -> Fault {
         let name = g_name(code);
-        Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", self.flavor.name()))
-            .help("see the coverage table for the G words that are read, or name another dialect")
+        Fault::new(
+            codes::UNKNOWN_WORD,
+            span,
+            format!("unknown word `{name}` for the {} reader", self.own.flavor.name()),
+        )
+        .help("see the coverage table for the G words that are read, or name another dialect")
     }
 
     fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
@@ -135,7 +139,7 @@ impl Interpreter {
             .iter()
             .copied()
             .find(|m| matches!(m, 97 | 98 | 99 | 198))
-            .filter(|&m| words::function(self.flavor, m) == Function::Call);
+            .filter(|&m| words::function(self.own.flavor, m) == Function::Call);
         let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
         if !p.no_g() {
             self.modal_words(p)?;
@@ -144,11 +148,11 @@ impl Interpreter {
                 return self.macro_call(block, p.g(Group::Macro).is_some());
             }
             if p.g(Group::Macro) == Some(670) {
-                self.modal_macro = None;
+                self.own.modal_macro = None;
             }
         }
         let one_shot = p.g(Group::OneShot);
-        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.flavor.is_linuxcnc();
+        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.own.flavor.is_linuxcnc();
         if !(thread_lead && p.axes() != 0) {
             self.feed_word(p, span)?;
         }
@@ -188,7 +192,7 @@ impl Interpreter {
         }
         if self.modal.feed_mode == FeedMode::InverseTime {
             // Inverse time holds for one block.
-            self.technology.feed = None;
+            self.own.feed = None;
         }
         Ok(())
     }
@@ -206,7 +210,7 @@ impl Interpreter {
             }
             self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         if let Some(code) = p.g(Group::FeedMode) {
@@ -218,7 +222,7 @@ impl Interpreter {
             if self.modal.feed_mode != mode {
                 self.modal.feed_mode = mode;
                 // A number keeps no meaning across modes: F must be programmed anew.
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         if let Some(code) = p.g(Group::Plane) {
@@ -271,10 +275,10 @@ impl Interpreter {
             _ => MotionMode::Probe,
         });
         if code != 50 {
-            self.spline_end = None;
+            self.own.spline_end = None;
         }
         if !matches!(code, 52 | 53) {
-            self.nurbs = None;
+            self.own.nurbs = None;
         }
     }
 
@@ -284,7 +288,7 @@ impl Interpreter {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
         // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
-        let moves = self.flavor.is_linuxcnc() || self.assumed && in_p.is_some();
+        let moves = self.own.flavor.is_linuxcnc() || self.own.assumed && in_p.is_some();
         let in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
         let seconds = match (in_p, in_x) {
             (Some(p), None) => self.seconds(p, point, span)?,
@@ -295,7 +299,7 @@ impl Interpreter {
                 );
             }
         };
-        if moves && !self.flavor.is_linuxcnc() && p.axes() != 0 {
+        if moves && !self.own.flavor.is_linuxcnc() && p.axes() != 0 {
             self.assume("the motion in the block of a G4 is made behind the dwell");
         } else if !moves && p.axes() != 0 {
             return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
@@ -311,11 +315,11 @@ impl Interpreter {
     /// Seconds of a word P.
     pub(crate) fn seconds(&self, value: f64, point: bool, span: Span) -> Result<f64, Fault> {
         use super::flavor::Flavor;
-        match self.flavor {
+        match self.own.flavor {
             Flavor::LinuxCnc => Ok(value),
             Flavor::Haas if point => Ok(value),
             // Both controls that take a decimal point read seconds.
-            Flavor::Fanuc if point && self.assumed => Ok(value),
+            Flavor::Fanuc if point && self.own.assumed => Ok(value),
             Flavor::Fanuc if point && value.fract() != 0.0 => {
                 Err(Fault::new(codes::BAD_VALUE, span, "P of a dwell takes whole milliseconds on a Fanuc")
                     .help("write P500 or X0.5"))

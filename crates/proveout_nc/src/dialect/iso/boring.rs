@@ -16,13 +16,12 @@ impl Interpreter {
         let shift = self.bore_shift("G76", span)?;
         let direction = self.technology.direction;
         self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
+        self.wait(self.own.cycle.p);
         self.orient();
         self.shifted(shift, 1.0, span)?;
         self.along(back, true, span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         Ok(())
     }
 
@@ -45,16 +44,14 @@ impl Interpreter {
         self.shifted(shift, 1.0, span)?;
         self.along(levels.r, true, span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
+        self.wait(self.own.cycle.p);
         self.orient();
         self.shifted(shift, 1.0, span)?;
         self.along(initial, true, span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         Ok(())
     }
 
@@ -65,7 +62,7 @@ impl Interpreter {
 
     /// Shift off the wall in the plane: I and J, or Q along the first axis.
     fn bore_shift(&mut self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
-        match (self.cycle.ijk, self.cycle.q) {
+        match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
             // Without Q nothing says a shift (G87 needs one).
             ([None, None, None], None) if name == "G76" => {

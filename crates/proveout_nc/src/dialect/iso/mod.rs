@@ -37,49 +37,15 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
-
 use super::Reader;
-use crate::Command;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
 pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
     let told = flavor::tell(dialect, &source);
-    Box::new(Interpreter::new(source, folder, settings, told))
-}
-
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
-
-    fn is_subprogram(&self) -> bool {
-        self.main_is_subprogram()
-    }
+    Box::new(interpreter::begin(source, folder, settings, told))
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.

@@ -52,11 +52,11 @@ impl Interpreter {
             let message = format!("the weight P of a control point must be above zero and is {weight}");
             return Err(Fault::new(codes::BAD_VALUE, span, message).help("write P1"));
         }
-        if self.nurbs.is_none() {
+        if self.own.nurbs.is_none() {
             let start = self.start_in_plane("the NURBS", span)?;
             // P without a point is the weight of the start.
             let own = if named[0] { None } else { weight };
-            self.nurbs = Some(ControlPoints { points: vec![[start[0], start[1], own.unwrap_or(1.0)]], order: 3 });
+            self.own.nurbs = Some(ControlPoints { points: vec![[start[0], start[1], own.unwrap_or(1.0)]], order: 3 });
         } else if !named[0] && weight.is_some() {
             return wrong("P without X and Y can stand at the first control point only", "write X, Y and P");
         }
@@ -71,7 +71,7 @@ impl Interpreter {
         } else {
             None
         };
-        let Some(curve) = &mut self.nurbs else { return Ok(()) };
+        let Some(curve) = &mut self.own.nurbs else { return Ok(()) };
         if let Some(order) = order {
             if order.fract() != 0.0 || !(3.0..=MAX_ORDER).contains(&order) {
                 let message = format!("the order L of a NURBS is a whole number from 3 to {MAX_ORDER} and is {order}");
@@ -93,7 +93,7 @@ impl Interpreter {
         self.modal.motion = None;
         self.modal.motion_code = 800;
         let wrong = |message: String, help: &str| Err(Fault::new(codes::ARC_GEOMETRY, span, message).help(help));
-        let Some(curve) = self.nurbs.take() else {
+        let Some(curve) = self.own.nurbs.take() else {
             return Err(Fault::new(codes::STRUCTURE, span, "G5.3 has no G5.2 before it").help("write G5.2"));
         };
         if p.axes() != 0 {

@@ -19,7 +19,7 @@ impl Interpreter {
                 continue;
             }
             let value =
-                expr::parameter(&mut s, self.flavor).ok().and_then(|read| self.value(&read, span).ok().flatten());
+                expr::parameter(&mut s, self.own.flavor).ok().and_then(|read| self.value(&read, span).ok().flatten());
             match value {
                 Some(value) => out.push_str(&format!("{value:.6}")),
                 None => out.push_str("######"),

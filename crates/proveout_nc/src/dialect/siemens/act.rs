@@ -10,7 +10,6 @@ use super::pending::Pending;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
-use crate::{Op, ToolAction};
 
 use super::block::LINEAR;
 
@@ -51,10 +50,10 @@ impl Interpreter {
             if on {
                 self.settings.check_kinematics(KinematicsKind::Tcp, "TRAORI", span)?;
             }
-            let before = self.technology.tcp();
-            self.technology.transformed = on;
+            let before = self.own.tcp();
+            self.own.transformed = on;
             self.tell_tcp();
-            if before != self.technology.tcp() {
+            if before != self.own.tcp() {
                 self.position.forget(LINEAR);
             }
         }
@@ -63,8 +62,7 @@ impl Interpreter {
             self.speed_word(p, span)?;
         }
         if let Some(tool) = &p.tool {
-            self.technology.selected = Some(tool.clone());
-            self.emit(Op::Tool(ToolAction::Select(tool.clone())));
+            self.select_tool(tool.clone());
         }
         if let Some(edge) = p.edge {
             self.edge(edge);
@@ -84,8 +82,7 @@ impl Interpreter {
                 let before = self.block_feed(p, span)?;
                 self.motion_with_corner(p, span)?;
                 if let Some(before) = before {
-                    self.technology.feed = before;
-                    self.tell_feed();
+                    self.set_feed(before);
                 }
             }
         }
@@ -94,7 +91,7 @@ impl Interpreter {
         }
         self.calls(p, block)?;
         if p.functions.iter().any(|m| matches!(m, 2 | 17 | 30)) {
-            self.end_of_program();
+            self.end_or_return();
         }
         Ok(())
     }
@@ -125,7 +122,7 @@ impl Interpreter {
         } else if p.has_axis()
             && p.frame.is_none()
             && !p.machine
-            && let Some(modal) = self.modal_call.clone()
+            && let Some(modal) = self.own.modal_call.clone()
             && modal.level == self.depth()
         {
             self.run_call(&modal.call, 1, block.span)?;

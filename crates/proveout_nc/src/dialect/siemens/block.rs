@@ -7,9 +7,9 @@ use super::modal::{FeedMode, Interpolation, OrientationAngles, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::words::{self, Class};
+use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::doubt::Stage;
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
 /// Bits of X, Y and Z.
@@ -216,11 +216,11 @@ impl Interpreter {
             60 => self.path_mode(PathMode::ExactStop),
             64 | 641..=645 => {
                 modal.exact_stop = false;
-                let tolerance = self.contour_tolerance;
-                let orientation_tolerance = self.orientation_tolerance;
+                let tolerance = self.own.contour_tolerance;
+                let orientation_tolerance = self.own.orientation_tolerance;
                 self.path_mode(PathMode::Continuous { tolerance, orientation_tolerance });
                 if code == 641 {
-                    p.rounding = p.rounding.or(Some(self.rounding));
+                    p.rounding = p.rounding.or(Some(self.own.rounding));
                 }
             }
             70 => modal.units = Units::InchLengths,

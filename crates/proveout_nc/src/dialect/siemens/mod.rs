@@ -35,57 +35,14 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
-
 use super::Reader;
-use crate::Command;
-use crate::compensation::CompStyle;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
 pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(Interpreter::new(source, folder, settings))
-}
-
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn comp_style(&self) -> Option<CompStyle> {
-        Some(self.modal.compensation.style)
-    }
-
-    fn source_line(&self, file: &str, line: u32) -> Option<String> {
-        self.line_of(file, line)
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
-
-    fn is_subprogram(&self) -> bool {
-        self.main_is_subprogram()
-    }
+    Box::new(interpreter::begin(source, folder, settings))
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
