@@ -32,6 +32,7 @@ mod arc;
 mod codes;
 mod command;
 mod compensation;
+mod control;
 mod diagnostic;
 mod dialect;
 mod frame;
@@ -50,6 +51,7 @@ mod survey;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
+pub use control::{ArcTolerance, Control, ControlError, WholeNumbers, builtin_controls, control_schema};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};

@@ -6,6 +6,7 @@ mod detect;
 pub(crate) mod doubt;
 mod heidenhain;
 mod iso;
+mod listed;
 mod passes;
 mod siemens;
 
@@ -15,6 +16,7 @@ use std::path::PathBuf;
 use crate::Command;
 use crate::codes;
 use crate::compensation::CompStyle;
+use crate::control::words::Builtin;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
@@ -87,13 +89,26 @@ pub(crate) fn open(
     })
 }
 
-/// All faults of single lines: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+/// The reader does this word by itself: a control file may give its function to another word. Words that end or call programs
+/// are none of them.
+pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     match dialect {
-        Dialect::Siemens840d => siemens::line_faults(source),
-        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => iso::line_faults(dialect, source),
-        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::line_faults(dialect, source),
-        Dialect::Apt => apt::line_faults(source),
+        Dialect::Siemens840d => siemens::does_word(word),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => iso::does_word(dialect, word),
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::does_word(word),
+        Dialect::Apt | Dialect::Auto => false,
+    }
+}
+
+/// All faults of single lines: grammar, and words that are refused wherever they stand.
+pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
+    match dialect {
+        Dialect::Siemens840d => siemens::line_faults(source, settings),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
+            iso::line_faults(dialect, source, settings)
+        }
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::line_faults(dialect, source, settings),
+        Dialect::Apt => apt::line_faults(source, settings),
         Dialect::Auto => Vec::new(),
     }
 }

@@ -14,6 +14,7 @@ use super::reader::{AptReader, PendingCircle, arity};
 use super::statement::{Bad, Item, Place, Statement, Token};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::frame;
 use crate::source::Source;
 use crate::{ArcMotion, Op};
@@ -165,13 +166,13 @@ impl AptReader {
         let drop = frame::dot(normal, frame::sub(end, start));
         if circle.zero_at_one_point
             && circle.angle.is_none()
-            && apart <= self.arc_tolerance
-            && drop.abs() <= self.arc_tolerance
+            && apart <= self.arc_tolerance.absolute_mm
+            && drop.abs() <= self.arc_tolerance.absolute_mm
         {
             return self.straight(end, false, place);
         }
         let measured = a[0].hypot(a[1]);
-        if (measured - circle.radius.abs()).abs() > self.arc_tolerance {
+        if (measured - circle.radius.abs()).abs() > self.arc_tolerance.of(measured.max(circle.radius.abs())) {
             let message = format!(
                 "the arc has the radius {:.4} mm and starts {measured:.4} mm from its center; the limit of the difference is {} mm",
                 circle.radius, self.arc_tolerance
@@ -250,7 +251,7 @@ fn basis(normal: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     (u, frame::cross(normal, u))
 }
 
-fn arc_fault(fault: ArcFault, tolerance: f64, place: Place) -> Box<Bad> {
+fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, place: Place) -> Box<Bad> {
     match fault {
         ArcFault::Radii(start, end) => place.bad(
             codes::ARC_RADIUS,

@@ -59,14 +59,14 @@ impl Reader for AptReader {
 }
 
 /// All faults of single statements: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut statement = Statement::new();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         let bad = match result {
             Err(bad) => Some(bad),
-            Ok(()) => reader::refused_word(&statement),
+            Ok(()) => reader::refused_word(&statement, &settings.control),
         };
         faults.extend(bad.map(|bad| bad.diagnostic(source)));
         at = next;

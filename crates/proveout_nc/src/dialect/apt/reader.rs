@@ -1,6 +1,6 @@
 //! Runs the statements of CL data one by one; nothing that was executed is kept.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::drilling::Cycle;
@@ -8,15 +8,17 @@ use super::recover::Recovery;
 use super::statement::{self, Bad, Item, Place, Statement, Token};
 use super::words::{self, Class};
 use crate::codes;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Diagnostic, Span, column_and_length};
 use crate::dialect::coverage::Coverage;
 use crate::dialect::doubt::Stage;
+use crate::dialect::listed::ignored;
 use crate::frame::Frame;
 use crate::source::{Mark, Source};
 use crate::state::Position;
 use crate::{
-    Command, CompSide, Feed, FrameChange, Location, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName,
-    WorkOffset,
+    ArcTolerance, AxisValues, Command, CompSide, Feed, FrameChange, Location, Offset, Op, Settings, SpindleDirection,
+    ToolAction, ToolName, WorkOffset,
 };
 
 /// Millimeters of an inch.
@@ -39,6 +41,10 @@ pub(crate) struct PendingCircle {
 #[derive(Debug)]
 pub(crate) struct AptReader {
     pub(crate) source: Arc<Source>,
+    control: Arc<Control>,
+    start_position: AxisValues,
+    /// Words of the control file whose reason has been told.
+    told_words: BTreeSet<usize>,
     cursor: Mark,
     queue: VecDeque<Command>,
     location: Location,
@@ -47,7 +53,7 @@ pub(crate) struct AptReader {
     failure: Option<Box<Diagnostic>>,
     pub(crate) recovery: Recovery,
     pub(crate) coverage: Coverage,
-    pub(crate) arc_tolerance: f64,
+    pub(crate) arc_tolerance: ArcTolerance,
     max_names: usize,
     names: BTreeMap<String, f64>,
     offsets: BTreeMap<String, WorkOffset>,
@@ -99,7 +105,7 @@ impl AptReader {
             failure: None,
             recovery: Recovery::default(),
             coverage: Coverage::default(),
-            arc_tolerance: settings.arc_tolerance_mm,
+            arc_tolerance: settings.arc_tolerance,
             max_names: settings.limits.max_array_elements.min(MAX_NAMES),
             names: settings.variables.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect(),
             offsets: settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), offset)).collect(),
@@ -107,7 +113,10 @@ impl AptReader {
             local: Frame::IDENTITY,
             shift: [0.0; 3],
             first_msys: None,
-            unit: 1.0,
+            unit: if settings.control.start.inch == Some(true) { INCH } else { 1.0 },
+            control: Arc::clone(&settings.control),
+            start_position: settings.start_position,
+            told_words: BTreeSet::new(),
             position: Position::new(),
             axis: [0.0, 0.0, 1.0],
             tcp: false,
@@ -195,12 +204,17 @@ impl AptReader {
         if !self.started {
             self.started = true;
             self.work_offset("G54");
+            let start = self.start_position;
+            self.position.begin_at(&start);
         }
         if st.assignment {
             return self.assign(source, st);
         }
-        if let Some(bad) = refused_word(st) {
+        if let Some(bad) = refused_word(st, &self.control) {
             return Err(bad);
+        }
+        if self.listed_word(&st.major) {
+            return Ok(());
         }
         if words::classify(&st.major) == Class::Note {
             let text = line.get(st.head.span.start as usize..end as usize).unwrap_or(line);
@@ -235,6 +249,21 @@ impl AptReader {
             "UNITS" => self.units(source, st),
             _ => self.technology(source, st),
         }
+    }
+
+    /// Does a word of the control file; false where it lists none of this name.
+    fn listed_word(&mut self, major: &str) -> bool {
+        let control = Arc::clone(&self.control);
+        let Some((at, listed)) = control.words.name(major) else { return false };
+        match &listed.meaning {
+            Meaning::Message(text) => self.emit(Op::Message(text.clone())),
+            Meaning::Note(text) => self.note(format!("{}: {text}", listed.word)),
+            Meaning::Ignore(reason) if self.told_words.insert(at) => {
+                self.note(ignored(&control, &listed.word, reason));
+            }
+            _ => {}
+        }
+        true
     }
 
     /// Takes a work offset into effect and tells it.
@@ -357,9 +386,14 @@ impl AptReader {
 }
 
 /// The fault of a statement whose word no state makes valid.
-pub(crate) fn refused_word(st: &Statement) -> Option<Box<Bad>> {
+pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>> {
     if st.major.is_empty() || st.assignment {
         return None;
+    }
+    if let Some((_, listed)) = control.words.name(&st.major) {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        let message = format!("`{}` is refused by the control \"{}\"", listed.word, control.name);
+        return Some(st.head.bad(codes::UNSUPPORTED_WORD, message, remedy));
     }
     let help = "correct the word, or put it behind `$$` when it has no effect";
     match words::classify(&st.major) {

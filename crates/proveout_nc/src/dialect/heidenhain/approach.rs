@@ -18,6 +18,7 @@ use super::motion::Goal;
 use super::words::{Lead, Side, Words};
 use crate::arc::{self, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Command, Feed, Location};
 
@@ -72,6 +73,9 @@ fn touch(from: Point, center: Point, radius: f64, ccw: bool) -> Option<Point> {
 fn cannot(span: Span, message: &str, help: &str) -> Fault {
     Fault::new(codes::ARC_GEOMETRY, span, message).help(help)
 }
+
+/// Arcs that are computed here meet their ends up to rounding, mm.
+const EXACT: ArcTolerance = ArcTolerance::absolute(1e-6);
 
 impl Interpreter {
     fn lead_number(
@@ -193,8 +197,8 @@ impl Interpreter {
                         "start further away, or use a smaller R",
                     ));
                 };
-                let arc = arc::from_center(helper, first, center, side < 0.0, 1e-6)
-                    .map_err(|f| super::circle::arc_fault(f, 1e-6, span))?;
+                let arc = arc::from_center(helper, first, center, side < 0.0, EXACT)
+                    .map_err(|f| super::circle::arc_fault(f, EXACT, span))?;
                 (helper, Some((arc, side < 0.0)))
             }
         };
@@ -286,8 +290,8 @@ impl Interpreter {
                         "end further away, or use a smaller R",
                     ));
                 };
-                let arc = arc::from_center(last, helper, center, side < 0.0, 1e-6)
-                    .map_err(|f| super::circle::arc_fault(f, 1e-6, span))?;
+                let arc = arc::from_center(last, helper, center, side < 0.0, EXACT)
+                    .map_err(|f| super::circle::arc_fault(f, EXACT, span))?;
                 self.lead_on(helper, Some((arc, side < 0.0)), span)?;
                 self.compensation(Side::Off);
                 self.lead_on(end, None, span)?;

@@ -11,6 +11,7 @@ use super::motion::Goal;
 use super::words::{Coordinate, Words};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::{ArcMotion, Op};
 
@@ -92,7 +93,7 @@ impl Interpreter {
         let (start, center) = (self.flat(span)?, self.pole(span)?);
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let arc =
             arc::from_center(start, end, center, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
         self.go_arc(goal, arc, clockwise, span)
@@ -109,7 +110,7 @@ impl Interpreter {
         let start = self.flat(span)?;
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let arc =
             arc::from_radius(start, end, radius, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
         self.go_arc(goal, arc, clockwise, span)
@@ -224,7 +225,7 @@ impl Interpreter {
                 .help("take PR out"));
         }
         if radius < arc::SAME_POINT_MM {
-            return Err(arc_fault(ArcFault::NoRadius, 0.0, span));
+            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_tolerance, span));
         }
         let value = self.variables.value(angle.value, span)?;
         let incremental = self.is_incremental(angle.reference);
@@ -329,7 +330,7 @@ impl Interpreter {
     }
 }
 
-pub(crate) fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
+pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, span: Span) -> Fault {
     match fault {
         ArcFault::NoRadius => {
             Fault::new(codes::ARC_GEOMETRY, span, "the center of the arc lies on its start or end, or the radius is zero")

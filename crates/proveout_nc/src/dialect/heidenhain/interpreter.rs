@@ -3,7 +3,7 @@
 //! Commands leave one by one; what is kept is the text, the labels of each file, the Q parameters and the modal state. The
 //! last motion of a contour waits until the next block has been read, because RND and CHF shorten it.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -18,6 +18,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length}
 use crate::dialect::coverage::Coverage;
 use crate::dialect::doubt::Stage;
 use crate::dialect::passes::Passes;
+use crate::not_run::NotRun;
 use crate::settings::Dialect;
 use crate::source::{Mark, Source};
 use crate::state::Position;
@@ -124,6 +125,10 @@ pub(crate) struct Interpreter {
     pub(crate) state: State,
     /// The block that is executed is DIN/ISO.
     pub(crate) din_now: bool,
+    /// Words of the control file whose reason has been told.
+    pub(super) told_words: BTreeSet<usize>,
+    /// Programs that were called and are not there.
+    pub(super) missing: Vec<NotRun>,
 }
 
 impl Interpreter {
@@ -160,6 +165,8 @@ impl Interpreter {
             position: Position::new(),
             state: State::new(settings),
             din_now: false,
+            told_words: BTreeSet::new(),
+            missing: Vec::new(),
             settings: settings.clone(),
         }
     }
@@ -258,6 +265,9 @@ impl Interpreter {
         }
         if block.statement == Statement::Empty || block.skip && self.settings.skipped_levels & 1 == 1 {
             return Ok(());
+        }
+        if !block.words.functions.is_empty() {
+            self.list_functions(block)?;
         }
         // The place of a joined block is that of its first line.
         self.recovery.faults.stage = Stage::Acting;
@@ -400,7 +410,7 @@ impl Interpreter {
     }
 
     pub(crate) fn call_program(&mut self, name: &str, span: Span) -> Result<(), Fault> {
-        let loaded = self.find_program(name, span)?;
+        let Some(loaded) = self.find_program(name, span)? else { return self.missing(&file_name(name), span) };
         self.room(span)?;
         self.variables.enter();
         self.stack.push(Level {
@@ -413,8 +423,8 @@ impl Interpreter {
         Ok(())
     }
 
-    fn find_program(&mut self, name: &str, span: Span) -> Result<Arc<Loaded>, Fault> {
-        let file = name.trim().rsplit(['\\', '/', ':']).next().unwrap_or_default().to_ascii_uppercase();
+    fn find_program(&mut self, name: &str, span: Span) -> Result<Option<Arc<Loaded>>, Fault> {
+        let file = file_name(name);
         let (stem, ending) = match file.rsplit_once('.') {
             Some((stem, ending)) => (stem.to_owned(), Some(ending.to_owned())),
             None => (file.clone(), None),
@@ -433,11 +443,12 @@ impl Interpreter {
             found.sort();
             let Some(path) = found.into_iter().next() else { continue };
             if let Some(loaded) = self.files.get(&path) {
-                return Ok(Arc::clone(loaded));
+                return Ok(Some(Arc::clone(loaded)));
             }
             let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the program");
-            let source =
+            let mut source =
                 Source::read(&path).map_err(|d| failed(format!("the program `{file}` cannot be read: {d}")))?;
+            source.take_out(&self.settings.control.header, &self.settings.control.trailer);
             let din = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
             let (loaded, faults) = Loaded::new(source, din, self.files.len() + 1);
             if !faults.is_empty() {
@@ -445,11 +456,15 @@ impl Interpreter {
             }
             let loaded = Arc::new(loaded);
             self.files.insert(path, Arc::clone(&loaded));
-            return Ok(loaded);
+            return Ok(Some(loaded));
         }
-        Err(Fault::new(codes::SUBPROGRAM, span, format!("the program `{file}` is not there"))
-            .help(format!("put {stem}.H into the folder of the program")))
+        Ok(None)
     }
+}
+
+/// Name of a program without its folder.
+fn file_name(name: &str) -> String {
+    name.trim().rsplit(['\\', '/', ':']).next().unwrap_or_default().to_ascii_uppercase()
 }
 
 impl Iterator for Interpreter {

@@ -16,7 +16,7 @@ impl Interpreter {
     }
 
     pub(crate) fn leftover(&self) -> Vec<NotRun> {
-        let mut found = Vec::new();
+        let mut found = self.missing.clone();
         for loaded in self.loaded() {
             let plan = Plan::of(loaded);
             let layout = Layout {

@@ -24,6 +24,7 @@ mod functions;
 mod interpreter;
 mod leftover;
 mod lexer;
+mod listed;
 mod motion;
 mod parser;
 mod pattern;
@@ -45,6 +46,7 @@ use interpreter::Interpreter;
 use super::Reader;
 use crate::Command;
 use crate::compensation::CompStyle;
+use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
 use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
@@ -85,8 +87,16 @@ impl Reader for Interpreter {
     }
 }
 
+/// The reader does this word by itself; words that end or call programs are left out.
+pub(crate) fn does_word(word: Builtin) -> bool {
+    match word {
+        Builtin::G(_) => false,
+        Builtin::M(code) => functions::does_function(code),
+    }
+}
+
 /// All faults of single blocks: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut block = words::Block::default();
     let mut buffer = String::new();
@@ -98,9 +108,13 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> 
         } else {
             parser::parse(found.text, &mut block)
         };
-        if let Err(fault) = parsed {
-            faults.push(text::locate(fault, source, at, found.text));
-        }
+        let functions = &block.words.functions;
+        let refused = || functions.iter().filter_map(|m| functions::refused_function(m, &settings.control));
+        let found_faults: Vec<_> = match parsed {
+            Err(fault) => vec![fault],
+            Ok(()) => refused().collect(),
+        };
+        faults.extend(found_faults.into_iter().map(|fault| text::locate(fault, source, at, found.text)));
         at = found.next;
     }
 }

@@ -7,7 +7,7 @@ use super::words::{Coordinate, FeedWord, Kind, Param, Path, Reference, Side, Val
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
-use crate::{AXIS_LETTERS, AxisValues, CompSide, CutterComp, Feed, Motion, Op};
+use crate::{ASSUMED, AXIS_LETTERS, AxisValues, CompSide, CutterComp, Feed, Motion, Op};
 
 /// Bits of X, Y and Z.
 pub(crate) const LINEAR: u16 = 0b111;
@@ -168,6 +168,14 @@ impl Interpreter {
 
     pub(crate) fn need_feed(&mut self, span: Span) -> Result<(), Fault> {
         if self.state.feed.is_some() {
+            self.tell_feed();
+            return Ok(());
+        }
+        if let Some(mm_min) = self.settings.default_feed_mm_per_min.filter(|_| !self.state.per_revolution) {
+            self.note(format!(
+                "{ASSUMED}no F stands before the motion: its feed is taken as {mm_min} mm/min, which the settings or the control state"
+            ));
+            self.state.feed = Some(Feed::PerTime(mm_min / 60.0));
             self.tell_feed();
             return Ok(());
         }

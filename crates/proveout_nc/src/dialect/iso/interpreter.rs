@@ -3,7 +3,7 @@
 //! Commands leave one by one; what is kept is the text, the index of its structure, the parameters and the modal state, never
 //! the executed blocks.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -19,6 +19,7 @@ use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
 use crate::dialect::coverage::Coverage;
 use crate::dialect::doubt::Stage;
 use crate::dialect::passes::Passes;
+use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
 use crate::state::Position;
 use crate::{ASSUMED, Command, Location, Offset, Op, Settings, WorkOffset};
@@ -103,6 +104,10 @@ pub(crate) struct Interpreter {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
+    /// Words of the control file whose reason has been told.
+    pub(crate) told_words: BTreeSet<usize>,
+    /// Subprograms that were called and are not there.
+    pub(crate) missing: Vec<NotRun>,
     /// First parameter of the reference points that a note has named.
     pub(crate) noted_references: Vec<u32>,
 }
@@ -146,7 +151,7 @@ impl Interpreter {
             turns: BTreeMap::new(),
             lengths: BTreeMap::new(),
             radii: BTreeMap::new(),
-            modal: Modal::new(),
+            modal: Modal::new(&settings.control),
             kept_modal: None,
             technology: Technology::new(),
             position: Position::new(),
@@ -158,12 +163,15 @@ impl Interpreter {
             sequence: 0,
             started: false,
             noted_integers: false,
+            told_words: BTreeSet::new(),
+            missing: Vec::new(),
             noted_references: Vec::new(),
             settings: settings.clone(),
         };
         interpreter.load_offset("G54");
         let total = interpreter.modal.frames.total(flavor);
         interpreter.position.set_frame(total);
+        interpreter.position.begin_at(&settings.start_position);
         interpreter
     }
 
@@ -207,6 +215,10 @@ impl Interpreter {
     /// Work offset and frame have been told by a word of the program.
     pub(crate) fn has_begun(&self) -> bool {
         self.started
+    }
+
+    pub(crate) fn location(&self) -> &Location {
+        &self.location
     }
 
     /// Call level: 0 in the main program.

@@ -44,7 +44,7 @@ impl Interpreter {
     }
 
     pub(crate) fn leftover(&self) -> Vec<NotRun> {
-        let mut found = Vec::new();
+        let mut found = self.missing.clone();
         for loaded in self.loaded() {
             let targets = Targets::of(&loaded.source, self.flavor);
             let layout = Layout {

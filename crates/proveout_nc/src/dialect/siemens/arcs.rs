@@ -7,6 +7,7 @@ use super::modal::Interpolation;
 use super::pending::{Pending, Reference};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::{ArcMotion, AxisValues, Op};
@@ -25,7 +26,7 @@ impl Interpreter {
         let mut end_point = end.xyz().unwrap_or(start);
         let mut programmed = p.programmed;
         let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let result = if self.modal.interpolation == Interpolation::Tangential {
             let Some(tangent) = self.tangent else {
                 return Err(Fault::new(
@@ -204,7 +205,7 @@ impl Interpreter {
     }
 }
 
-fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
+fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, span: Span) -> Fault {
     match fault {
         ArcFault::NoRadius => Fault::new(codes::ARC_GEOMETRY, span, "the center of the arc lies on its start or end, or the radius is zero")
             .help("correct the center or the radius"),

@@ -24,7 +24,7 @@ impl Interpreter {
     }
 
     pub(super) fn leftover(&self) -> Vec<NotRun> {
-        let mut found = Vec::new();
+        let mut found = self.missing.clone();
         for loaded in self.loaded() {
             let targets = Targets::of(&loaded.source);
             let parts = loaded.index.parts.iter().map(|part| {

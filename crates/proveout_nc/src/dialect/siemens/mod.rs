@@ -21,6 +21,7 @@ mod frames;
 mod index;
 mod interpreter;
 mod leftover;
+mod listed;
 mod modal;
 mod motion;
 mod parser;
@@ -40,10 +41,19 @@ use interpreter::Interpreter;
 use super::Reader;
 use crate::Command;
 use crate::compensation::CompStyle;
+use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
 use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
+
+/// The reader does this word by itself; words that end programs are left out.
+pub(crate) fn does_word(word: Builtin) -> bool {
+    match word {
+        Builtin::G(code) => code.is_multiple_of(10) && block::does_g(i64::from(code / 10)),
+        Builtin::M(code) => matches!(code, 0 | 1 | 3..=9),
+    }
+}
 
 /// The reader of a program.
 pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
@@ -89,7 +99,7 @@ impl Reader for Interpreter {
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
@@ -97,7 +107,7 @@ pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
         match parser::parse_line(line, &mut block) {
             Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
             Ok(()) => {
-                let refused = block.words.iter().filter_map(block::refused_word);
+                let refused = block.words.iter().filter_map(|word| block::refused_word(word, &settings.control));
                 faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
             }
         }

@@ -9,7 +9,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::state::MissingAxes;
-use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion, Op};
+use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Feed, Motion, Op};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -61,8 +61,17 @@ impl Interpreter {
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
 
-    pub(crate) fn need_feed(&self, span: Span) -> Result<(), Fault> {
+    pub(crate) fn need_feed(&mut self, span: Span) -> Result<(), Fault> {
         if self.technology.feed.is_some() {
+            return Ok(());
+        }
+        let per_time = self.modal.feed_mode == super::modal::FeedMode::PerTime;
+        if let Some(mm_min) = self.settings.default_feed_mm_per_min.filter(|_| per_time) {
+            self.note(format!(
+                "{ASSUMED}no F stands before the motion: its feed is taken as {mm_min} mm/min, which the settings or the control state"
+            ));
+            self.technology.feed = Some(Feed::PerTime(mm_min / 60.0));
+            self.tell_feed();
             return Ok(());
         }
         let (message, help) = match self.modal.feed_mode {

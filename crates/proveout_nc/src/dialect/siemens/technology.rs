@@ -2,6 +2,7 @@
 
 use super::block::LINEAR;
 use super::interpreter::Interpreter;
+use super::listed::LISTED;
 use super::modal::{FeedMode, Interpolation};
 use super::pending::Pending;
 use crate::codes;
@@ -141,6 +142,7 @@ impl Interpreter {
                     }
                     self.tell_coolant();
                 }
+                m if m >= LISTED => self.act_listed(m),
                 _ => self.note(format!("M{m}")),
             }
         }

@@ -151,8 +151,9 @@ impl Interpreter {
                     return Ok(Some((Arc::clone(loaded), loaded.index.main)));
                 }
                 let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
-                let source =
+                let mut source =
                     Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
+                source.take_out(&self.settings.control.header, &self.settings.control.trailer);
                 let (loaded, faults) = Loaded::new(source, self.files.len() + 1);
                 if !faults.is_empty() {
                     return Err(failed(format!("the subprogram `{name}` is broken: {}", Diagnostics(faults))));

@@ -7,7 +7,7 @@ mod assign;
 mod calls;
 mod jumps;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,6 +23,7 @@ use crate::dialect::coverage::Coverage;
 use crate::dialect::doubt::Stage;
 use crate::dialect::passes::Passes;
 use crate::frame::Frame;
+use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
 use crate::state::Position;
 use crate::{Command, Location, Op, Settings, WorkOffset};
@@ -117,6 +118,10 @@ pub(crate) struct Interpreter {
     pub(crate) modal: Modal,
     pub(crate) technology: Technology,
     pub(crate) position: Position,
+    /// Words of the control file whose reason has been told.
+    pub(super) told_words: BTreeSet<usize>,
+    /// Subprograms that were called and are not there.
+    pub(super) missing: Vec<NotRun>,
     /// Direction of motion at the end of the last motion, work coordinates: for CT.
     pub(crate) tangent: Option<[f64; 3]>,
     pub(crate) modal_call: Option<ModalCall>,
@@ -173,9 +178,15 @@ impl Interpreter {
                 .map(|(word, &offset)| (word.to_ascii_uppercase(), settable(offset)))
                 .collect(),
             frame_variables: BTreeMap::new(),
-            modal: Modal::new(settings.orientation_interpolation),
+            modal: Modal::new(settings.orientation_interpolation, &settings.control),
             technology: Technology::new(),
-            position: Position::new(),
+            position: {
+                let mut position = Position::new();
+                position.begin_at(&settings.start_position);
+                position
+            },
+            told_words: BTreeSet::new(),
+            missing: Vec::new(),
             tangent: None,
             modal_call: None,
             contour_tolerance: None,
@@ -183,6 +194,11 @@ impl Interpreter {
             rounding: 0.0,
             settings: settings.clone(),
         }
+    }
+
+    /// The text that is run, and the line of the block.
+    pub(super) fn place_now(&self) -> Option<(&Source, u32)> {
+        self.stack.last().map(|level| (&level.loaded.source, self.location.line))
     }
 
     /// Hands a command out with the place of the block.

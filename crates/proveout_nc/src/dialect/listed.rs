@@ -1,0 +1,46 @@
+//! Words that a control file lists, as far as all languages do the same with them.
+
+use std::sync::Arc;
+
+use crate::codes;
+use crate::control::Control;
+use crate::diagnostic::{Fault, Span};
+use crate::not_run::{NotRun, NotRunKind};
+use crate::source::Source;
+
+/// A word that the control file refuses.
+pub(crate) fn refused_by(control: &Control, word: &str, span: Span, remedy: &str) -> Fault {
+    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is refused by the control \"{}\"", control.name))
+        .help(remedy)
+}
+
+/// An M word that neither the reader nor the control file knows.
+pub(crate) fn unlisted(control: &Control, word: &str, span: Span) -> Fault {
+    let message = format!("unknown word `{word}`: the control \"{}\" does not list it", control.name);
+    Fault::new(codes::UNKNOWN_WORD, span, message).help("give the word a meaning in the control file")
+}
+
+/// What a word does that is without effect, for its one note.
+pub(crate) fn ignored(control: &Control, word: &str, reason: &str) -> String {
+    format!("{word} is without effect on the control \"{}\": {reason}", control.name)
+}
+
+/// A subprogram that is not there, where the control says that it may be left out.
+pub(crate) fn left_out(control: &Control, name: &str) -> Option<String> {
+    let reason = control.missing_subprogram.as_deref()?;
+    Some(format!(
+        "the subprogram {name} is not there and is left out, as the control \"{}\" says: {reason}",
+        control.name
+    ))
+}
+
+/// The call of a subprogram that was left out.
+pub(crate) fn call_not_run(source: &Source, line: u32, name: &str) -> NotRun {
+    NotRun {
+        file: Arc::clone(&source.name),
+        lines: [line; 2],
+        kind: NotRunKind::MissingSubprogram(name.to_owned()),
+        moves: true,
+        text: source.text_of(line).unwrap_or_default().to_owned(),
+    }
+}
