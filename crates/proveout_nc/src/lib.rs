@@ -29,6 +29,7 @@
 pub struct Readme;
 
 mod arc;
+mod channel;
 mod codes;
 mod command;
 mod compensation;
@@ -51,7 +52,9 @@ mod survey;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
-pub use control::{ArcTolerance, Control, ControlError, WholeNumbers, builtin_controls, control_schema};
+pub use control::{
+    ArcTolerance, Control, ControlFileError, UnknownWord, UnknownWords, WholeNumbers, builtin_controls, control_schema,
+};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};

@@ -1,7 +1,7 @@
 /// A control file that cannot be used: place, value and remedy of the one mistake.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}:{column}: {key}: {message}; {remedy} [{code}]")]
-pub struct ControlError {
+pub struct ControlFileError {
     /// Stable name of the kind of mistake (`control-unknown-function`).
     pub code: &'static str,
     /// The file, as given by the caller; `built-in NAME` for one that comes with the program.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::builtin::{self, text_of};
-use super::error::ControlError;
+use super::error::ControlFileError;
 use super::file::ControlFile;
 use super::model::Control;
 use super::place::{Text, nearest};
@@ -20,6 +20,8 @@ struct Link {
     text: String,
     /// Folder of the file; none for a built-in one.
     folder: Option<PathBuf>,
+    /// None for a built-in one, and for a text that is no file.
+    path: Option<PathBuf>,
 }
 
 impl Control {
@@ -27,7 +29,7 @@ impl Control {
     ///
     /// # Errors
     /// The control is not there, or it or one of its parents is wrong.
-    pub fn find(name: &str, folder: Option<&Path>) -> Result<Arc<Self>, Box<ControlError>> {
+    pub fn find(name: &str, folder: Option<&Path>) -> Result<Arc<Self>, Box<ControlFileError>> {
         link(name, folder).map_err(|message| missing(name, &message)).and_then(read)
     }
 
@@ -35,13 +37,13 @@ impl Control {
     ///
     /// # Errors
     /// The text or one of its parents is wrong.
-    pub fn from_text(name: &str, text: &str, folder: Option<&Path>) -> Result<Arc<Self>, Box<ControlError>> {
-        read(Link { name: name.to_owned(), text: text.to_owned(), folder: folder.map(Path::to_path_buf) })
+    pub fn from_text(name: &str, text: &str, folder: Option<&Path>) -> Result<Arc<Self>, Box<ControlFileError>> {
+        read(Link { name: name.to_owned(), text: text.to_owned(), folder: folder.map(Path::to_path_buf), path: None })
     }
 }
 
-fn missing(name: &str, message: &str) -> Box<ControlError> {
-    Box::new(ControlError {
+fn missing(name: &str, message: &str) -> Box<ControlFileError> {
+    Box::new(ControlFileError {
         code: "control-missing",
         file: name.to_owned(),
         line: 0,
@@ -66,7 +68,9 @@ fn is_path(name: &str) -> bool {
 fn link(name: &str, folder: Option<&Path>) -> Result<Link, String> {
     if !is_path(name) {
         return match text_of(name) {
-            Some(text) => Ok(Link { name: format!("built-in {name}"), text: text.to_owned(), folder: None }),
+            Some(text) => {
+                Ok(Link { name: format!("built-in {name}"), text: text.to_owned(), folder: None, path: None })
+            }
             None => Err(format!("there is no built-in control {name:?}")),
         };
     }
@@ -74,7 +78,8 @@ fn link(name: &str, folder: Option<&Path>) -> Result<Link, String> {
     match std::fs::read_to_string(&path) {
         Ok(text) => {
             let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
-            Ok(Link { name: path.display().to_string(), text, folder: folder.map(Path::to_path_buf) })
+            let folder = folder.map(Path::to_path_buf);
+            Ok(Link { name: path.display().to_string(), text, folder, path: Some(path) })
         }
         Err(e) => Err(format!("the file {} cannot be read: {e}", path.display())),
     }
@@ -85,12 +90,12 @@ fn identity(link: &Link) -> PathBuf {
     std::fs::canonicalize(&link.name).unwrap_or_else(|_| PathBuf::from(&link.name))
 }
 
-fn parse(link: &Link) -> Result<ControlFile, Box<ControlError>> {
+fn parse(link: &Link) -> Result<ControlFile, Box<ControlFileError>> {
     toml::from_str(&link.text).map_err(|e| Text::new(&link.name, &link.text).toml_error(&e))
 }
 
 /// Follows the parents, then applies the files from the oldest to the control itself.
-fn read(first: Link) -> Result<Arc<Control>, Box<ControlError>> {
+fn read(first: Link) -> Result<Arc<Control>, Box<ControlFileError>> {
     let mut chain: Vec<(Link, ControlFile)> = Vec::new();
     let mut next = Some(first);
     while let Some(link) = next.take() {
@@ -127,5 +132,6 @@ fn read(first: Link) -> Result<Arc<Control>, Box<ControlError>> {
         let text = Text::new(&link.name, &link.text);
         resolve::apply(&mut control, file, &text, link.folder.as_deref())?;
     }
+    control.files = chain.iter().filter_map(|(link, _)| link.path.clone()).collect();
     Ok(Arc::new(control))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::error::ControlError;
+use super::error::ControlFileError;
 use super::file::{KinematicsWordFile, WordFile};
 use super::model::Control;
 use super::place::Text;
@@ -11,7 +11,7 @@ use super::words::{Builtin, Listed, Meaning, WordKey, word_key};
 use crate::dialect::does_word;
 use crate::settings::Dialect;
 
-type Checked<T> = Result<T, Box<ControlError>>;
+type Checked<T> = Result<T, Box<ControlFileError>>;
 
 /// Most words of one file.
 const MOST_WORDS: usize = 10_000;

@@ -18,11 +18,13 @@ mod place;
 mod resolve;
 #[cfg(test)]
 mod tests;
+mod unknown;
 pub(crate) mod words;
 
 pub use builtin::builtin_controls;
-pub use error::ControlError;
+pub use error::ControlFileError;
 pub use file::control_schema;
 pub use model::{ArcTolerance, Control, WholeNumbers};
 pub(crate) use model::{Centers, FineBoring, StartFeed, StartMotion};
+pub use unknown::{UnknownWord, UnknownWords};
 pub(crate) use words::Meaning;

@@ -158,6 +158,8 @@ pub struct Control {
     pub(crate) skipped_levels: u16,
     pub(crate) variables: BTreeMap<String, f64>,
     pub(crate) folders: Vec<PathBuf>,
+    /// Files that it was read from, built-in ones left out, the control itself first.
+    pub(crate) files: Vec<PathBuf>,
     /// Why a subprogram that is missing may be left out; none: it is refused.
     pub(crate) missing_subprogram: Option<String>,
     /// Patterns of lines before and behind the program.
@@ -184,6 +186,7 @@ impl Default for Control {
             skipped_levels: 0,
             variables: BTreeMap::new(),
             folders: Vec::new(),
+            files: Vec::new(),
             missing_subprogram: None,
             header: Vec::new(),
             trailer: Vec::new(),
@@ -200,6 +203,11 @@ impl Control {
     /// Language of its programs; [`Dialect::Auto`] for the control that says nothing.
     pub fn dialect(&self) -> Dialect {
         self.dialect
+    }
+
+    /// Files that it was read from, the control itself first; built-in ones are none.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
     }
 
     /// Unit of the word of a dwell, where the control states one.

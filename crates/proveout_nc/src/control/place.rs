@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use toml::de::DeTable;
 
-use super::error::ControlError;
+use super::error::ControlFileError;
 
 /// A control file's text with its syntax tree, to find the place of a key.
 pub(super) struct Text<'a> {
@@ -58,9 +58,9 @@ impl<'a> Text<'a> {
         path: &[&str],
         message: impl Into<String>,
         remedy: impl Into<String>,
-    ) -> Box<ControlError> {
+    ) -> Box<ControlFileError> {
         let (line, column) = self.place(self.span(path).start);
-        Box::new(ControlError {
+        Box::new(ControlFileError {
             code,
             file: self.file.to_owned(),
             line,
@@ -72,13 +72,13 @@ impl<'a> Text<'a> {
     }
 
     /// What the TOML reader found, with a remedy.
-    pub(super) fn toml_error(&self, error: &toml::de::Error) -> Box<ControlError> {
+    pub(super) fn toml_error(&self, error: &toml::de::Error) -> Box<ControlFileError> {
         let span = error.span().unwrap_or(0..0);
         let (line, column) = self.place(span.start);
         let message = error.message().lines().next().unwrap_or_default().to_owned();
         let at = self.text.get(span).unwrap_or_default();
         let (code, key, remedy) = explain(&message, at);
-        Box::new(ControlError { code, file: self.file.to_owned(), line, column, key, message, remedy })
+        Box::new(ControlFileError { code, file: self.file.to_owned(), line, column, key, message, remedy })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::error::ControlError;
+use super::error::ControlFileError;
 use super::file::{
     ArcsFile, CentersFile, ControlFile, DialectFile, DistanceFile, DwellFile, FineBoringFile, InterpolationFile,
     MissingFeedFile, MissingSubprogramFile, MotionFile, NumbersFile, PlaneFile, StartFeedFile, StartFile, UnitFile,
@@ -14,7 +14,7 @@ use super::place::{Text, nearest};
 use crate::settings::Dialect;
 use crate::{AxisValues, OrientationInterpolation};
 
-type Checked<T> = Result<T, Box<ControlError>>;
+type Checked<T> = Result<T, Box<ControlFileError>>;
 
 /// The families of readers, for keys that have an effect in some of them only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

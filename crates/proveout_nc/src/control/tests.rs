@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::*;
 
-fn fault(text: &str) -> ControlError {
+fn fault(text: &str) -> ControlFileError {
     *Control::from_text("shop.toml", text, None).expect_err(text)
 }
 
@@ -73,11 +73,11 @@ fn a_mistake_is_one_error_with_place_and_remedy() {
         ),
         ("dialect = \"fanuc\"\n[words]\nX10.note = \"a\"\n", "control-word", (3, 1), "X10", "M25"),
         ("dialect = \"apt\"\n[words]\nFOO.does = \"M3\"\n", "control-no-effect", (3, 12), "apt", "another meaning"),
-        ("dialect = \"heidenhain\"\nstart.plane = \"XY\"\n", "control-no-effect", (2, 7), "heidenhain", "take it out"),
+        ("dialect = \"heidenhain\"\nstart.plane = \"XY\"\n", "control-no-effect", (2, 15), "heidenhain", "take it out"),
         (
             "dialect = \"linuxcnc\"\nnumbers.without_point = \"units\"\n",
             "control-no-effect",
-            (2, 9),
+            (2, 25),
             "linuxcnc",
             "take it out",
         ),

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use crate::codes;
 use crate::control::Control;
-use crate::diagnostic::{Fault, Span};
+use crate::control::words::WordKey;
+use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
 use crate::not_run::{NotRun, NotRunKind};
-use crate::source::Source;
+use crate::source::{Mark, Source};
 
 /// A word that the control file refuses.
 pub(crate) fn refused_by(control: &Control, word: &str, span: Span, remedy: &str) -> Fault {
@@ -42,5 +43,28 @@ pub(crate) fn call_not_run(source: &Source, line: u32, name: &str) -> NotRun {
         kind: NotRunKind::MissingSubprogram(name.to_owned()),
         moves: true,
         text: source.text_of(line).unwrap_or_default().to_owned(),
+    }
+}
+
+/// Words of a file that the control has no meaning for, and lines that cannot be read.
+#[derive(Debug)]
+pub(crate) struct Unlisted<'a> {
+    source: &'a Source,
+    /// Word, column, line, text of the line, and what the reader does with it.
+    pub(crate) words: Vec<(WordKey, u32, u32, String, &'static str)>,
+    pub(crate) faults: Vec<Diagnostic>,
+}
+
+impl<'a> Unlisted<'a> {
+    pub(crate) fn new(source: &'a Source) -> Self {
+        Self { source, words: Vec::new(), faults: Vec::new() }
+    }
+
+    pub(crate) fn word(&mut self, key: WordKey, span: Span, at: Mark, line: &str, now: &'static str) {
+        self.words.push((key, column_and_length(line, span).0, at.line, line.to_owned(), now));
+    }
+
+    pub(crate) fn fault(&mut self, fault: Fault, at: Mark, line: &str) {
+        self.faults.push(fault.at(&self.source.name, at.line, line));
     }
 }

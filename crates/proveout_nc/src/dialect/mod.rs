@@ -1,13 +1,10 @@
 //! The languages of programs. Each reader lives in a folder of its own and gives the same canonical commands.
 
 mod apt;
-pub(crate) mod coverage;
 mod detect;
-pub(crate) mod doubt;
 mod heidenhain;
 mod iso;
-mod listed;
-mod passes;
+pub(crate) mod listed;
 mod siemens;
 
 use std::fmt::Debug;
@@ -21,6 +18,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
+
+use listed::Unlisted;
 
 pub use detect::detect;
 
@@ -97,6 +96,19 @@ pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => iso::does_word(dialect, word),
         Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::does_word(word),
         Dialect::Apt | Dialect::Auto => false,
+    }
+}
+
+/// Words of a file that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    match dialect {
+        Dialect::Siemens840d => siemens::unlisted_words(source, settings, found),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
+            iso::unlisted_words(dialect, source, settings, found);
+        }
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::unlisted_words(dialect, source, settings, found),
+        Dialect::Apt => apt::unlisted_words(source, settings, found),
+        Dialect::Auto => {}
     }
 }
 

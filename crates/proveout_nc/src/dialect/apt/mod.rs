@@ -22,7 +22,9 @@ mod words;
 use std::path::PathBuf;
 
 use super::Reader;
+use super::listed::Unlisted;
 use crate::Command;
+use crate::control::words::{WordKey, word_key};
 use crate::diagnostic::Diagnostic;
 use crate::not_run::NotRun;
 use crate::settings::Settings;
@@ -55,6 +57,33 @@ impl Reader for AptReader {
 
     fn not_run(&self) -> Vec<NotRun> {
         self.leftover()
+    }
+}
+
+/// Major words that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut statement = Statement::new();
+    let mut at = Mark::START;
+    while let Some((result, next)) = statement::read(source, at, &mut statement) {
+        match result {
+            Err(bad) => found.faults.push(bad.diagnostic(source)),
+            Ok(()) if !statement.major.is_empty() && !statement.assignment => {
+                let now = match words::classify(&statement.major) {
+                    words::Class::Unknown => Some("refused: unknown"),
+                    words::Class::Refused(_) => Some("refused: not supported"),
+                    words::Class::Done | words::Class::Note => None,
+                };
+                let key = word_key(&statement.major).filter(|key| matches!(key, WordKey::Name(_)));
+                let listed = settings.control.words.name(&statement.major).is_some();
+                if let (Some(now), Some(key), false) = (now, key, listed) {
+                    let mark = statement.head.mark;
+                    let line = source.line(mark).map_or("", |(line, _)| line);
+                    found.word(key, statement.head.span, mark, line, now);
+                }
+            }
+            Ok(()) => {}
+        }
+        at = next;
     }
 }
 

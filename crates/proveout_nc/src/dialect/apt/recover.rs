@@ -3,10 +3,10 @@
 use super::reader::AptReader;
 use super::statement::{self, Statement};
 use super::words::{self, Class};
+use crate::channel::coverage::{Flow, Layout, Role};
+use crate::channel::doubt::{Doubt, Faults, Stage};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
-use crate::dialect::coverage::{Flow, Layout, Role};
-use crate::dialect::doubt::{Doubt, Faults, Stage};
 use crate::not_run::NotRun;
 use crate::source::Mark;
 

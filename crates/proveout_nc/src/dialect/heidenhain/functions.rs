@@ -109,6 +109,19 @@ pub(crate) fn refused_function(m: &MWord, control: &Control) -> Option<Fault> {
     (control.refuses_unlisted && !is_known(code)).then(|| unlisted(control, &format!("M{code}"), m.span))
 }
 
+/// What the reader does with a function that neither it nor the control file gives a meaning; none for the others.
+pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<&'static str> {
+    if control.words.m(m.code).is_some() {
+        return None;
+    }
+    match (refused_function(m, control).is_some(), is_known(m.code)) {
+        (true, true) => Some("refused: not supported"),
+        (true, false) => Some("refused: unknown"),
+        (false, true) => None,
+        (false, false) => Some("a note, without effect"),
+    }
+}
+
 /// Functions that the language has; those of the builder of the machine are others.
 fn is_known(code: u32) -> bool {
     matches!(code, 0..=9 | 13 | 14 | 30 | 89..=92 | 94 | 97..=99 | 101..=149 | NOTHING)

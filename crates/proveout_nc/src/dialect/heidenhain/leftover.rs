@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::interpreter::{Interpreter, Loaded, label_key};
 use super::words::{Block, Label, Statement, Value};
 use super::{din, parser, text};
-use crate::dialect::coverage::{Flow, Layout, Role, Stretch};
+use crate::channel::coverage::{Flow, Layout, Role, Stretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 

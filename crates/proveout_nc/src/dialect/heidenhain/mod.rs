@@ -44,9 +44,10 @@ use std::path::PathBuf;
 use interpreter::Interpreter;
 
 use super::Reader;
+use super::listed::Unlisted;
 use crate::Command;
 use crate::compensation::CompStyle;
-use crate::control::words::Builtin;
+use crate::control::words::{Builtin, WordKey};
 use crate::diagnostic::Diagnostic;
 use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
@@ -92,6 +93,31 @@ pub(crate) fn does_word(word: Builtin) -> bool {
     match word {
         Builtin::G(_) => false,
         Builtin::M(code) => functions::does_function(code),
+    }
+}
+
+/// Functions that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut block = words::Block::default();
+    let mut buffer = String::new();
+    let mut at = Mark::START;
+    while let Some(text) = text::block(source, at, &mut buffer) {
+        let parsed = if dialect == Dialect::HeidenhainIso {
+            din::parse(text.text, &mut block)
+        } else {
+            parser::parse(text.text, &mut block)
+        };
+        match parsed {
+            Err(fault) => found.faults.push(text::locate(fault, source, at, text.text)),
+            Ok(()) => {
+                for m in &block.words.functions {
+                    if let Some(now) = functions::unlisted_function(m, &settings.control) {
+                        found.word(WordKey::M(m.code), m.span, at, text.text, now);
+                    }
+                }
+            }
+        }
+        at = text.next;
     }
 }
 

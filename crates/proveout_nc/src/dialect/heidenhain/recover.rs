@@ -8,10 +8,10 @@ use std::sync::Arc;
 use super::interpreter::{Interpreter, Loaded};
 use super::text;
 use super::words::Statement;
+use crate::channel::doubt::{Doubt, Faults, Stage};
+use crate::channel::passes::Passes;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
-use crate::dialect::doubt::{Doubt, Faults, Stage};
-use crate::dialect::passes::Passes;
 use crate::source::Mark;
 
 /// What going on needs to know.

@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use super::interpreter::Interpreter;
 use super::pending::Pending;
-use crate::arc::{self, ArcFault};
+use crate::arc;
+use crate::channel::arc_fault;
 use crate::codes;
-use crate::control::{ArcTolerance, Centers};
+use crate::control::Centers;
 use crate::diagnostic::{Fault, Span};
-use crate::{ArcMotion, Op};
 
 const CENTER: [u8; 3] = *b"IJK";
 
@@ -16,7 +16,7 @@ impl Interpreter {
     pub(crate) fn arc(&mut self, p: &mut Pending, clockwise: bool, span: Span) -> Result<(), Fault> {
         let start = self.start_point("the arc", span)?;
         let [u, v, w] = self.modal.plane_axes();
-        let turns = if self.flavor.is_linuxcnc() { p.take(b'P') } else { None };
+        let turns = if self.own.flavor.is_linuxcnc() { p.take(b'P') } else { None };
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut has_center = false;
@@ -64,7 +64,7 @@ impl Interpreter {
                     .help("write I J K or R"));
             }
         };
-        let mut arc = result.map_err(|fault| arc_fault(fault, tolerance, span))?;
+        let mut arc = result.map_err(|fault| arc_fault(fault, tolerance, "program a full circle with I J K", span))?;
         if let Some(turns) = turns {
             if turns.fract() != 0.0 || !(1.0..=9999.0).contains(&turns) {
                 return Err(Fault::new(
@@ -83,51 +83,8 @@ impl Interpreter {
         self.need_feed(0b111, span)?;
         let exact_stop = p.g(super::words::Group::ExactStop).is_some();
         let motion = self.complete(end, programmed, exact_stop, span)?;
-        let active = *self.position.frame();
-        let Some(scale) = active.uniform_scale() else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
-                .help("write the path with G1"));
-        };
         let mut normal = [0.0; 3];
         normal[w] = if clockwise { -1.0 } else { 1.0 };
-        // A mirror reverses the sense of rotation about the image of the normal.
-        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
-        let op = ArcMotion {
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base,
-            radius: arc.radius * scale,
-            sweep: arc.sweep,
-            motion,
-        };
-        self.position.move_to(op.motion.end, op.motion.end_base);
-        self.emit(Op::Arc(op));
-        Ok(())
-    }
-}
-
-fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, span: Span) -> Fault {
-    match fault {
-        ArcFault::NoRadius => {
-            let message = "the center of the arc lies on its start or end, or the radius is zero";
-            Fault::new(codes::ARC_GEOMETRY, span, message).help("correct the center or the radius")
-        }
-        ArcFault::Radii(start, end) => {
-            let message = format!(
-                "the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"
-            );
-            Fault::new(codes::ARC_RADIUS, span, message).help("correct the center or the end point")
-        }
-        ArcFault::TooSmall(radius, half) => {
-            let message =
-                format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end");
-            Fault::new(codes::ARC_RADIUS, span, message).help("correct the radius or the end point")
-        }
-        ArcFault::SamePoint => {
-            let message = "start and end of the arc are the same point, and R gives no center";
-            Fault::new(codes::ARC_GEOMETRY, span, message).help("program a full circle with I J K")
-        }
+        self.go_arc(motion, center, normal, &arc, span)
     }
 }

@@ -11,17 +11,18 @@ use super::modal::{FeedMode, MotionMode};
 use super::parser::{Block, Value, Word};
 use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
+use crate::channel::doubt::Stage;
 use crate::codes;
+use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::doubt::Stage;
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
     pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
-        self.moved_in_block = false;
+        self.own.moved_in_block = false;
         let mut p = Pending::new();
         for word in &block.words {
             self.collect_word(&mut p, word, block)?;
@@ -39,7 +40,7 @@ impl Interpreter {
         if let Some(letter) = p.left_over() {
             return Err(left_over(letter, block, line));
         }
-        if self.modal_macro.is_some() && self.moved_in_block {
+        if self.own.modal_macro.is_some() && self.own.moved_in_block {
             self.after_motion(block.span)?;
         }
         Ok(())
@@ -82,9 +83,9 @@ impl Interpreter {
 
     /// A G word as the reader alone takes it.
     pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
-        match words::classify(self.flavor, code) {
+        match words::classify(self.own.flavor, code) {
             Class::Known(group) => match p.put_g(code, group) {
-                Ok(Some(other)) if group != Group::ExactStop && (other != code || self.flavor.is_linuxcnc()) => {
+                Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
                     Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"))
                 }
@@ -94,13 +95,13 @@ impl Interpreter {
             // Told with the functions; its values belong to it.
             Class::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
             Class::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
-            Class::Unknown => Err(unknown_g(self.flavor, code, span)),
+            Class::Unknown => Err(unknown_g(self.own.flavor, code, span)),
         }
     }
 
     /// An M word as the reader alone takes it.
     pub(super) fn put_m(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
-        if let Some(fault) = refused_m(self.flavor, code, &self.settings.control, span) {
+        if let Some(fault) = refused_m(self.own.flavor, code, &self.settings.control, span) {
             return Err(fault);
         }
         self.check_function(p, code, span)?;
@@ -109,9 +110,9 @@ impl Interpreter {
 
     /// M words of one group exclude each other.
     fn check_function(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
-        let kind = words::function(self.flavor, code);
+        let kind = words::function(self.own.flavor, code);
         for &other in p.m().iter().filter(|&&m| m < NOTED_G && m != code) {
-            let clash = match (words::function(self.flavor, other), kind) {
+            let clash = match (words::function(self.own.flavor, other), kind) {
                 (Function::CoolantOn, Function::CoolantOff) | (Function::CoolantOff, Function::CoolantOn) => true,
                 (a, b) => {
                     a == b && matches!(a, Function::Stop | Function::Spindle | Function::Call | Function::Override)
@@ -132,7 +133,7 @@ impl Interpreter {
             .iter()
             .copied()
             .find(|m| matches!(m, 97 | 98 | 99 | 198))
-            .filter(|&m| words::function(self.flavor, m) == Function::Call);
+            .filter(|&m| words::function(self.own.flavor, m) == Function::Call);
         let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
         if !p.no_g() {
             self.modal_words(p)?;
@@ -141,19 +142,19 @@ impl Interpreter {
                 return self.macro_call(block, p.g(Group::Macro).is_some());
             }
             if p.g(Group::Macro) == Some(670) {
-                self.modal_macro = None;
+                self.own.modal_macro = None;
             }
         }
         if self.listed_macro(p, block)? {
             return Ok(());
         }
-        if self.flavor.is_linuxcnc() && p.has_m(19) && p.g(Group::PathMode).is_some() {
+        if self.own.flavor.is_linuxcnc() && p.has_m(19) && p.g(Group::PathMode).is_some() {
             let word = g_name(p.g(Group::PathMode).unwrap_or(640));
             let message = format!("{word} and M19 stand in one block, and both take P, Q and R");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
         }
         let one_shot = p.g(Group::OneShot);
-        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.flavor.is_linuxcnc();
+        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.own.flavor.is_linuxcnc();
         let dwell_in_f = one_shot == Some(40) && self.settings.control.dwell_unit(b'F').is_some();
         if !(thread_lead && p.axes() != 0) && !dwell_in_f {
             self.feed_word(p, span)?;
@@ -194,7 +195,7 @@ impl Interpreter {
         }
         if self.modal.feed_mode == FeedMode::InverseTime {
             // Inverse time holds for one block.
-            self.technology.feed = None;
+            self.own.feed = None;
         }
         Ok(())
     }
@@ -205,7 +206,7 @@ impl Interpreter {
             let before = self.modal.unit();
             self.modal.inch = Some(code == 200);
             if before != self.modal.unit() {
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         if let Some(code) = p.g(Group::FeedMode) {
@@ -217,7 +218,7 @@ impl Interpreter {
             if self.modal.feed_mode != mode {
                 self.modal.feed_mode = mode;
                 // A number keeps no meaning across modes: F must be programmed anew.
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         if let Some(code) = p.g(Group::Plane) {
@@ -269,7 +270,7 @@ impl Interpreter {
             _ => MotionMode::Probe,
         });
         if code != 50 {
-            self.spline_end = None;
+            self.own.spline_end = None;
         }
     }
 
@@ -278,7 +279,7 @@ impl Interpreter {
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
-        let mut in_x = if self.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        let mut in_x = if self.own.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
         for letter in *b"XUFK" {
             let Some(unit) = self.settings.control.dwell_unit(letter) else { continue };
             let point = p.has_point(letter);
@@ -312,11 +313,11 @@ impl Interpreter {
         if let Some(unit) = self.settings.control.dwell_unit(b'P') {
             return Ok(unit.seconds(value, point));
         }
-        match self.flavor {
+        match self.own.flavor {
             Flavor::LinuxCnc => Ok(value),
             Flavor::Haas if point => Ok(value),
             // Both controls that take a decimal point read seconds.
-            Flavor::Fanuc if point && self.assumed => Ok(value),
+            Flavor::Fanuc if point && self.own.assumed => Ok(value),
             Flavor::Fanuc if point && value.fract() != 0.0 => {
                 Err(Fault::new(codes::BAD_VALUE, span, "P of a dwell takes whole milliseconds on a Fanuc")
                     .help("write P500 or X0.5"))
@@ -395,6 +396,33 @@ pub(crate) fn refused_word(flavor: Flavor, control: &Control, word: &Word) -> Op
     match words::classify(flavor, code) {
         Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
         Class::Unknown => Some(unknown_g(flavor, code, word.span)),
+        _ => None,
+    }
+}
+
+/// A G or M word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+pub(crate) fn unlisted_word(flavor: Flavor, control: &Control, word: &Word) -> Option<(WordKey, &'static str)> {
+    let Value::Number { value, .. } = word.value else { return None };
+    match word.letter {
+        b'G' => {
+            let code = g_code(value, word.span).ok()?;
+            let now = match words::classify(flavor, code) {
+                Class::Unknown => "refused: unknown",
+                Class::Refused(_) => "refused: not supported",
+                Class::Known(_) | Class::Note => return None,
+            };
+            control.words.g(code).is_none().then_some((WordKey::G(code), now))
+        }
+        b'M' if (0.0..1e8).contains(&value) => {
+            let code = value as u32;
+            let now = match words::function(flavor, code) {
+                Function::Note if control.refuses_unlisted => "refused: unknown",
+                Function::Note => "a note, without effect",
+                Function::Refused(_) | Function::Kinematics => "refused: not supported",
+                _ => return None,
+            };
+            control.words.m(code).is_none().then_some((WordKey::M(code), now))
+        }
         _ => None,
     }
 }

@@ -23,18 +23,17 @@ impl Interpreter {
                 return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
                     .help("let the CAM system write the motions of the cycle"));
             }
-            FineBoring::ShiftMayBeLeftOut if self.cycle.q.is_none() && self.cycle.ijk == [None; 3] => [0.0; 2],
+            FineBoring::ShiftMayBeLeftOut if self.own.cycle.q.is_none() && self.own.cycle.ijk == [None; 3] => [0.0; 2],
             _ => self.bore_shift("G76", span)?,
         };
         let direction = self.technology.direction;
         self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
+        self.wait(self.own.cycle.p);
         self.orient();
         self.shifted(shift, 1.0, span)?;
         self.along(back, true, span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         Ok(())
     }
 
@@ -57,16 +56,14 @@ impl Interpreter {
         self.shifted(shift, 1.0, span)?;
         self.along(levels.r, true, span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
+        self.wait(self.own.cycle.p);
         self.orient();
         self.shifted(shift, 1.0, span)?;
         self.along(initial, true, span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         Ok(())
     }
 
@@ -77,7 +74,7 @@ impl Interpreter {
 
     /// Shift off the wall in the plane: I and J, or Q along the first axis.
     fn bore_shift(&self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
-        match (self.cycle.ijk, self.cycle.q) {
+        match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
             ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),
             _ => Err(Fault::new(

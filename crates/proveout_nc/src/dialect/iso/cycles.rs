@@ -42,12 +42,12 @@ impl Interpreter {
     pub(crate) fn cycle_word(&mut self, code: u32) {
         if code == 800 {
             if self.modal.cycle.take().is_some() {
-                self.cycle = CycleValues::default();
+                self.own.cycle = CycleValues::default();
             }
             return;
         }
         if self.modal.cycle.is_none() {
-            self.cycle = CycleValues::default();
+            self.own.cycle = CycleValues::default();
         }
         self.modal.cycle = Some(code);
     }
@@ -61,8 +61,8 @@ impl Interpreter {
         if drills {
             self.before_motion(axes, p, span)?;
         }
-        if self.cycle.initial.is_none() {
-            self.cycle.initial = self.position.work.get(normal);
+        if self.own.cycle.initial.is_none() {
+            self.own.cycle.initial = self.position.work.get(normal);
         }
         self.no_rotary_motion(p, code, span)?;
         let repeats = self.cycle_values(p, code, span)?;
@@ -72,12 +72,12 @@ impl Interpreter {
             }
             return Ok(());
         }
-        let levels = self.levels(code, self.cycle.initial, span)?;
+        let levels = self.levels(code, self.own.cycle.initial, span)?;
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
             // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
-            if self.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
+            if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
                 self.along(levels.r, true, span)?;
             }
             let (end, programmed) = self.targets(p, span)?;
@@ -96,7 +96,7 @@ impl Interpreter {
     /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must be where the axis stands (*G-code reference*, "Canned
     /// cycles", errors). On a Fanuc and a Haas they take part in the positioning.
     fn no_rotary_motion(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
-        if !self.flavor.is_linuxcnc() {
+        if !self.own.flavor.is_linuxcnc() {
             return Ok(());
         }
         for axis in 3..6 {
@@ -121,17 +121,17 @@ impl Interpreter {
     fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         let normal = self.modal.normal;
         if p.any_free(&[AXES[normal]]) {
-            self.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
+            self.own.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
         }
         if p.any_free(b"R") {
-            self.cycle.r = self.length_of(p, b'R').map(|r| (r, self.modal.incremental));
+            self.own.cycle.r = self.length_of(p, b'R').map(|r| (r, self.modal.incremental));
         }
         if p.any_free(b"Q") {
-            self.cycle.q = self.length_of(p, b'Q');
+            self.own.cycle.q = self.length_of(p, b'Q');
         }
         if p.any_free(b"P") {
             let point = p.has_point(b'P');
-            self.cycle.p = match p.take(b'P') {
+            self.own.cycle.p = match p.take(b'P') {
                 Some(value) => Some(self.seconds(value, point, span)?),
                 None => None,
             };
@@ -143,14 +143,14 @@ impl Interpreter {
             }
         }
         if code == 840
-            && self.flavor == Flavor::Haas
+            && self.own.flavor == Flavor::Haas
             && let Some(factor) = p.take(b'J')
         {
             self.note(format!("G84 J{factor}: retraction at a multiple of the speed"));
         }
         for (at, letter) in [b'I', b'J', b'K'].into_iter().enumerate() {
             if matches!(code, 730 | 760 | 770 | 830 | 870) && p.any_free(&[letter]) {
-                self.cycle.ijk[at] = self.length_of(p, letter);
+                self.own.cycle.ijk[at] = self.length_of(p, letter);
             }
         }
         match times {
@@ -169,10 +169,10 @@ impl Interpreter {
             Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`"))
                 .help("write depth and R plane of the cycle")
         };
-        let z = self.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
-        let r = self.cycle.r.ok_or_else(|| missing('R'))?;
+        let z = self.own.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
+        let r = self.own.cycle.r.ok_or_else(|| missing('R'))?;
         // LinuxCNC reads the stored numbers as G90 or G91 says now, the others as it said where they stood.
-        let linuxcnc = self.flavor.is_linuxcnc();
+        let linuxcnc = self.own.flavor.is_linuxcnc();
         let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };
         let level = if incremental(r) {
             let message = format!("{name} with G91 needs the level of the tool, which the program has not set");
@@ -182,7 +182,7 @@ impl Interpreter {
             r.0
         };
         let depth = if incremental(z) { level + z.0 } else { z.0 };
-        let levels = Levels { initial: self.cycle.initial, r: level, depth };
+        let levels = Levels { initial: self.own.cycle.initial, r: level, depth };
         let back = matches!(code, 770 | 870);
         if (levels.depth > levels.r) != back && levels.depth != levels.r
             || !levels.depth.is_finite()
@@ -208,7 +208,7 @@ impl Interpreter {
             )
             .help("program Z before the cycle, or use G99"));
         };
-        Ok(if self.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
+        Ok(if self.own.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
     }
 
     fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
@@ -217,7 +217,7 @@ impl Interpreter {
         }
         let back = self.return_level(levels, span)?;
         self.along(levels.r, true, span)?;
-        let dwell = self.cycle.p;
+        let dwell = self.own.cycle.p;
         match code {
             730 | 830 => self.peck(code, levels, span)?,
             740 | 840 => return self.tap(code, levels, back, span),
@@ -233,8 +233,7 @@ impl Interpreter {
                 let direction = self.technology.direction;
                 self.spindle_off();
                 self.along(back, true, span)?;
-                self.technology.direction = direction;
-                self.tell_spindle();
+                self.spindle(direction);
             }
             _ => {
                 self.along(levels.depth, false, span)?;
@@ -247,18 +246,18 @@ impl Interpreter {
     /// G73 and G83.
     fn peck(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
         let total = levels.r - levels.depth;
-        let clearance = match self.flavor {
+        let clearance = match self.own.flavor {
             // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115
             // of a Fanuc.
             Flavor::LinuxCnc => 0.254,
             Flavor::Haas => 1.27,
             Flavor::Fanuc => 1.0,
         };
-        let [first, less, least] = self.cycle.ijk;
+        let [first, less, least] = self.own.cycle.ijk;
         let wrong =
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
-        let variable = self.flavor == Flavor::Haas && first.is_some();
-        let mut infeed = match if variable { first } else { self.cycle.q } {
+        let variable = self.own.flavor == Flavor::Haas && first.is_some();
+        let mut infeed = match if variable { first } else { self.own.cycle.q } {
             Some(q) if q.abs() > 0.0 => q.abs(),
             _ => return wrong(format!("{} has no infeed Q", g_name(code))),
         };
@@ -271,7 +270,7 @@ impl Interpreter {
             self.along(depth, false, span)?;
             if last {
                 // The peck cycles of LinuxCNC take no P.
-                self.wait(self.cycle.p.filter(|_| !self.flavor.is_linuxcnc()));
+                self.wait(self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc()));
                 return Ok(());
             }
             if code == 730 {
@@ -292,7 +291,7 @@ impl Interpreter {
 
     /// G84 and G74: the path follows the spindle in and out.
     fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        if self.cycle.q.is_some_and(|q| q != 0.0) {
+        if self.own.cycle.q.is_some_and(|q| q != 0.0) {
             return Err(Fault::new(
                 codes::UNSUPPORTED_WORD,
                 span,
@@ -300,7 +299,7 @@ impl Interpreter {
             )
             .help("tap in one stroke"));
         }
-        let Some(feed) = self.technology.feed else { return Err(self.no_feed(span)) };
+        let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
             (FeedMode::PerRevolution, _) => feed * self.modal.unit(),
@@ -327,8 +326,8 @@ impl Interpreter {
             let mut end = self.position.work;
             end.put(self.modal.normal, to);
             let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
-            self.thread_to(motion, pitch, Some(direction));
-            self.wait(self.cycle.p);
+            self.go_thread(motion, pitch, Some(direction));
+            self.wait(self.own.cycle.p);
         }
         self.along(back, true, span)
     }

@@ -59,7 +59,7 @@ impl Interpreter {
                 }
                 let angle = y.atan2(x).to_degrees();
                 // 0 to 360 degrees on a Fanuc (parameter 6004 bit 0 is 0).
-                if self.flavor == super::flavor::Flavor::Fanuc && angle < 0.0 { angle + 360.0 } else { angle }
+                if self.own.flavor == super::flavor::Flavor::Fanuc && angle < 0.0 { angle + 360.0 } else { angle }
             }
             Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
         };
@@ -73,7 +73,7 @@ impl Interpreter {
         let range = |holds: bool| {
             if holds { Ok(()) } else { Err(arithmetic(&format!("{} of {x} is not defined", function.name()), span)) }
         };
-        let linuxcnc = self.flavor.is_linuxcnc();
+        let linuxcnc = self.own.flavor.is_linuxcnc();
         Ok(match function {
             Function::Negate => -x,
             Function::Sin => sin_cos_degrees(x).0,
@@ -113,7 +113,7 @@ impl Interpreter {
 
     fn binary(&self, operator: Binary, left: &Expr, right: &Expr, span: Span) -> Result<f64, Fault> {
         let (a, b) = (self.value(left, span)?, self.value(right, span)?);
-        let linuxcnc = self.flavor.is_linuxcnc();
+        let linuxcnc = self.own.flavor.is_linuxcnc();
         if matches!(operator, Binary::Equal | Binary::NotEqual) {
             let same = match (a, b) {
                 (Some(a), Some(b)) if linuxcnc => (a - b).abs() < LINUXCNC_EQUAL,
@@ -159,7 +159,7 @@ impl Interpreter {
     fn read_parameter(&self, index: &Expr, span: Span) -> Result<Option<f64>, Fault> {
         let number = self.parameter_number(index, span)?;
         if number == 0 {
-            return Ok(if self.flavor.is_linuxcnc() { Some(0.0) } else { None });
+            return Ok(if self.own.flavor.is_linuxcnc() { Some(0.0) } else { None });
         }
         if let Some(value) = self.variables.numbered(number) {
             return Ok(Some(value));
@@ -167,13 +167,13 @@ impl Interpreter {
         if let Some(value) = self.system_number(number, span)? {
             return Ok(Some(value));
         }
-        if self.flavor.is_linuxcnc() && number > LINUXCNC_PARAMETERS {
+        if self.own.flavor.is_linuxcnc() && number > LINUXCNC_PARAMETERS {
             let message = format!("#{number} is no parameter: the highest one is #{LINUXCNC_PARAMETERS}");
             return Err(
                 Fault::new(codes::UNKNOWN_VARIABLE, span, message).help("use #1 to #5000, or a named parameter")
             );
         }
-        if self.flavor.is_linuxcnc() {
+        if self.own.flavor.is_linuxcnc() {
             return Ok(Some(0.0));
         }
         if self.variables.is_local(number) || (100..=199).contains(&number) {
@@ -185,7 +185,7 @@ impl Interpreter {
                 Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(format!("give \"#{number}\" in the settings"))
             );
         }
-        if (200..=499).contains(&number) && self.flavor == super::flavor::Flavor::Haas {
+        if (200..=499).contains(&number) && self.own.flavor == super::flavor::Flavor::Haas {
             return Ok(None);
         }
         Err(unknown_system(&format!("#{number}"), span))
@@ -240,8 +240,8 @@ impl Interpreter {
         let text = line.get(comment.start as usize..comment.end as usize).unwrap_or_default();
         match number {
             0 => Err(Fault::new(codes::BAD_VALUE, span, "#0 is always vacant").help("use #1 to #33")),
-            3000 if !self.flavor.is_linuxcnc() => Err(alarm(&format!("{} {text}", value.unwrap_or(0.0)), span)),
-            3006 if !self.flavor.is_linuxcnc() => {
+            3000 if !self.own.flavor.is_linuxcnc() => Err(alarm(&format!("{} {text}", value.unwrap_or(0.0)), span)),
+            3006 if !self.own.flavor.is_linuxcnc() => {
                 self.stop_with_message(text.trim());
                 Ok(())
             }

@@ -4,12 +4,11 @@ use super::interpreter::Interpreter;
 use super::modal::Plane;
 use super::parser::Block;
 use super::pending::{Full, Pending};
-use crate::Op;
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::{Builtin, Listed};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::listed::{call_not_run, ignored, left_out, refused_by};
+use crate::dialect::listed::refused_by;
 use crate::machine_data::KinematicsKind;
 
 /// Words of the control file stand among the functions, from this number on by their place in its table.
@@ -48,15 +47,8 @@ impl Interpreter {
         match meaning {
             Meaning::TcpOn => self.listed_tcp(&word, true, span)?,
             Meaning::TcpOff => self.listed_tcp(&word, false, span)?,
-            Meaning::Message(text) => self.emit(Op::Message(text)),
-            Meaning::Note(text) => self.note(format!("{word}{shown}: {text}")),
-            Meaning::Ignore(reason) => {
-                if self.told_words.insert((m - LISTED) as usize) {
-                    self.note(ignored(&self.settings.control, &word, &reason));
-                }
-            }
             // Calls follow the motion.
-            Meaning::Call(_) | Meaning::Macro(_) | Meaning::Does(_) | Meaning::Refuse(_) => {}
+            _ => self.tell_listed((m - LISTED) as usize, &shown),
         }
         Ok(())
     }
@@ -103,16 +95,10 @@ impl Interpreter {
 
     /// A subprogram that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
     pub(crate) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
-        let Some(text) = left_out(&self.settings.control, name) else {
+        if !self.leave_out(name) {
             return Err(super::calls::missing(name, span));
-        };
-        self.note(text);
-        let line = self.location().line;
-        if let Some(level) = self.stack.last() {
-            self.missing.push(call_not_run(&level.loaded.source, line, name));
         }
-        self.position.forget(0x1ff);
-        self.technology.feed = None;
+        self.own.feed = None;
         Ok(())
     }
 }

@@ -36,13 +36,11 @@ mod words;
 use std::path::PathBuf;
 
 use flavor::Flavor;
-use interpreter::Interpreter;
 
 use super::Reader;
-use crate::Command;
+use super::listed::Unlisted;
 use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
@@ -69,36 +67,26 @@ pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
 /// The reader of a program.
 pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
     let told = flavor::tell(dialect, &source);
-    Box::new(Interpreter::new(source, folder, settings, told))
+    Box::new(interpreter::begin(source, folder, settings, told))
 }
 
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
-
-    fn is_subprogram(&self) -> bool {
-        self.main_is_subprogram()
+/// Words that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let flavor = flavor::tell(dialect, source).flavor;
+    let mut block = parser::Block::default();
+    let mut at = Mark::START;
+    while let Some((line, next)) = source.line(at) {
+        match parser::parse_line(line, flavor, &mut block) {
+            Err(fault) => found.fault(fault, at, line),
+            Ok(()) => {
+                for word in &block.words {
+                    if let Some((key, now)) = block::unlisted_word(flavor, &settings.control, word) {
+                        found.word(key, word.span, at, line, now);
+                    }
+                }
+            }
+        }
+        at = next;
     }
 }
 

@@ -3,7 +3,7 @@
 use super::flavor::Flavor;
 use crate::control::{Centers, Control, StartFeed, StartMotion};
 use crate::frame::Frame;
-use crate::{CompSide, Feed, PathMode, SpindleDirection, ToolName};
+use crate::{CompSide, PathMode};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionMode {
@@ -220,43 +220,4 @@ pub(crate) struct CycleValues {
     pub(crate) ijk: [Option<f64>; 3],
     /// Level of the tool when the first cycle of the sequence began.
     pub(crate) initial: Option<f64>,
-}
-
-/// State of spindle, tool and feed.
-#[derive(Clone, Debug)]
-pub(crate) struct Technology {
-    pub(crate) feed: Option<f64>,
-    /// Feed last handed out.
-    pub(crate) told_feed: Option<Feed>,
-    pub(crate) direction: SpindleDirection,
-    pub(crate) speed: Option<f64>,
-    pub(crate) flood: bool,
-    pub(crate) mist: bool,
-    pub(crate) selected: Option<ToolName>,
-    pub(crate) spindle_tool: Option<ToolName>,
-    /// H and D in force.
-    pub(crate) h: Option<u32>,
-    pub(crate) d: Option<u32>,
-    pub(crate) overrides: bool,
-    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
-    pub(crate) length_canceled_by: Option<&'static str>,
-}
-
-impl Technology {
-    pub(crate) fn new() -> Self {
-        Self {
-            feed: None,
-            told_feed: None,
-            direction: SpindleDirection::Off,
-            speed: None,
-            flood: false,
-            mist: false,
-            selected: None,
-            spindle_tool: None,
-            h: None,
-            d: None,
-            overrides: true,
-            length_canceled_by: None,
-        }
-    }
 }

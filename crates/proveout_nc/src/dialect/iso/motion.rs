@@ -5,12 +5,12 @@ use super::modal::{MotionMode, Plane};
 use super::pending::{AXES, Pending};
 use super::technology::LINEAR;
 use super::words::Group;
+use crate::channel::unknown_axes;
 use crate::codes;
 use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
-use crate::state::MissingAxes;
-use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SplineMotion, ThreadMotion};
+use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -58,15 +58,16 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
                 .help("write G255 before the rotary axes turn, and G254 behind it"));
         }
-        if self.settings.whole_numbers == WholeNumbers::Refused && !self.flavor.is_linuxcnc() {
+        if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
             self.refuse_whole_numbers(axes, p, span)?;
         }
-        if !self.noted_integers && !self.flavor.is_linuxcnc() && self.settings.whole_numbers == WholeNumbers::Assumed {
+        let assumed = self.settings.whole_numbers == WholeNumbers::Assumed;
+        if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
             let whole = |letter: &u8| !p.has_point(*letter) && p.peek(*letter).is_some_and(|v| v != 0.0);
             if let Some(&letter) =
                 AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, l)| l).find(|l| whole(l))
             {
-                self.noted_integers = true;
+                self.own.noted_integers = true;
                 let (letter, value) = (char::from(letter), p.peek(letter).unwrap_or(0.0));
                 self.note(format!(
                     "{letter}{value} without a decimal point is read as {value} units, not as {value} least increments"
@@ -135,13 +136,6 @@ impl Interpreter {
             Fault::new(codes::ORIENTATION, span, "the tool vector has no length")
                 .help("give the direction from the tip to the holder")
         })
-    }
-
-    /// Hands a straight motion out and takes its end as the position.
-    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
-        self.position.move_to(motion.end, motion.end_base);
-        self.begin_motion();
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
 
     /// Work coordinates at the end of the block: programmed axes replaced, the others as they are; and the programmed axes.
@@ -225,7 +219,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         for axis in 0..3 {
-            if let Some(value) = self.held.get(axis)
+            if let Some(value) = self.own.held.get(axis)
                 && programmed >> axis & 1 == 0
             {
                 end.put(axis, value);
@@ -236,13 +230,13 @@ impl Interpreter {
         if tilted && programmed & LINEAR != 0 && end.xyz().is_none() {
             for axis in 0..3 {
                 if let Some(value) = end.get(axis).filter(|_| programmed >> axis & 1 == 1) {
-                    self.held.put(axis, value);
+                    self.own.held.put(axis, value);
                 }
             }
             self.note("the rapid motion is made together with the next one, which tells the rest of the position on the plane");
             return Ok(());
         }
-        self.held = AxisValues::NONE;
+        self.own.held = AxisValues::NONE;
         let motion = self.complete(end, programmed, exact_stop, span)?;
         self.go(motion, true);
         Ok(())
@@ -250,10 +244,10 @@ impl Interpreter {
 
     /// A rapid motion that was held back has never been made.
     pub(crate) fn nothing_held(&self, span: Span) -> Result<(), Fault> {
-        if self.held.is_empty() {
+        if self.own.held.is_empty() {
             return Ok(());
         }
-        let letters: String = self.held.iter().map(|(letter, _)| letter).collect();
+        let letters: String = self.own.held.iter().map(|(letter, _)| letter).collect();
         let message = format!(
             "the rapid motion of {letters} on the tilted plane has no known end: the other coordinates are not set"
         );
@@ -270,28 +264,14 @@ impl Interpreter {
         span: Span,
     ) -> Result<Motion, Fault> {
         self.nothing_held(span)?;
-        let end_base = self.position.base_of(&end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
-        Ok(Motion {
-            end,
-            end_base,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: false,
-            exact_stop,
-        })
-    }
-
-    pub(crate) fn start_point(&self, what: &str, span: Span) -> Result<[f64; 3], Fault> {
-        self.position.work.xyz().ok_or_else(|| {
-            Fault::new(codes::POSITION_UNKNOWN, span, format!("the start of {what} is not known to the program"))
-                .help("program X, Y and Z before it")
-        })
+        let mut motion = self.motion_to(end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
+        motion.exact_stop = exact_stop;
+        Ok(motion)
     }
 
     /// G33 and G33.1: `LinuxCNC` with the pitch in K, Fanuc in F.
     fn thread(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let letter = if self.flavor.is_linuxcnc() { b'K' } else { b'F' };
+        let letter = if self.own.flavor.is_linuxcnc() { b'K' } else { b'F' };
         let pitch = p.take(letter).map(|v| v * self.modal.unit());
         let Some(pitch) = pitch.filter(|v| *v > 0.0) else {
             let message = format!("the thread has no pitch `{}` above zero", char::from(letter));
@@ -300,22 +280,16 @@ impl Interpreter {
         let (end, programmed) = self.targets(p, span)?;
         let start = self.position.work;
         let motion = self.complete(end, programmed, false, span)?;
-        self.thread_to(motion, pitch, None);
+        self.go_thread(motion, pitch, None);
         if self.modal.motion_code == 331 {
             let back = self.complete(start, programmed, false, span)?;
             let reversed = match self.technology.direction {
-                crate::SpindleDirection::CounterClockwise => crate::SpindleDirection::Clockwise,
-                _ => crate::SpindleDirection::CounterClockwise,
+                SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
+                _ => SpindleDirection::CounterClockwise,
             };
-            self.thread_to(back, pitch, Some(reversed));
+            self.go_thread(back, pitch, Some(reversed));
         }
         Ok(())
-    }
-
-    pub(crate) fn thread_to(&mut self, motion: Motion, pitch: f64, direction: Option<crate::SpindleDirection>) {
-        self.position.move_to(motion.end, motion.end_base);
-        self.begin_motion();
-        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
     }
 
     /// G31, G38.2 to G38.5.
@@ -361,7 +335,9 @@ impl Interpreter {
         let first = match first {
             (Some(x), Some(y)) => [x, y],
             (x, y) if quadratic && (x.is_some() || y.is_some()) => [x.unwrap_or(0.0), y.unwrap_or(0.0)],
-            (None, None) if !quadratic => self.spline_end.map(|v| v.map(|c| -c)).ok_or_else(|| missing("I and J"))?,
+            (None, None) if !quadratic => {
+                self.own.spline_end.map(|v| v.map(|c| -c)).ok_or_else(|| missing("I and J"))?
+            }
             _ => return Err(missing("I and J")),
         };
         let (end, programmed) = self.targets(p, span)?;
@@ -378,7 +354,7 @@ impl Interpreter {
                 [third(start), third(to)]
             }
         };
-        self.spline_end = second;
+        self.own.spline_end = second;
         let control_base = control.map(|point| self.position.point_in_base(point));
         self.position.move_to(motion.end, motion.end_base);
         self.begin_motion();
@@ -390,11 +366,4 @@ impl Interpreter {
 pub(crate) fn unknown_axis(letter: char, span: Span) -> Fault {
     Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
         .help(format!("program `{letter}` with an absolute coordinate (G90) first"))
-}
-
-pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
-    let message =
-        format!("in the turned frame this motion needs the position of {}, which the program has not set", missing.0);
-    Fault::new(codes::POSITION_UNKNOWN, span, message)
-        .help("program X, Y and Z in the first block after machine coordinates, a tool change or a change of the plane")
 }

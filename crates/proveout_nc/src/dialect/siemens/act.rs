@@ -10,7 +10,6 @@ use super::pending::Pending;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
-use crate::{Op, ToolAction};
 
 use super::block::LINEAR;
 
@@ -52,10 +51,10 @@ impl Interpreter {
                 let word = p.transformation_word.as_deref().unwrap_or("TRAORI");
                 self.settings.check_kinematics(KinematicsKind::Tcp, word, span)?;
             }
-            let before = self.technology.tcp();
-            self.technology.transformed = on;
+            let before = self.own.tcp();
+            self.own.transformed = on;
             self.tell_tcp();
-            if before != self.technology.tcp() {
+            if before != self.own.tcp() {
                 self.position.forget(LINEAR);
             }
         }
@@ -64,8 +63,7 @@ impl Interpreter {
             self.speed_word(p, span)?;
         }
         if let Some(tool) = &p.tool {
-            self.technology.selected = Some(tool.clone());
-            self.emit(Op::Tool(ToolAction::Select(tool.clone())));
+            self.select_tool(tool.clone());
         }
         if let Some(edge) = p.edge {
             self.edge(edge);
@@ -85,8 +83,7 @@ impl Interpreter {
                 let before = self.block_feed(p, span)?;
                 self.motion_with_corner(p, span)?;
                 if let Some(before) = before {
-                    self.technology.feed = before;
-                    self.tell_feed();
+                    self.set_feed(before);
                 }
             }
         }
@@ -95,7 +92,7 @@ impl Interpreter {
         }
         self.calls(p, block)?;
         if p.functions.iter().any(|m| matches!(m, 2 | 17 | 30)) {
-            self.end_of_program();
+            self.end_or_return();
         }
         Ok(())
     }
@@ -132,7 +129,7 @@ impl Interpreter {
         } else if p.has_axis()
             && p.frame.is_none()
             && !p.machine
-            && let Some(modal) = self.modal_call.clone()
+            && let Some(modal) = self.own.modal_call.clone()
             && modal.level == self.depth()
         {
             self.run_call(&modal.call, 1, block.span)?;

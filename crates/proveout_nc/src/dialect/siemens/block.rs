@@ -7,10 +7,11 @@ use super::modal::{FeedMode, Interpolation, OrientationAngles, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::words::{self, Class};
+use crate::channel::doubt::Stage;
 use crate::codes;
+use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::doubt::Stage;
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
@@ -230,11 +231,11 @@ impl Interpreter {
             60 => self.path_mode(PathMode::ExactStop),
             64 | 641..=645 => {
                 modal.exact_stop = false;
-                let tolerance = self.contour_tolerance;
-                let orientation_tolerance = self.orientation_tolerance;
+                let tolerance = self.own.contour_tolerance;
+                let orientation_tolerance = self.own.orientation_tolerance;
                 self.path_mode(PathMode::Continuous { tolerance, orientation_tolerance });
                 if code == 641 {
-                    p.rounding = p.rounding.or(Some(self.rounding));
+                    p.rounding = p.rounding.or(Some(self.own.rounding));
                 }
             }
             70 => modal.units = Units::InchLengths,
@@ -431,6 +432,37 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
             Class::Refused(remedy) => Some(refused(name, span, remedy)),
             _ => None,
         },
+        _ => None,
+    }
+}
+
+/// A word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, &'static str)> {
+    match &word.kind {
+        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
+            if (0.0..1e4).contains(code) =>
+        {
+            let code = *code as u32;
+            if does_g(i64::from(code)) || words::is_noted_g(code) || control.words.g(code * 10).is_some() {
+                return None;
+            }
+            let known = words::refused_g(code).is_some();
+            Some((WordKey::G(code * 10), if known { "refused: not supported" } else { "refused: unknown" }))
+        }
+        WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
+            if (0.0..1e8).contains(code) =>
+        {
+            let code = *code as u32;
+            if is_function(code) || control.words.m(code).is_some() {
+                return None;
+            }
+            let now = if control.refuses_unlisted { "refused: unknown" } else { "a note, without effect" };
+            Some((WordKey::M(code), now))
+        }
+        WordKind::Name(name) | WordKind::Call(Call { name, .. }) => {
+            let refused = matches!(words::classify_name(name), Class::Refused(_)) && control.words.name(name).is_none();
+            refused.then(|| (WordKey::Name(name.clone()), "refused: not supported"))
+        }
         _ => None,
     }
 }

@@ -8,7 +8,7 @@ use super::frames::number;
 use super::interpreter::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{Feed, Op, Spindle, SpindleDirection};
+use crate::{Feed, Op, SpindleDirection};
 
 impl Interpreter {
     /// CYCLE85(RTP, RFP, SDIS, DP, DPR, DTB, FFR, RFF): down with FFR, up with RFF.
@@ -52,12 +52,6 @@ impl Interpreter {
         };
         self.turn_spindle(direction);
         Ok(())
-    }
-
-    fn turn_spindle(&mut self, direction: SpindleDirection) {
-        if std::mem::replace(&mut self.technology.direction, direction) != direction {
-            self.emit(Op::Spindle(Spindle { direction, speed_rpm: self.technology.speed }));
-        }
     }
 
     /// CYCLE86(RTP, RFP, SDIS, DP, DPR, DTB, SDIR, RPA, RPO, RPAP, POSS): down in feed, dwell, oriented stop, lift off by

@@ -150,7 +150,7 @@ impl Interpreter {
             return Ok(());
         }
         let motion = self.along_motion(to, span)?;
-        self.tangent = None;
+        self.own.tangent = None;
         self.go(motion, rapid);
         Ok(())
     }
@@ -171,7 +171,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         let motion = self.cycle_motion(end, programmed, span)?;
-        self.tangent = None;
+        self.own.tangent = None;
         self.go(motion, rapid);
         Ok(())
     }
@@ -310,7 +310,7 @@ impl Interpreter {
         end.put(first, u);
         end.put(second, v);
         self.straight(end, 1 << first | 1 << second, true, span)?;
-        let Some(modal) = self.modal_call.clone() else { return Ok(()) };
+        let Some(modal) = self.own.modal_call.clone() else { return Ok(()) };
         if DRILLING.contains(&modal.call.name.as_str()) {
             self.run_cycle(&modal.call, span)?;
             return Ok(());

@@ -44,7 +44,7 @@ impl Interpreter {
     /// True when the name with its indices means a frame or a component of one.
     pub(crate) fn is_frame(&self, name: &str) -> bool {
         matches!(name, "$P_UIFR" | "$P_IFRAME" | "$P_PFRAME" | "$P_BFRAME" | "$P_CHBFRAME" | "$P_CHBFR" | "$P_ACTFRAME")
-            || self.frame_variables.contains_key(name)
+            || self.own.frame_variables.contains_key(name)
     }
 
     /// Splits indices into those of the frame itself and an axis with its component.
@@ -68,9 +68,10 @@ impl Interpreter {
             ("$P_UIFR", [index]) => {
                 let word = settable_word(self.variables.number(index, span)?)
                     .ok_or_else(|| unsupported(span, "`$P_UIFR` has the indices 0 to 99"))?;
-                Ok(self.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY))
+                Ok(self.own.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY))
             }
             _ => self
+                .own
                 .frame_variables
                 .get(name)
                 .copied()
@@ -191,11 +192,11 @@ impl Interpreter {
             ("$P_UIFR", [index]) => {
                 let word = settable_word(self.variables.number(index, span)?)
                     .ok_or_else(|| unsupported(span, "`$P_UIFR` has the indices 0 to 99"))?;
-                self.offsets.insert(word, frame);
+                self.own.offsets.insert(word, frame);
                 return Ok(());
             }
-            (_, []) if self.frame_variables.contains_key(name) => {
-                self.frame_variables.insert(name.to_owned(), frame);
+            (_, []) if self.own.frame_variables.contains_key(name) => {
+                self.own.frame_variables.insert(name.to_owned(), frame);
                 return Ok(());
             }
             _ => return Err(unsupported(span, format!("`{name}` cannot be written here"))),

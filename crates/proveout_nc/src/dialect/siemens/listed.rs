@@ -3,12 +3,11 @@
 use super::block::is_function;
 use super::interpreter::{Interpreter, missing_subprogram};
 use super::pending::Pending;
-use crate::Op;
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::{Builtin, Listed};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::listed::{call_not_run, ignored, left_out, refused_by, unlisted};
+use crate::dialect::listed::{refused_by, unlisted};
 
 /// Words of the control file stand among the functions, from this number on by their place in its table.
 pub(super) const LISTED: u32 = 2_000_000_000;
@@ -54,35 +53,12 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Does a word of the control file that only tells something.
-    pub(super) fn act_listed(&mut self, m: u32) {
-        let at = m.saturating_sub(LISTED) as usize;
-        let Some(Listed { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return };
-        match meaning {
-            Meaning::Message(text) => self.emit(Op::Message(text)),
-            Meaning::Note(text) => self.note(format!("{word}: {text}")),
-            Meaning::Ignore(reason) => {
-                if self.told_words.insert(at) {
-                    self.note(ignored(&self.settings.control, &word, &reason));
-                }
-            }
-            _ => {}
-        }
-    }
-
     /// A subprogram that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
     pub(super) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
-        let Some(text) = left_out(&self.settings.control, name) else {
+        if !self.leave_out(name) {
             return Err(missing_subprogram(name, span));
-        };
-        self.note(text);
-        if let Some((source, line)) = self.place_now() {
-            let call = call_not_run(source, line, name);
-            self.missing.push(call);
         }
-        self.position.forget(0x1ff);
-        self.tangent = None;
-        self.technology.feed = None;
+        self.own.tangent = None;
         Ok(())
     }
 }

@@ -36,14 +36,10 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
-
 use super::Reader;
-use crate::Command;
-use crate::compensation::CompStyle;
+use super::listed::Unlisted;
 use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
@@ -57,44 +53,26 @@ pub(crate) fn does_word(word: Builtin) -> bool {
 
 /// The reader of a program.
 pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(Interpreter::new(source, folder, settings))
+    Box::new(interpreter::begin(source, folder, settings))
 }
 
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn comp_style(&self) -> Option<CompStyle> {
-        Some(self.modal.compensation.style)
-    }
-
-    fn source_line(&self, file: &str, line: u32) -> Option<String> {
-        self.line_of(file, line)
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
-
-    fn is_subprogram(&self) -> bool {
-        self.main_is_subprogram()
+/// Words that neither the reader nor the control file gives a meaning. Names that are no word of the reader may be subprograms:
+/// they are told where they are run.
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut block = parser::Block::default();
+    let mut at = Mark::START;
+    while let Some((line, next)) = source.line(at) {
+        match parser::parse_line(line, &mut block) {
+            Err(fault) => found.fault(fault, at, line),
+            Ok(()) => {
+                for word in &block.words {
+                    if let Some((key, now)) = block::unlisted_word(word, &settings.control) {
+                        found.word(key, word.span, at, line, now);
+                    }
+                }
+            }
+        }
+        at = next;
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
 use crate::control::{Control, StartFeed, StartMotion};
 use crate::frame::Frame;
-use crate::{CompSide, Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
+use crate::{CompSide, OrientationInterpolation, PathMode};
 
 /// G group 1 and its relatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -204,51 +204,5 @@ impl Modal {
     /// First and second axis of the plane and its normal, right-handed.
     pub(crate) fn plane_axes(&self) -> [usize; 3] {
         [(self.normal + 1) % 3, (self.normal + 2) % 3, self.normal]
-    }
-}
-
-/// State of spindle, tool and feed: not touched by SAVE.
-#[derive(Clone, Debug)]
-pub(crate) struct Technology {
-    /// Feed value in force in the mode of the modal state.
-    pub(crate) feed: Option<Feed>,
-    /// Feed last handed out.
-    pub(crate) told_feed: Option<Feed>,
-    pub(crate) direction: SpindleDirection,
-    pub(crate) speed: Option<f64>,
-    pub(crate) flood: bool,
-    pub(crate) mist: bool,
-    pub(crate) selected: Option<ToolName>,
-    /// Tool in the spindle, as far as the program says.
-    pub(crate) in_spindle: Option<ToolName>,
-    /// Pitch of the last thread block, mm, with its sign.
-    pub(crate) pitch: Option<f64>,
-    pub(crate) edge: Option<u32>,
-    /// TRAORI.
-    pub(crate) transformed: bool,
-    /// CYCLE800 stands in a plane.
-    pub(crate) swiveled: bool,
-}
-
-impl Technology {
-    pub(crate) fn new() -> Self {
-        Self {
-            feed: None,
-            told_feed: None,
-            direction: SpindleDirection::Off,
-            speed: None,
-            flood: false,
-            mist: false,
-            selected: None,
-            in_spindle: None,
-            pitch: None,
-            edge: None,
-            transformed: false,
-            swiveled: false,
-        }
-    }
-
-    pub(crate) fn tcp(&self) -> bool {
-        self.transformed || self.swiveled
     }
 }

@@ -33,7 +33,7 @@ impl Interpreter {
         for name in ["$P_SEARCH", "$P_SIM", "$P_ISTEST", "$P_DRYRUN"] {
             put(name, 0.0);
         }
-        put("$P_TOOL", f64::from(self.technology.edge.unwrap_or(1)));
+        put("$P_TOOL", f64::from(self.own.edge.unwrap_or(1)));
         let tool = self.technology.in_spindle.as_ref();
         match tool {
             Some(ToolName::Number(number)) => put("$P_TOOLNO", f64::from(*number)),

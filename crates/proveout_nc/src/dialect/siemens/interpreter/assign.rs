@@ -23,11 +23,12 @@ impl Interpreter {
                 Some(initial) => self.frame_value(initial, span)?,
                 None => Frame::IDENTITY,
             };
-            if self.frame_variables.len() >= MAX_FRAMES && !self.frame_variables.contains_key(&definition.name) {
+            if self.own.frame_variables.len() >= MAX_FRAMES && !self.own.frame_variables.contains_key(&definition.name)
+            {
                 return Err(Fault::new(codes::BAD_VALUE, span, format!("more than {MAX_FRAMES} frames are defined"))
                     .help("define fewer frames"));
             }
-            self.frame_variables.insert(definition.name.clone(), frame);
+            self.own.frame_variables.insert(definition.name.clone(), frame);
             return Ok(());
         }
         let sizes = self.variables.indices(&definition.sizes, span)?;
