@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Channel, Language};
+use super::{Channel, Language, Lines};
 use crate::Op;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span};
@@ -38,7 +38,7 @@ pub(crate) struct Level<L: Language> {
     pub(crate) own: L::Level,
 }
 
-impl<L: Language> Channel<L> {
+impl<L: Lines> Channel<L> {
     /// Executes one line.
     pub(crate) fn step_line(&mut self) -> Result<(), Box<Diagnostic>> {
         let Some(level) = self.stack.last_mut() else {
@@ -64,7 +64,9 @@ impl<L: Language> Channel<L> {
             Err(fault) => Err(self.failed(&loaded, at, line, fault)),
         }
     }
+}
 
+impl<L: Language> Channel<L> {
     /// Call level: 0 in the main program.
     pub(crate) fn depth(&self) -> usize {
         self.stack.len().saturating_sub(1)
@@ -164,7 +166,7 @@ impl<L: Language> Channel<L> {
         let mut source = Source::read(&path).map_err(|fault| failed(format!("cannot be read: {fault}")))?;
         source.take_out(&self.settings.control.header, &self.settings.control.trailer);
         let mut faults = Vec::new();
-        let index = self.own.index(&source, &mut faults);
+        let index = self.own.index(&source, false, &mut faults);
         if !faults.is_empty() {
             return Err(failed(format!("is broken: {}", Diagnostics(faults))));
         }

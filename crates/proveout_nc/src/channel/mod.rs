@@ -56,29 +56,11 @@ pub(crate) trait Language: Debug + Sized {
     /// What stays in force from block to block.
     type Modal: Debug;
 
-    /// Structure of a file, and what is wrong with it.
-    fn index(&self, source: &Source, faults: &mut Vec<Diagnostic>) -> Self::Index;
+    /// Structure of a file, and what is wrong with it. `main`: the file is that of the program, not of a subprogram.
+    fn index(&self, source: &Source, main: bool, faults: &mut Vec<Diagnostic>) -> Self::Index;
 
     /// Executes the next block.
-    fn step(channel: &mut Channel<Self>) -> Result<(), Box<Diagnostic>> {
-        channel.step_line()
-    }
-
-    /// Executes a line.
-    fn run_line(
-        channel: &mut Channel<Self>,
-        loaded: &Arc<Loaded<Self::Index>>,
-        line: &str,
-        at: Mark,
-        block: &mut Self::Block,
-    ) -> Result<(), Fault>;
-
-    /// The text of the program or subprogram that runs is at its end.
-    fn end_of_text(
-        channel: &mut Channel<Self>,
-        loaded: &Arc<Loaded<Self::Index>>,
-        at: Mark,
-    ) -> Result<(), Box<Diagnostic>>;
+    fn step(channel: &mut Channel<Self>) -> Result<(), Box<Diagnostic>>;
 
     /// The next command that may leave; languages in which a motion depends on the block behind it keep it back here.
     fn hand_out(channel: &mut Channel<Self>) -> Option<Command> {
@@ -87,6 +69,16 @@ pub(crate) trait Language: Debug + Sized {
 
     /// A fault that may be there only because of one before.
     fn may_follow(channel: &Channel<Self>, fault: &Diagnostic) -> bool;
+
+    /// The fault that is handed out may follow from one before.
+    fn follows(channel: &Channel<Self>, fault: &Diagnostic) -> bool {
+        Self::may_follow(channel, fault)
+    }
+
+    /// Places a fault of a block in its line.
+    fn locate(fault: Fault, source: &Source, at: Mark, text: &str) -> Diagnostic {
+        fault.at(&source.name, at.line, text)
+    }
 
     /// What the block that was executed has set anew is in doubt no more.
     fn settle_doubt(channel: &mut Channel<Self>);
@@ -99,10 +91,11 @@ pub(crate) trait Language: Debug + Sized {
     /// Goes on behind the block that has failed: what is in doubt there. None: nothing is, and all is settled.
     fn go_on(channel: &mut Channel<Self>, failed: &Failed<Self::Index>) -> Option<Doubt>;
 
-    /// What else a block with a fault leaves behind; `doubt` is what is in doubt by its text.
-    fn doubted(_channel: &mut Channel<Self>, doubt: Doubt) -> Doubt {
-        doubt
-    }
+    /// A block has failed, and what waited for its end is given up.
+    fn give_up(_channel: &mut Channel<Self>, _failed: &Failed<Self::Index>) {}
+
+    /// What else is lost behind a block that leaves this in doubt.
+    fn doubted(_channel: &mut Channel<Self>, _doubt: Doubt) {}
 
     /// A motion is about to be handed out.
     fn moving(channel: &mut Channel<Self>);
@@ -119,6 +112,25 @@ pub(crate) trait Language: Debug + Sized {
     fn is_subprogram(_channel: &Channel<Self>) -> bool {
         false
     }
+}
+
+/// A language whose blocks are lines.
+pub(crate) trait Lines: Language {
+    /// Executes a line.
+    fn run_line(
+        channel: &mut Channel<Self>,
+        loaded: &Arc<Loaded<Self::Index>>,
+        line: &str,
+        at: Mark,
+        block: &mut Self::Block,
+    ) -> Result<(), Fault>;
+
+    /// The text of the program or subprogram that runs is at its end.
+    fn end_of_text(
+        channel: &mut Channel<Self>,
+        loaded: &Arc<Loaded<Self::Index>>,
+        at: Mark,
+    ) -> Result<(), Box<Diagnostic>>;
 }
 
 /// A program being executed. Commands leave one by one; what is kept is the text, the structure of its files, the variables
@@ -165,7 +177,7 @@ impl<L: Language> Channel<L> {
         modal: L::Modal,
     ) -> Self {
         let mut structure = Vec::new();
-        let index = own.index(&source, &mut structure);
+        let index = own.index(&source, true, &mut structure);
         let (section, level) = main(&index);
         let location = Location { file: Arc::clone(&source.name), line: 0, column: 1, length: 0, depth: 0 };
         let loaded = Arc::new(Loaded { source, index, file: 0 });
@@ -272,7 +284,7 @@ impl<L: Language> Reader for Channel<L> {
     }
 
     fn follows(&self, fault: &Diagnostic) -> bool {
-        self.fault_follows(fault)
+        L::follows(self, fault)
     }
 
     fn sources(&self) -> Vec<&Source> {

@@ -37,6 +37,34 @@ impl<L: Language> Channel<L> {
         self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
     }
 
+    /// An arc from its center and the axis about which it turns counter-clockwise, work coordinates, and the motion to its end.
+    pub(crate) fn arc_about(
+        &self,
+        center: [f64; 3],
+        normal: [f64; 3],
+        arc: &PlaneArc,
+        span: Span,
+        motion: impl FnOnce(&Self) -> Result<Motion, Fault>,
+    ) -> Result<ArcMotion, Fault> {
+        let active = *self.position.frame();
+        let Some(scale) = active.uniform_scale() else {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
+                .help("use equal scale factors for X, Y and Z, or write the path with straight lines"));
+        };
+        // A mirror reverses the sense of rotation about the image of the normal.
+        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
+        Ok(ArcMotion {
+            center,
+            center_base: self.position.point_in_base(center),
+            normal,
+            normal_base,
+            radius: arc.radius * scale,
+            sweep: arc.sweep,
+            motion: motion(self)?,
+        })
+    }
+
     /// Hands an arc out: its center and the axis about which it turns counter-clockwise, work coordinates.
     pub(crate) fn go_arc(
         &mut self,
@@ -46,23 +74,7 @@ impl<L: Language> Channel<L> {
         arc: &PlaneArc,
         span: Span,
     ) -> Result<(), Fault> {
-        let active = *self.position.frame();
-        let Some(scale) = active.uniform_scale() else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
-                .help("use equal scale factors for X, Y and Z, or write the path with straight lines"));
-        };
-        // A mirror reverses the sense of rotation about the image of the normal.
-        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
-        let op = ArcMotion {
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base,
-            radius: arc.radius * scale,
-            sweep: arc.sweep,
-            motion,
-        };
+        let op = self.arc_about(center, normal, arc, span, |_| Ok(motion))?;
         self.position.move_to(op.motion.end, op.motion.end_base);
         L::moving(self);
         self.emit(Op::Arc(op));

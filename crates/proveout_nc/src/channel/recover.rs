@@ -18,7 +18,7 @@ const MAX_TRIES: u32 = 16;
 #[derive(Debug)]
 pub(crate) struct Recovery<I> {
     pub(crate) faults: Faults,
-    failed: Option<Failed<I>>,
+    pub(crate) failed: Option<Failed<I>>,
 }
 
 impl<I> Default for Recovery<I> {
@@ -72,7 +72,7 @@ impl<L: Language> Channel<L> {
     ) -> Box<Diagnostic> {
         let times = self.recovery.faults.count(loaded.file, at.line);
         let (code, span) = (fault.code, fault.span);
-        let diagnostic = fault.at(&loaded.source.name, at.line, line);
+        let diagnostic = L::locate(fault, &loaded.source, at, line);
         self.recovery.failed = Some(Failed {
             line: line.to_owned(),
             code,
@@ -85,10 +85,6 @@ impl<L: Language> Channel<L> {
         Box::new(diagnostic)
     }
 
-    pub(super) fn fault_follows(&self, fault: &Diagnostic) -> bool {
-        L::may_follow(self, fault)
-    }
-
     /// Goes on behind the block that has failed; false where nothing can follow.
     pub(super) fn go_on_behind_fault(&mut self) -> bool {
         if let Some(answer) = L::resume(self) {
@@ -99,6 +95,7 @@ impl<L: Language> Channel<L> {
             return false;
         }
         self.done = false;
+        L::give_up(self, &failed);
         let doubt = match failed.code {
             codes::SUBPROGRAM => Some(Doubt::ALL),
             codes::LOOP_LIMIT => {
@@ -111,15 +108,11 @@ impl<L: Language> Channel<L> {
             _ => L::go_on(self, &failed),
         };
         if let Some(doubt) = doubt {
-            self.put_in_doubt(doubt);
+            self.recovery.faults.doubt.add(doubt);
+            self.position.forget(doubt.axes);
+            L::doubted(self, doubt);
         }
         true
-    }
-
-    fn put_in_doubt(&mut self, doubt: Doubt) {
-        let doubt = L::doubted(self, doubt);
-        self.recovery.faults.doubt.add(doubt);
-        self.position.forget(doubt.axes);
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{Coolant, Feed, Op, Spindle, SpindleDirection, ToolAction, ToolName};
 pub(crate) struct Technology {
     pub(crate) feed: Option<Feed>,
     /// Feed last handed out.
-    told_feed: Option<Feed>,
+    pub(crate) told_feed: Option<Feed>,
     pub(crate) direction: SpindleDirection,
     /// Speed of the spindle, 1/min.
     pub(crate) speed: Option<f64>,
@@ -33,6 +33,17 @@ impl Default for Technology {
             mist: false,
             selected: None,
             in_spindle: None,
+        }
+    }
+}
+
+impl Technology {
+    /// M7, M8 and M9.
+    pub(crate) fn set_coolant(&mut self, m: u32) {
+        match m {
+            7 => self.mist = true,
+            8 => self.flood = true,
+            _ => (self.flood, self.mist) = (false, false),
         }
     }
 }
@@ -116,14 +127,12 @@ impl<L: Language> Channel<L> {
 
     /// M7, M8 and M9.
     pub(crate) fn coolant(&mut self, m: u32) {
-        let technology = &mut self.technology;
-        match m {
-            7 => technology.mist = true,
-            8 => technology.flood = true,
-            _ => (technology.flood, technology.mist) = (false, false),
-        }
-        let coolant = Coolant { flood: technology.flood, mist: technology.mist };
-        self.emit(Op::Coolant(coolant));
+        self.technology.set_coolant(m);
+        self.tell_coolant();
+    }
+
+    pub(crate) fn tell_coolant(&mut self) {
+        self.emit(Op::Coolant(Coolant { flood: self.technology.flood, mist: self.technology.mist }));
     }
 
     /// T: the tool that the next change takes.

@@ -83,7 +83,7 @@ pub(crate) fn open(
             iso::open(dialect, source, folder, settings)
         }
         Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::open(dialect, source, folder, settings),
-        Dialect::Apt => apt::open(source, folder, settings),
+        Dialect::Apt => apt::open(source, settings),
         Dialect::Auto => return Err(unknown(&source)),
     })
 }

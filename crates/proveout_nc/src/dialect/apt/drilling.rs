@@ -15,7 +15,7 @@ use super::technology::FeedUnit;
 use crate::codes;
 use crate::frame;
 use crate::source::Source;
-use crate::{Dwell, Feed, Op, SpindleDirection, ThreadMotion};
+use crate::{Dwell, Feed, Op, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: f64 = 10_000.0;
@@ -88,12 +88,13 @@ impl AptReader {
         let word = Self::word(source, first);
         match word.as_str() {
             "OFF" | "NOMORE" => {
-                self.cycle_on = false;
+                self.own.cycle_on = false;
                 self.note("CYCLE/OFF");
-                return self.feed_after_cycle();
+                self.tell_feed();
+                return Ok(());
             }
             "ON" => {
-                if self.cycle.is_none() {
+                if self.own.cycle.is_none() {
                     return Err(st.head.bad(
                         codes::CONFLICT,
                         "CYCLE/ON takes up no cycle",
@@ -129,32 +130,25 @@ impl AptReader {
         let values = self.cycle_values(source, &st.items[at..])?;
         let cycle = self.cycle_of(kind, &values, st, first)?;
         self.note(format!("CYCLE/{word}"));
-        self.cycle = Some(cycle);
+        self.own.cycle = Some(cycle);
         self.begin_cycle();
         Ok(())
     }
 
     fn begin_cycle(&mut self) {
-        if !self.cycle_on {
-            self.cycle_from = self.position.work.xyz();
+        if !self.own.cycle_on {
+            self.own.cycle_from = self.position.work.xyz();
         }
-        self.cycle_on = true;
+        self.own.cycle_on = true;
     }
 
     /// The feed of the statements before is in force again.
-    fn feed_after_cycle(&mut self) -> Result<(), Box<Bad>> {
-        if let Some(feed) = self.feed {
-            self.tell_feed(feed);
-        }
-        Ok(())
-    }
-
     fn cycle_values(&self, source: &Source, items: &[Item]) -> Result<Values, Box<Bad>> {
         let mut v = Values::default();
         // Values without a word: the depth, the feed beside its unit, the clearance.
         let mut bare: Vec<(f64, &Item)> = Vec::new();
         let mut at = 0;
-        let unit = self.unit;
+        let unit = self.own.unit;
         while let Some(item) = items.get(at) {
             at += 1;
             if item.token != Token::Word {
@@ -278,8 +272,8 @@ impl AptReader {
 
     /// One hole at a point.
     pub(crate) fn hole(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let Some(cycle) = self.cycle else { return self.straight(point, false, place) };
-        let axis = self.axis;
+        let Some(cycle) = self.own.cycle else { return self.straight(point, false, place) };
+        let axis = self.own.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
         if let Some(here) = self.position.work.xyz() {
             // Above the travel height the tool goes across first, below it rises first: never across at less than travel.
@@ -297,11 +291,11 @@ impl AptReader {
         }
         self.rapid_to(at(cycle.travel), place)?;
         self.rapid_to(at(cycle.start), place)?;
-        let before = self.feed;
-        self.feed = cycle.feed.or(self.feed);
+        let before = self.technology.feed;
+        self.technology.feed = cycle.feed.or(self.technology.feed);
         self.need_feed(place)?;
-        if let (Some(feed), true) = (self.feed, cycle.kind != Kind::Tap) {
-            self.tell_feed(feed);
+        if cycle.kind != Kind::Tap {
+            self.tell_feed();
         }
         match cycle.kind {
             Kind::Drill | Kind::Bore => {
@@ -314,13 +308,14 @@ impl AptReader {
             Kind::Deep | Kind::BreakChip => self.deep(&cycle, point, place)?,
             Kind::Tap => self.tap(&cycle, point, place)?,
         }
-        self.feed = before;
+        self.technology.feed = before;
         let retract = match cycle.retract {
             Retract::Travel => cycle.travel,
             Retract::Height(height) => height.max(cycle.start),
-            Retract::Start => {
-                self.cycle_from.map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel))
-            }
+            Retract::Start => self
+                .own
+                .cycle_from
+                .map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel)),
         };
         self.rapid_to(at(retract), place)
     }
@@ -339,7 +334,7 @@ impl AptReader {
     }
 
     fn deep(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let axis = self.axis;
+        let axis = self.own.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
         let step = cycle.step.unwrap_or(cycle.depth + cycle.start);
         // The first infeed is measured from the point, or from where the feed begins when that is lower.
@@ -361,8 +356,8 @@ impl AptReader {
     }
 
     fn tap(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let speed = self.speed.filter(|s| *s > 0.0 && self.turning != SpindleDirection::Off);
-        let pitch = match (cycle.pitch, self.feed, speed) {
+        let speed = self.technology.speed.filter(|s| *s > 0.0 && self.technology.direction != SpindleDirection::Off);
+        let pitch = match (cycle.pitch, self.technology.feed, speed) {
             (Some(pitch), ..) => Some(pitch),
             (None, Some(Feed::PerRevolution(feed)), _) => Some(feed),
             (None, Some(Feed::PerTime(feed)), Some(speed)) => Some(feed * 60.0 / speed),
@@ -371,15 +366,14 @@ impl AptReader {
         let pitch = pitch.filter(|p| *p > 0.0 && p.is_finite()).ok_or_else(|| {
             place.bad(codes::ARGUMENTS, "the pitch of the thread is not known", "give PITCH, or the feed and SPINDL")
         })?;
-        let inward = self.last_direction;
+        let inward = self.own.last_direction;
         let outward = match inward {
             SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
             _ => SpindleDirection::CounterClockwise,
         };
         for (height, direction) in [(-cycle.depth, inward), (cycle.start, outward)] {
-            let motion = self.motion(frame::add_scaled(point, self.axis, height));
-            self.position.move_to(motion.end, motion.end_base);
-            self.emit(Op::Thread(ThreadMotion { motion, pitch, direction: Some(direction) }));
+            let motion = self.motion(frame::add_scaled(point, self.own.axis, height));
+            self.go_thread(motion, pitch, Some(direction));
             if height < 0.0 {
                 self.wait(cycle);
             }

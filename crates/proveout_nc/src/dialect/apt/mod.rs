@@ -19,50 +19,23 @@ mod statement;
 mod technology;
 mod words;
 
-use std::path::PathBuf;
-
 use super::Reader;
 use super::listed::Unlisted;
-use crate::Command;
 use crate::control::words::{WordKey, word_key};
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
-use reader::AptReader;
 use statement::Statement;
 
 /// The reader of a program.
-pub(crate) fn open(source: Source, _folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(AptReader::new(source, settings))
-}
-
-impl Reader for AptReader {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        vec![self.source.as_ref()]
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
+pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(reader::begin(source, settings))
 }
 
 /// Major words that neither the reader nor the control file gives a meaning.
 pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
-    let mut statement = Statement::new();
+    let mut statement = Statement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         match result {
@@ -90,7 +63,7 @@ pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut U
 /// All faults of single statements: grammar, and words that are refused wherever they stand.
 pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
-    let mut statement = Statement::new();
+    let mut statement = Statement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         let bad = match result {

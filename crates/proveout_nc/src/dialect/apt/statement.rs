@@ -16,7 +16,12 @@ pub(crate) struct Place {
 
 impl Place {
     pub(crate) fn bad(self, code: &'static str, message: impl Into<String>, help: impl Into<String>) -> Box<Bad> {
-        Box::new(Bad { fault: Fault::new(code, self.span, message).help(help), mark: self.mark })
+        self.with(Fault::new(code, self.span, message).help(help))
+    }
+
+    /// A fault of its line.
+    pub(crate) fn with(self, fault: Fault) -> Box<Bad> {
+        Box::new(Bad { fault, mark: self.mark })
     }
 
     pub(crate) fn text(self, source: &Source) -> &str {
@@ -28,8 +33,8 @@ impl Place {
 /// A fault with its line.
 #[derive(Debug)]
 pub(crate) struct Bad {
-    fault: Fault,
-    mark: Mark,
+    pub(crate) fault: Fault,
+    pub(crate) mark: Mark,
 }
 
 impl Bad {
@@ -71,8 +76,8 @@ pub(crate) struct Statement {
     pub(crate) assignment: bool,
 }
 
-impl Statement {
-    pub(crate) fn new() -> Self {
+impl Default for Statement {
+    fn default() -> Self {
         let nowhere = Place { mark: Mark::START, span: Span::default() };
         Self { major: String::new(), head: nowhere, items: Vec::new(), literal: nowhere, assignment: false }
     }
@@ -259,7 +264,7 @@ mod tests {
 
     fn parse(text: &str) -> (String, Vec<Token>, bool) {
         let source = Source::new("t", text.to_owned());
-        let mut statement = Statement::new();
+        let mut statement = Statement::default();
         let (result, _) = read(&source, Mark::START, &mut statement).unwrap();
         let tokens = statement.items.iter().map(|i| i.token).collect();
         (statement.major, tokens, result.is_ok())

@@ -2,17 +2,18 @@
 //!
 //! Which is which after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its overview of M functions.
 
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::lexer::{Lexer, refused};
 use super::listed::LISTED;
 use super::words::{FeedWord, MWord, Path, Words};
+use crate::channel::{Language, direction_of};
 use crate::codes;
 use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::frame::add_scaled;
 use crate::machine_data::KinematicsKind;
-use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
+use crate::{AxisValues, Op, Retract, SpindleDirection};
 
 /// Code of an `M` without a number.
 pub(crate) const NOTHING: u32 = u32::MAX;
@@ -152,26 +153,20 @@ impl Interpreter {
         for m in &w.functions {
             match m.code {
                 0 | 1 | 2 | 5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | 137 => {}
-                3 | 13 => self.spindle(SpindleDirection::Clockwise),
-                4 | 14 => self.spindle(SpindleDirection::CounterClockwise),
+                3 | 4 => self.spindle(direction_of(f64::from(m.code))),
+                13 | 14 => self.spindle(direction_of(f64::from(m.code - 10))),
                 _ => {}
             }
             match m.code {
-                7 | 8 | 13 | 14 => {
-                    if m.code == 7 {
-                        self.state.mist = true;
-                    } else {
-                        self.state.flood = true;
-                    }
-                    self.tell_coolant();
-                }
+                7 | 8 => self.coolant(m.code),
+                13 | 14 => self.coolant(8),
                 120 => {
                     let blocks = m.value.map(|value| self.variables.value(value, m.span)).transpose()?;
-                    self.state.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
-                    self.state.look_ahead_ended = false;
+                    self.modal.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
+                    self.modal.look_ahead_ended = false;
                     self.note("M120");
                 }
-                126 => self.state.shortest = true,
+                126 => self.modal.shortest = true,
                 128 => {
                     self.settings.check_kinematics(KinematicsKind::Tcp, "M128", m.span)?;
                     if let Some(feed) = m.feed {
@@ -180,26 +175,26 @@ impl Interpreter {
                             self.note(format!("M128 F{}", (feed * 60.0 * 1e6).round() / 1e6));
                         }
                     }
-                    self.state.spatial = false;
-                    self.state.interpolation = crate::OrientationInterpolation::Axes;
+                    self.modal.spatial = false;
+                    self.modal.interpolation = crate::OrientationInterpolation::Axes;
                     self.set_tcpm(true);
                 }
                 136 => {
-                    if self.state.inch {
+                    if self.modal.inch {
                         return Err(refused("M136 in inch", m.span, "write the feed in tenths of an inch a minute"));
                     }
-                    self.state.per_revolution = true;
-                    self.state.feed = None;
+                    self.modal.per_revolution = true;
+                    self.technology.feed = None;
                 }
                 137 => {
-                    if self.state.per_revolution {
-                        self.state.feed = None;
+                    if self.modal.per_revolution {
+                        self.technology.feed = None;
                     }
-                    self.state.per_revolution = false;
+                    self.modal.per_revolution = false;
                 }
                 140 => {
                     let distance = match m.value {
-                        Some(value) => Some(self.variables.value(value, m.span)? * self.state.unit()),
+                        Some(value) => Some(self.variables.value(value, m.span)? * self.modal.unit()),
                         None => None,
                     };
                     self.retract(distance, m.feed, span)?;
@@ -223,12 +218,8 @@ impl Interpreter {
         for m in &w.functions {
             match m.code {
                 5 => self.spindle(SpindleDirection::Off),
-                9 => {
-                    self.state.flood = false;
-                    self.state.mist = false;
-                    self.tell_coolant();
-                }
-                127 => self.state.shortest = false,
+                9 => self.coolant(9),
+                127 => self.modal.shortest = false,
                 129 => self.set_tcpm(false),
                 _ => {}
             }
@@ -250,30 +241,17 @@ impl Interpreter {
     /// M99 and M89: the cycle runs at the end of the block.
     pub(crate) fn cycle_after(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
         if w.has(89) {
-            self.state.modal_cycle = true;
+            self.modal.modal_cycle = true;
         }
         let once = w.has(99);
         if once {
-            self.state.modal_cycle = false;
+            self.modal.modal_cycle = false;
         }
         let positioned = path != Path::Nothing && w.programmed != 0;
-        if once || self.state.modal_cycle && positioned {
+        if once || self.modal.modal_cycle && positioned {
             self.run_cycle(span)?;
         }
         Ok(())
-    }
-
-    fn spindle(&mut self, direction: SpindleDirection) {
-        self.state.direction = direction;
-        self.tell_spindle();
-    }
-
-    pub(crate) fn tell_spindle(&mut self) {
-        self.emit(Op::Spindle(Spindle { direction: self.state.direction, speed_rpm: self.state.speed }));
-    }
-
-    pub(crate) fn tell_coolant(&mut self) {
-        self.emit(Op::Coolant(Coolant { flood: self.state.flood, mist: self.state.mist }));
     }
 
     /// M140 MB: retraction along the tool axis. Where the reader knows direction and start it is a motion, elsewhere a
@@ -285,33 +263,33 @@ impl Interpreter {
             );
         }
         let rapid = !matches!(feed, Some(FeedWord::Value(_) | FeedWord::Auto | FeedWord::PerRevolution(_)));
-        let before = self.state.feed;
+        let before = self.technology.feed;
         if let (false, Some(word)) = (rapid, feed) {
-            self.state.feed = self.feed_of(word, span)?;
+            self.technology.feed = self.feed_of(word, span)?;
             self.tell_feed();
         }
         let known = self.position.base.xyz().zip(self.position.work.xyz());
         // The tool stands along the tool axis of the plane, or upright where nothing has inclined it.
-        let upright = !self.state.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
-        let axis_known = !self.state.tcpm && (self.state.frames.tilted() || upright);
+        let upright = !self.modal.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
+        let axis_known = !self.modal.tcpm && (self.modal.frames.tilted() || upright);
         match (distance, known) {
             (Some(distance), Some((_, point))) if axis_known => {
                 let mut axis = [0.0; 3];
-                axis[self.state.normal] = 1.0;
+                axis[self.modal.normal] = 1.0;
                 let mut goal = super::motion::Goal { end: self.position.work, programmed: 0, tool_axis: None };
                 let to = add_scaled(point, axis, distance);
-                goal.end.put(self.state.normal, to[self.state.normal]);
-                goal.programmed = 1 << self.state.normal;
+                goal.end.put(self.modal.normal, to[self.modal.normal]);
+                goal.programmed = 1 << self.modal.normal;
                 self.straight(goal, rapid, span)?;
             }
             _ => {
                 self.emit(Op::Retract(Retract { distance, rapid }));
                 self.position.forget(super::motion::LINEAR);
-                self.state.tangent = None;
-                self.moved();
+                self.modal.tangent = None;
+                Heidenhain::moving(self);
             }
         }
-        self.state.feed = before;
+        self.technology.feed = before;
         Ok(())
     }
 }

@@ -4,12 +4,10 @@ use super::functions::refused_function;
 use super::interpreter::Interpreter;
 use super::variables::Val;
 use super::words::{Block, MWord, Param, Value};
-use crate::Op;
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::{Builtin, Listed};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::listed::{call_not_run, ignored, left_out};
 use crate::machine_data::KinematicsKind;
 
 /// Functions of the control file have codes from this number on, by their place in its table.
@@ -49,19 +47,12 @@ impl Interpreter {
         match meaning {
             Meaning::TcpOn => {
                 self.settings.check_kinematics(KinematicsKind::Tcp, &word, span)?;
-                self.state.spatial = false;
-                self.state.interpolation = crate::OrientationInterpolation::Axes;
+                self.modal.spatial = false;
+                self.modal.interpolation = crate::OrientationInterpolation::Axes;
                 self.set_tcpm(true);
             }
             Meaning::TcpOff => self.set_tcpm(false),
-            Meaning::Message(text) => self.emit(Op::Message(text)),
-            Meaning::Note(text) => self.note(format!("{word}: {text}")),
-            Meaning::Ignore(reason) => {
-                if self.told_words.insert(at) {
-                    self.note(ignored(&self.settings.control, &word, &reason));
-                }
-            }
-            Meaning::Call(_) | Meaning::Macro(_) | Meaning::Does(_) | Meaning::Refuse(_) => {}
+            _ => self.tell_listed(at, ""),
         }
         Ok(())
     }
@@ -85,19 +76,12 @@ impl Interpreter {
 
     /// A program that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
     pub(super) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
-        let Some(text) = left_out(&self.settings.control, name) else {
+        if !self.leave_out(name) {
             let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
             return Err(Fault::new(codes::SUBPROGRAM, span, format!("the program `{name}` is not there"))
                 .help(format!("put {stem}.H into the folder of the program")));
-        };
-        self.note(text);
-        let line = self.location.line;
-        if let Some(level) = self.stack.last() {
-            self.missing.push(call_not_run(&level.loaded.source, line, name));
         }
-        self.position.forget(0x1ff);
-        self.state.tangent = None;
-        self.state.feed = None;
+        self.modal.tangent = None;
         Ok(())
     }
 }

@@ -41,51 +41,16 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
-
 use super::Reader;
 use super::listed::Unlisted;
-use crate::Command;
-use crate::compensation::CompStyle;
 use crate::control::words::{Builtin, WordKey};
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
 pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(Interpreter::new(dialect, source, folder, settings))
-}
-
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn comp_style(&self) -> Option<CompStyle> {
-        Some(CompStyle { look_ahead: self.state.look_ahead, ..CompStyle::PLAIN })
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.last_follows(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
+    Box::new(interpreter::begin(dialect, source, folder, settings))
 }
 
 /// The reader does this word by itself; words that end or call programs are left out.

@@ -12,7 +12,7 @@ use super::parser::{self, Block, Remark};
 use super::variables::Variables;
 use super::{leftover, recover};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Section};
+use crate::channel::{self, Channel, Failed, Language, Lines, Section};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::not_run::NotRun;
@@ -127,10 +127,48 @@ impl Language for Iso {
     type Variables = Variables;
     type Modal = Modal;
 
-    fn index(&self, source: &Source, faults: &mut Vec<Diagnostic>) -> Index {
+    fn index(&self, source: &Source, _main: bool, faults: &mut Vec<Diagnostic>) -> Index {
         Index::new(source, self.flavor, faults)
     }
 
+    fn step(channel: &mut Interpreter) -> Result<(), Box<Diagnostic>> {
+        channel.step_line()
+    }
+
+    fn moving(channel: &mut Interpreter) {
+        channel.begin_motion();
+    }
+
+    fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
+        recover::may_follow(channel, fault)
+    }
+
+    fn settle_doubt(channel: &mut Interpreter) {
+        recover::settle_doubt(channel);
+    }
+
+    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+        recover::go_on(channel, failed)
+    }
+
+    fn doubted(channel: &mut Interpreter, doubt: Doubt) {
+        if doubt.axes != 0 {
+            channel.own.held = AxisValues::NONE;
+            // The next spline would take up the direction of this one.
+            channel.recovery.faults.doubt.modal |= channel.own.spline_end.take().is_some();
+        }
+    }
+
+    fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+        leftover::not_run(channel)
+    }
+
+    fn is_subprogram(channel: &Interpreter) -> bool {
+        leftover::is_subprogram(&channel.main, channel.own.flavor)
+    }
+}
+
+impl Lines for Iso {
     fn run_line(
         channel: &mut Interpreter,
         loaded: &Arc<Loaded>,
@@ -162,39 +200,6 @@ impl Language for Iso {
         }
         channel.done = true;
         Ok(())
-    }
-
-    fn moving(channel: &mut Interpreter) {
-        channel.begin_motion();
-    }
-
-    fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
-        recover::may_follow(channel, fault)
-    }
-
-    fn settle_doubt(channel: &mut Interpreter) {
-        recover::settle_doubt(channel);
-    }
-
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
-        recover::go_on(channel, failed)
-    }
-
-    fn doubted(channel: &mut Interpreter, mut doubt: Doubt) -> Doubt {
-        if doubt.axes != 0 {
-            channel.own.held = AxisValues::NONE;
-            // The next spline would take up the direction of this one.
-            doubt.modal |= channel.own.spline_end.take().is_some();
-        }
-        doubt
-    }
-
-    fn not_run(channel: &Interpreter) -> Vec<NotRun> {
-        leftover::not_run(channel)
-    }
-
-    fn is_subprogram(channel: &Interpreter) -> bool {
-        leftover::is_subprogram(&channel.main, channel.own.flavor)
     }
 }
 

@@ -16,7 +16,7 @@ use super::modal::Modal;
 use super::parser::{self, Block, Call, Statement};
 use super::{leftover, recover};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language};
+use crate::channel::{self, Channel, Failed, Language, Lines};
 use crate::compensation::CompStyle;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::frame::Frame;
@@ -123,7 +123,7 @@ impl Language for Siemens {
     type Variables = Variables;
     type Modal = Modal;
 
-    fn index(&self, source: &Source, faults: &mut Vec<Diagnostic>) -> Index {
+    fn index(&self, source: &Source, _main: bool, faults: &mut Vec<Diagnostic>) -> Index {
         Index::new(source, faults)
     }
 
@@ -146,39 +146,6 @@ impl Language for Siemens {
             level.own.repetitions.pop();
         }
         channel.step_line()
-    }
-
-    fn run_line(
-        channel: &mut Interpreter,
-        loaded: &Arc<Loaded>,
-        line: &str,
-        at: Mark,
-        block: &mut Block,
-    ) -> Result<(), Fault> {
-        channel.recovery.faults.stage = Stage::Unread;
-        parser::parse_line(line, block)?;
-        channel.recovery.faults.stage = Stage::Read;
-        if block.is_empty() || block.skip.is_some_and(|level| channel.settings.skipped_levels >> level & 1 == 1) {
-            return Ok(());
-        }
-        channel.stands_at(&loaded.source.name, at, line, block.span);
-        if line.contains('$') || !channel.own.frame_variables.is_empty() {
-            channel.refresh_system(block);
-        }
-        match block.statement.take() {
-            Some(statement) => channel.statement(loaded, at, statement, block.span),
-            None => channel.execute(block, line),
-        }
-    }
-
-    /// The end of the text ends the program as M30 and the subprogram as M17 do.
-    fn end_of_text(channel: &mut Interpreter, _: &Arc<Loaded>, _: Mark) -> Result<(), Box<Diagnostic>> {
-        if channel.stack.len() > 1 {
-            channel.leave();
-        } else {
-            channel.done = true;
-        }
-        Ok(())
     }
 
     /// Through the corners: a motion with a chamfer or rounding waits for the next one.
@@ -231,11 +198,10 @@ impl Language for Siemens {
         Some(recover::go_on(channel, failed))
     }
 
-    fn doubted(channel: &mut Interpreter, doubt: Doubt) -> Doubt {
+    fn doubted(channel: &mut Interpreter, doubt: Doubt) {
         if doubt.axes != 0 {
             channel.own.tangent = None;
         }
-        doubt
     }
 
     fn comp_style(channel: &Interpreter) -> Option<CompStyle> {
@@ -248,6 +214,41 @@ impl Language for Siemens {
 
     fn is_subprogram(channel: &Interpreter) -> bool {
         leftover::is_subprogram(&channel.main)
+    }
+}
+
+impl Lines for Siemens {
+    fn run_line(
+        channel: &mut Interpreter,
+        loaded: &Arc<Loaded>,
+        line: &str,
+        at: Mark,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
+        channel.recovery.faults.stage = Stage::Unread;
+        parser::parse_line(line, block)?;
+        channel.recovery.faults.stage = Stage::Read;
+        if block.is_empty() || block.skip.is_some_and(|level| channel.settings.skipped_levels >> level & 1 == 1) {
+            return Ok(());
+        }
+        channel.stands_at(&loaded.source.name, at, line, block.span);
+        if line.contains('$') || !channel.own.frame_variables.is_empty() {
+            channel.refresh_system(block);
+        }
+        match block.statement.take() {
+            Some(statement) => channel.statement(loaded, at, statement, block.span),
+            None => channel.execute(block, line),
+        }
+    }
+
+    /// The end of the text ends the program as M30 and the subprogram as M17 do.
+    fn end_of_text(channel: &mut Interpreter, _: &Arc<Loaded>, _: Mark) -> Result<(), Box<Diagnostic>> {
+        if channel.stack.len() > 1 {
+            channel.leave();
+        } else {
+            channel.done = true;
+        }
+        Ok(())
     }
 }
 
