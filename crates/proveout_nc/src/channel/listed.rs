@@ -17,10 +17,8 @@ impl<L: Language> Channel<L> {
         match meaning {
             Meaning::Message(text) => self.emit(Op::Message(text)),
             Meaning::Note(text) => self.note(format!("{word}{values}: {text}")),
-            Meaning::Ignore(reason) => {
-                if self.told_words.insert(at) {
-                    self.note(ignored(&self.settings.control, &word, &reason));
-                }
+            Meaning::Ignore(reason) if self.told_words.insert(at) => {
+                self.note(ignored(&self.settings.control, &word, &reason));
             }
             _ => {}
         }

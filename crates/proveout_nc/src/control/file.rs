@@ -41,7 +41,7 @@ pub(crate) struct ControlFile {
     /// Blocks with a slash.
     #[serde(default)]
     pub(crate) blocks: BlocksFile,
-    /// Values of variables that programs read and do not set themselves, system variables included: "#500", "R5", "$MC_X", "Q10",
+    /// Values of variables that programs read and do not set themselves, system variables included: `#500`, `R5`, `$MC_X`, `Q10`,
     /// and "ID270 NR1 IDX1" for FN 18: SYSREAD.
     #[serde(default)]
     pub(crate) variables: BTreeMap<String, f64>,
@@ -74,7 +74,7 @@ pub(crate) enum DialectFile {
     Fanuc,
     /// ISO of a Haas.
     Haas,
-    /// RS274/NGC of LinuxCNC.
+    /// RS274/NGC of `LinuxCNC`.
     #[serde(rename = "linuxcnc")]
     LinuxCnc,
     /// Heidenhain Klartext.
@@ -264,7 +264,7 @@ pub(crate) struct FeedFile {
 pub(crate) enum MissingFeedFile {
     /// It is refused.
     Refuse,
-    /// It runs at missing_mm_min.
+    /// It runs at `missing_mm_min`.
     Value,
 }
 

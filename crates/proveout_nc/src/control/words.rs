@@ -186,7 +186,7 @@ mod tests {
         assert_eq!(word_key("G38.2"), Some(WordKey::G(382)));
         assert_eq!(word_key("CYCLE999"), Some(WordKey::Name("CYCLE999".to_owned())));
         for wrong in ["", "M", "G", "X10", "M3.5", "G38.21", "M1 M2", "M123456789", "3"] {
-            assert!(matches!(word_key(wrong), None), "{wrong}: {:?}", word_key(wrong));
+            assert!(word_key(wrong).is_none(), "{wrong}: {:?}", word_key(wrong));
         }
     }
 

@@ -156,7 +156,7 @@ impl Interpreter {
         let one_shot = p.g(Group::OneShot);
         let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.own.flavor.is_linuxcnc();
         let dwell_in_f = one_shot == Some(40) && self.settings.control.dwell_unit(b'F').is_some();
-        if !(thread_lead && p.axes() != 0) && !dwell_in_f {
+        if !(dwell_in_f || thread_lead && p.axes() != 0) {
             self.feed_word(p, span)?;
         }
         self.speed_words(p, one_shot, span)?;

@@ -99,8 +99,8 @@ impl Interpreter {
         if !self.own.flavor.is_linuxcnc() {
             return Ok(());
         }
-        for axis in 3..6 {
-            let Some(value) = p.peek(AXES[axis]) else { continue };
+        for (axis, &letter) in AXES.iter().enumerate().skip(3).take(3) {
+            let Some(value) = p.peek(letter) else { continue };
             let value = value.to_radians();
             let stays = match self.position.work.get(axis) {
                 Some(_) if self.modal.incremental => value == 0.0,
@@ -108,7 +108,7 @@ impl Interpreter {
                 None => self.modal.incremental && value == 0.0,
             };
             if !stays {
-                let message = format!("the rotary axis {} moves in {}", char::from(AXES[axis]), g_name(code));
+                let message = format!("the rotary axis {} moves in {}", char::from(letter), g_name(code));
                 return Err(
                     Fault::new(codes::CONFLICT, span, message).help("turn it in a block of its own, before the cycle")
                 );
