@@ -9,6 +9,7 @@ use crate::AxisValues;
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::arc_fault;
 use crate::codes;
+use crate::control::Centers;
 use crate::diagnostic::{Fault, Span};
 
 const CENTER: [u8; 3] = *b"IJK";
@@ -26,10 +27,11 @@ impl Interpreter {
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut words = [None; 3];
+        let absolute = self.modal.absolute_centers;
         for (axis, letter) in CENTER.into_iter().enumerate() {
             let Some(value) = self.length_of(p, letter) else { continue };
             if axis == w {
-                if value != 0.0 && !self.modal.absolute_centers {
+                if value != 0.0 && !absolute {
                     let message = format!("`{}` does not lie in the working plane G{}", char::from(letter), 19 - w);
                     return Err(
                         Fault::new(codes::ARC_GEOMETRY, span, message).help("choose the plane with G17, G18 or G19")
@@ -38,18 +40,32 @@ impl Interpreter {
                 continue;
             }
             words[axis] = Some(value);
-            center[axis] = if self.modal.absolute_centers { value } else { start[axis] + value };
+            center[axis] = if absolute { value } else { start[axis] + value };
         }
         let has_center = words.iter().any(Option::is_some);
         let (end, programmed) = self.targets(p, span)?;
         let flat = |q: [f64; 3]| [q[u], q[v]];
         let to = [end.get(u).unwrap_or(start[u]), end.get(v).unwrap_or(start[v])];
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let result = match radius {
             Some(_) if has_center => {
                 return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
             }
             Some(radius) => arc::from_radius(flat(start), to, radius, clockwise, tolerance),
+            None if has_center && self.settings.control.centers == Centers::Unsigned && !absolute => {
+                let from = flat(start);
+                let to_center = [center[u] - start[u], center[v] - start[v]];
+                arc::in_quadrant(from, to, to_center, clockwise, tolerance)
+                    .map_err(|count| {
+                        let message = format!(
+                            "{count} centers fit I and J without signs, as the control \"{}\" reads them",
+                            self.settings.control.name
+                        );
+                        Fault::new(codes::ARC_GEOMETRY, span, message)
+                            .help("check I and J; the arc must stay within a quadrant")
+                    })
+                    .map(Ok)?
+            }
             None if has_center => {
                 let found = arc::from_center(flat(start), to, flat(center), clockwise, tolerance);
                 self.as_a_spiral(found, flat(start), to, flat(center), clockwise)
@@ -63,8 +79,8 @@ impl Interpreter {
             }
         };
         let result = result.map_err(|fault| match fault {
-            ArcFault::Radii(..) if !self.modal.absolute_centers => {
-                let fitting = other_reading(flat(start), to, [words[u], words[v]], tolerance);
+            ArcFault::Radii(..) if !absolute => {
+                let fitting = other_reading(flat(start), to, [words[u], words[v]], tolerance.absolute_mm);
                 (fault, fitting.map(|reading| reading.text([CENTER[u], CENTER[v]], self.own.flavor)))
             }
             _ => (fault, None),
@@ -114,7 +130,7 @@ impl Interpreter {
         match found {
             Ok(arc) => {
                 let moved = (arc.center[0] - center[0]).hypot(arc.center[1] - center[1]);
-                if moved > self.settings.arc_tolerance_mm {
+                if moved > self.settings.arc_tolerance.absolute_mm {
                     kept((start[0] - center[0]).hypot(start[1] - center[1]))
                 } else {
                     found

@@ -7,11 +7,11 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
+/// Number of the highest parameter (`RS274NGC_MAX_PARAMETERS` of the interpreter less one).
+const LINUXCNC_PARAMETERS: u32 = 5601;
+
 /// `LinuxCNC` takes values nearer than this as equal (`TOLERANCE_EQUAL` of its interpreter).
 const LINUXCNC_EQUAL: f64 = 1e-4;
-
-/// Numbered parameters of a `LinuxCNC` end below this one (`RS274NGC_MAX_PARAMETERS`).
-const LINUXCNC_PARAMETERS: u32 = 5602;
 
 impl Interpreter {
     /// Value of a word; none where it is a vacant parameter.
@@ -36,7 +36,7 @@ impl Interpreter {
             Expr::Exists(inner) => f64::from(u8::from(match inner.as_ref() {
                 Expr::Named(name) => self.variables.named(name).is_some() || self.system_named(name, span)?.is_some(),
                 // Every numbered parameter of a LinuxCNC is there, with zero where nothing has set it.
-                Expr::Param(index) => (1..LINUXCNC_PARAMETERS).contains(&self.parameter_number(index, span)?),
+                Expr::Param(index) => (1..=LINUXCNC_PARAMETERS).contains(&self.parameter_number(index, span)?),
                 _ => {
                     return Err(
                         Fault::new(codes::SYNTAX, span, "EXISTS takes a parameter").help("write EXISTS[#<name>]")
@@ -167,6 +167,12 @@ impl Interpreter {
         }
         if let Some(value) = self.system_number(number, span)? {
             return Ok(Some(value));
+        }
+        if self.own.flavor.is_linuxcnc() && number > LINUXCNC_PARAMETERS {
+            let message = format!("#{number} is no parameter: the highest one is #{LINUXCNC_PARAMETERS}");
+            return Err(
+                Fault::new(codes::UNKNOWN_VARIABLE, span, message).help("use #1 to #5000, or a named parameter")
+            );
         }
         if self.own.flavor.is_linuxcnc() {
             return Ok(Some(0.0));
