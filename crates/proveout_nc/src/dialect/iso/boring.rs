@@ -76,9 +76,9 @@ impl Interpreter {
     fn bore_shift(&mut self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
         match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
-            // Without Q nothing says a shift (G87 needs one).
-            ([None, None, None], None) if name == "G76" => {
-                self.note("G76 without Q: the tool goes out without a shift");
+            // A control file says whether Q may be left out; here nothing tells the control.
+            ([None, None, None], None) if name == "G76" && self.own.assumed => {
+                self.assume("G76 without Q: the tool goes out without a shift");
                 Ok([0.0; 2])
             }
             ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),

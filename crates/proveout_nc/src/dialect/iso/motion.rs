@@ -25,7 +25,8 @@ impl Interpreter {
         if self.modal.motion == Some(MotionMode::Nurbs) {
             return self.nurbs_block(p, span);
         }
-        if self.modal.motion.is_none() && axes != 0 && !self.own.flavor.is_linuxcnc() {
+        let unset = self.modal.motion.is_none() && self.settings.control.start.motion.is_none();
+        if unset && axes != 0 && !self.own.flavor.is_linuxcnc() {
             self.motion_at_power_on();
         }
         let Some(mode) = self.modal.motion else { return Ok(()) };
