@@ -6,7 +6,7 @@
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
-//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), what is known of faults ([`recover`], [`doubt`]), how often
+//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), what is known of faults ([`recover`], [`doubt`]), how often
 //! the program has jumped back ([`passes`]), and which lines have run ([`coverage`]). A language is a type with [`Language`]:
 //! it says how one block is read and executed, and keeps in [`Channel::own`] what no other language has. Everything is
 //! resolved when it is compiled; nothing is boxed for a block.
@@ -14,6 +14,7 @@
 pub(crate) mod coverage;
 pub(crate) mod doubt;
 mod flow;
+mod holes;
 mod motion;
 pub(crate) mod passes;
 mod recover;
@@ -37,6 +38,7 @@ use doubt::Doubt;
 use passes::Passes;
 
 pub(crate) use flow::{Level, Loaded, Section};
+pub(crate) use holes::{Holes, Stroke};
 pub(crate) use motion::{arc_fault, unknown_axes};
 pub(crate) use recover::{Failed, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};

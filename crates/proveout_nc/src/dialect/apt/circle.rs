@@ -153,7 +153,7 @@ impl AptReader {
         if self.own.cycle_on {
             return Err(place.bad(codes::CONFLICT, "a circle stands in a cycle", "write CYCLE/OFF before it"));
         }
-        self.need_feed(place)?;
+        self.need_feed(place.span).map_err(|fault| place.with(fault))?;
         let start = self.here(place)?;
         let normal = snapped(circle.normal);
         let (u, v) = basis(normal);

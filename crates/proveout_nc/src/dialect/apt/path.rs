@@ -3,6 +3,7 @@
 use super::reader::{AptReader, arity};
 use super::statement::{Bad, Place, Statement};
 use crate::codes;
+use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::source::Source;
 use crate::{AxisValues, Motion, Op, OrientationInterpolation, Tcp};
@@ -88,18 +89,18 @@ impl AptReader {
 
     pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool, place: Place) -> Result<(), Box<Bad>> {
         if !rapid {
-            self.need_feed(place)?;
+            self.need_feed(place.span).map_err(|fault| place.with(fault))?;
         }
         let motion = self.motion(point);
         self.go(motion, rapid);
         Ok(())
     }
 
-    pub(crate) fn need_feed(&self, place: Place) -> Result<(), Box<Bad>> {
+    pub(crate) fn need_feed(&self, span: Span) -> Result<(), Fault> {
         if self.technology.feed.is_some() {
             return Ok(());
         }
-        Err(place.bad(codes::NO_FEED, "the motion has no feed", "write FEDRAT, or RAPID, before it"))
+        Err(Fault::new(codes::NO_FEED, span, "the motion has no feed").help("write FEDRAT, or RAPID, before it"))
     }
 
     /// The motion to a point with the tool axis in effect.
