@@ -33,6 +33,7 @@ mod channel;
 mod codes;
 mod command;
 mod compensation;
+mod control;
 mod diagnostic;
 mod dialect;
 mod frame;
@@ -51,6 +52,9 @@ mod survey;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
+pub use control::{
+    ArcTolerance, Control, ControlFileError, UnknownWord, UnknownWords, WholeNumbers, builtin_controls, control_schema,
+};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};

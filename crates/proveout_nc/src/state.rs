@@ -134,6 +134,15 @@ impl Position {
         self.frame.apply(p)
     }
 
+    /// The tool stands at this point of the frame in force before the program begins.
+    pub(crate) fn begin_at(&mut self, work: &AxisValues) {
+        let programmed = (0..9).fold(0, |axes, axis| axes | u16::from(work.get(axis).is_some()) << axis);
+        // A frame that is turned needs all of X, Y and Z; what it cannot tell stays unknown.
+        if let Ok(base) = self.base_of(work, programmed) {
+            self.move_to(*work, base);
+        }
+    }
+
     /// The tool is at this point now.
     pub(crate) fn move_to(&mut self, work: AxisValues, base: AxisValues) {
         self.work = work;

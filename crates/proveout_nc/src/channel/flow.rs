@@ -163,7 +163,8 @@ impl<L: Language> Channel<L> {
             Fault::new(codes::SUBPROGRAM, span, format!("the {kind} `{name}` {what}"))
                 .help(format!("correct the {kind}"))
         };
-        let source = Source::read(&path).map_err(|fault| failed(format!("cannot be read: {fault}")))?;
+        let mut source = Source::read(&path).map_err(|fault| failed(format!("cannot be read: {fault}")))?;
+        source.take_out(&self.settings.control.header, &self.settings.control.trailer);
         let mut faults = Vec::new();
         let index = self.own.index(&source, false, &mut faults);
         if !faults.is_empty() {

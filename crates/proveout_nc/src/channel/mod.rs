@@ -6,23 +6,24 @@
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
-//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), what is known of faults ([`recover`], [`doubt`]), how often
-//! the program has jumped back ([`passes`]), and which lines have run ([`coverage`]); formulas
-//! of all languages are one tree ([`expression`]). A language is a type with [`Language`]:
-//! it says how one block is read and executed, and keeps in [`Channel::own`] what no other language has. Everything is
-//! resolved when it is compiled; nothing is boxed for a block.
+//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), what is
+//! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which lines have run
+//! ([`coverage`]). Formulas of all languages are one tree ([`expression`]); [`listed`] does what a control file says. A
+//! language is a type with [`Language`]: it says how one block is read and executed, and keeps in [`Channel::own`] what no
+//! other language has. Everything is resolved when it is compiled; nothing is boxed for a block.
 
 pub(crate) mod coverage;
 pub(crate) mod doubt;
 pub(crate) mod expression;
 mod flow;
 mod holes;
+mod listed;
 mod motion;
 pub(crate) mod passes;
 mod recover;
 mod technology;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Debug;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -160,6 +161,10 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) modal: L::Modal,
     pub(crate) technology: Technology,
     pub(crate) position: Position,
+    /// Words of the control file whose reason has been told, by their place in its table.
+    pub(crate) told_words: BTreeSet<usize>,
+    /// Calls of subprograms that are not there and were left out.
+    pub(crate) missing: Vec<NotRun>,
     /// What this language keeps and no other does.
     pub(crate) own: L,
 }
@@ -206,6 +211,8 @@ impl<L: Language> Channel<L> {
             modal,
             technology: Technology::default(),
             position: Position::new(),
+            told_words: BTreeSet::new(),
+            missing: Vec::new(),
             own,
             settings: settings.clone(),
         }
@@ -289,7 +296,9 @@ impl<L: Language> Reader for Channel<L> {
     }
 
     fn not_run(&self) -> Vec<NotRun> {
-        L::not_run(self)
+        let mut parts = self.missing.clone();
+        parts.extend(L::not_run(self));
+        parts
     }
 
     fn is_subprogram(&self) -> bool {

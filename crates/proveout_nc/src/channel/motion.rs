@@ -3,6 +3,7 @@
 use super::{Channel, Language};
 use crate::arc::{ArcFault, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::state::MissingAxes;
 use crate::{ArcMotion, AxisValues, Motion, Op, SpindleDirection, ThreadMotion};
@@ -99,7 +100,7 @@ pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
 }
 
 /// Why the words of an arc make no circle. `full_circle`: how the language writes one.
-pub(crate) fn arc_fault(fault: ArcFault, tolerance: f64, full_circle: &str, span: Span) -> Fault {
+pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &str, span: Span) -> Fault {
     let (code, message, help) = match fault {
         ArcFault::NoRadius => (
             codes::ARC_GEOMETRY,

@@ -14,6 +14,7 @@ use super::reader::{AptReader, PendingCircle, arity};
 use super::statement::{Bad, Item, Place, Statement, Token};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::frame;
 use crate::source::Source;
 
@@ -164,21 +165,22 @@ impl AptReader {
         let drop = frame::dot(normal, frame::sub(end, start));
         if circle.zero_at_one_point
             && circle.angle.is_none()
-            && apart <= self.settings.arc_tolerance_mm
-            && drop.abs() <= self.settings.arc_tolerance_mm
+            && apart <= self.settings.arc_tolerance.absolute_mm
+            && drop.abs() <= self.settings.arc_tolerance.absolute_mm
         {
             return self.straight(end, false, place);
         }
         let measured = a[0].hypot(a[1]);
-        if (measured - circle.radius.abs()).abs() > self.settings.arc_tolerance_mm {
+        let tolerance = self.settings.arc_tolerance;
+        if (measured - circle.radius.abs()).abs() > tolerance.of(measured.max(circle.radius.abs())) {
             let message = format!(
                 "the arc has the radius {:.4} mm and starts {measured:.4} mm from its center; the limit of the difference is {} mm",
-                circle.radius, self.settings.arc_tolerance_mm
+                circle.radius, tolerance
             );
             return Err(place.bad(codes::ARC_RADIUS, message, "correct the circle, or program the point before it"));
         }
-        let mut arc = arc::from_center(a, b, [0.0; 2], false, self.settings.arc_tolerance_mm)
-            .map_err(|fault| arc_fault(fault, self.settings.arc_tolerance_mm, place))?;
+        let mut arc =
+            arc::from_center(a, b, [0.0; 2], false, tolerance).map_err(|fault| arc_fault(fault, tolerance, place))?;
         if let Some(angle) = circle.angle {
             arc.sweep = turned(arc, angle).ok_or_else(|| {
                 let message = format!(
@@ -237,7 +239,7 @@ fn basis(normal: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     (u, frame::cross(normal, u))
 }
 
-fn arc_fault(fault: ArcFault, tolerance: f64, place: Place) -> Box<Bad> {
+fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, place: Place) -> Box<Bad> {
     match fault {
         ArcFault::Radii(start, end) => place.bad(
             codes::ARC_RADIUS,

@@ -20,6 +20,8 @@ mod technology;
 mod words;
 
 use super::Reader;
+use super::listed::Unlisted;
+use crate::control::words::{WordKey, word_key};
 use crate::diagnostic::Diagnostic;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
@@ -31,15 +33,42 @@ pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
     Box::new(reader::begin(source, settings))
 }
 
+/// Major words that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut statement = Statement::default();
+    let mut at = Mark::START;
+    while let Some((result, next)) = statement::read(source, at, &mut statement) {
+        match result {
+            Err(bad) => found.faults.push(bad.diagnostic(source)),
+            Ok(()) if !statement.major.is_empty() && !statement.assignment => {
+                let now = match words::classify(&statement.major) {
+                    words::Class::Unknown => Some("refused: unknown"),
+                    words::Class::Refused(_) => Some("refused: not supported"),
+                    words::Class::Done | words::Class::Note => None,
+                };
+                let key = word_key(&statement.major).filter(|key| matches!(key, WordKey::Name(_)));
+                let listed = settings.control.words.name(&statement.major).is_some();
+                if let (Some(now), Some(key), false) = (now, key, listed) {
+                    let mark = statement.head.mark;
+                    let line = source.line(mark).map_or("", |(line, _)| line);
+                    found.word(key, statement.head.span, mark, line, now);
+                }
+            }
+            Ok(()) => {}
+        }
+        at = next;
+    }
+}
+
 /// All faults of single statements: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut statement = Statement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         let bad = match result {
             Err(bad) => Some(bad),
-            Ok(()) => reader::refused_word(&statement),
+            Ok(()) => reader::refused_word(&statement, &settings.control),
         };
         faults.extend(bad.map(|bad| bad.diagnostic(source)));
         at = next;

@@ -10,6 +10,7 @@ use super::words::{self, Class};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{Channel, Failed, Language, Section};
 use crate::codes;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::frame::Frame;
 use crate::not_run::NotRun;
@@ -85,7 +86,7 @@ pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
         local: Frame::IDENTITY,
         shift: [0.0; 3],
         first_msys: None,
-        unit: 1.0,
+        unit: if settings.control.start.inch == Some(true) { INCH } else { 1.0 },
         axis: [0.0, 0.0, 1.0],
         tcp: false,
         rapid: false,
@@ -183,12 +184,17 @@ impl AptReader {
         if !self.own.started {
             self.own.started = true;
             self.work_offset("G54");
+            let start = self.settings.start_position;
+            self.position.begin_at(&start);
         }
         if st.assignment {
             return self.assign(source, st);
         }
-        if let Some(bad) = refused_word(st) {
+        if let Some(bad) = refused_word(st, &self.settings.control) {
             return Err(bad);
+        }
+        if self.listed_word(&st.major) {
+            return Ok(());
         }
         if words::classify(&st.major) == Class::Note {
             let text = line.get(st.head.span.start as usize..end as usize).unwrap_or(line);
@@ -223,6 +229,13 @@ impl AptReader {
             "UNITS" => self.units(source, st),
             _ => self.technology(source, st),
         }
+    }
+
+    /// Does a word of the control file; false where it lists none of this name.
+    fn listed_word(&mut self, major: &str) -> bool {
+        let Some((at, _)) = self.settings.control.words.name(major) else { return false };
+        self.tell_listed(at, "");
+        true
     }
 
     /// Takes a work offset into effect and tells it.
@@ -345,9 +358,14 @@ impl AptReader {
 }
 
 /// The fault of a statement whose word no state makes valid.
-pub(crate) fn refused_word(st: &Statement) -> Option<Box<Bad>> {
+pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>> {
     if st.major.is_empty() || st.assignment {
         return None;
+    }
+    if let Some((_, listed)) = control.words.name(&st.major) {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        let message = format!("`{}` is refused by the control \"{}\"", listed.word, control.name);
+        return Some(st.head.bad(codes::UNSUPPORTED_WORD, message, remedy));
     }
     let help = "correct the word, or put it behind `$$` when it has no effect";
     match words::classify(&st.major) {

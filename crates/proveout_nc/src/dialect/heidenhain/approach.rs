@@ -20,6 +20,7 @@ use super::words::{Lead, Side, Words};
 use crate::arc::{self, PlaneArc};
 use crate::channel::arc_fault;
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Command, Feed, Location};
 
@@ -74,6 +75,9 @@ fn touch(from: Point, center: Point, radius: f64, ccw: bool) -> Option<Point> {
 fn cannot(span: Span, message: &str, help: &str) -> Fault {
     Fault::new(codes::ARC_GEOMETRY, span, message).help(help)
 }
+
+/// Arcs that are computed here meet their ends up to rounding, mm.
+const EXACT: ArcTolerance = ArcTolerance::absolute(1e-6);
 
 impl Interpreter {
     fn lead_number(
@@ -195,8 +199,8 @@ impl Interpreter {
                         "start further away, or use a smaller R",
                     ));
                 };
-                let arc = arc::from_center(helper, first, center, side < 0.0, 1e-6)
-                    .map_err(|f| arc_fault(f, 1e-6, FULL_CIRCLE, span))?;
+                let arc = arc::from_center(helper, first, center, side < 0.0, EXACT)
+                    .map_err(|f| arc_fault(f, EXACT, FULL_CIRCLE, span))?;
                 (helper, Some((arc, side < 0.0)))
             }
         };
@@ -288,8 +292,8 @@ impl Interpreter {
                         "end further away, or use a smaller R",
                     ));
                 };
-                let arc = arc::from_center(last, helper, center, side < 0.0, 1e-6)
-                    .map_err(|f| arc_fault(f, 1e-6, FULL_CIRCLE, span))?;
+                let arc = arc::from_center(last, helper, center, side < 0.0, EXACT)
+                    .map_err(|f| arc_fault(f, EXACT, FULL_CIRCLE, span))?;
                 self.lead_on(helper, Some((arc, side < 0.0)), span)?;
                 self.compensation(Side::Off);
                 self.lead_on(end, None, span)?;

@@ -69,6 +69,9 @@ impl Interpreter {
                 if *self.position.frame() != self.modal.frames.total() {
                     self.take_frames("PRESET0", span)?;
                 }
+                if self.stack.len() == 1 {
+                    self.position.begin_at(&self.settings.start_position);
+                }
                 Ok(())
             }
             Statement::End => self.program_end(),
@@ -112,6 +115,7 @@ impl Interpreter {
                 Ok(())
             }
             Statement::CallSelected => self.call_selected(span),
+            Statement::SystemRead(target, from) => self.system_read(target, &from, span),
             Statement::CircleData(target, from) => self.circle_data(target, from, span),
             Statement::Error(value) => {
                 let number = self.variables.value(value, span)?;

@@ -4,10 +4,13 @@
 
 use super::interpreter::{Heidenhain, Interpreter};
 use super::lexer::{Lexer, refused};
+use super::listed::LISTED;
 use super::words::{FeedWord, MWord, Path, Words};
 use crate::channel::{Language, direction_of};
 use crate::codes;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::listed::{refused_by, unlisted};
 use crate::frame::add_scaled;
 use crate::machine_data::KinematicsKind;
 use crate::{AxisValues, Op, Retract, SpindleDirection};
@@ -63,7 +66,7 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
                 x.need(at)?;
             }
         }
-        128 => {
+        103 | 128 => {
             let at = x.pos();
             if x.prefix("F") {
                 m.feed = Some(x.feed(at)?);
@@ -89,12 +92,45 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
         _ => {}
     }
     m.span = x.span_from(start);
+    Ok(m)
+}
+
+/// The fault of a function that no state of the control makes valid.
+pub(crate) fn refused_function(m: &MWord, control: &Control) -> Option<Fault> {
+    let code = m.code;
+    if let Some((_, listed)) = control.words.m(code) {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        return Some(refused_by(control, &listed.word, m.span, remedy));
+    }
     // Two axes are those of the five-axis machine; one of them alone makes it another kinematics.
     let one_axis = code == 138 && m.axes.count_ones() == 1;
-    match if one_axis { Some(ONE_SWIVEL_AXIS) } else { remedy(code) } {
-        Some(remedy) => Err(refused(&format!("M{code}"), m.span, remedy)),
-        None => Ok(m),
+    if let Some(remedy) = if one_axis { Some(ONE_SWIVEL_AXIS) } else { remedy(code) } {
+        return Some(refused(&format!("M{code}"), m.span, remedy));
     }
+    (control.refuses_unlisted && !is_known(code)).then(|| unlisted(control, &format!("M{code}"), m.span))
+}
+
+/// What the reader does with a function that neither it nor the control file gives a meaning; none for the others.
+pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<&'static str> {
+    if control.words.m(m.code).is_some() {
+        return None;
+    }
+    match (refused_function(m, control).is_some(), is_known(m.code)) {
+        (true, true) => Some("refused: not supported"),
+        (true, false) => Some("refused: unknown"),
+        (false, true) => None,
+        (false, false) => Some("a note, without effect"),
+    }
+}
+
+/// Functions that the language has; those of the builder of the machine are others.
+fn is_known(code: u32) -> bool {
+    matches!(code, 0..=9 | 13 | 14 | 30 | 89..=92 | 94 | 97..=99 | 101..=149 | NOTHING)
+}
+
+/// The reader does this function by itself, without words of its own behind it.
+pub(crate) fn does_function(code: u32) -> bool {
+    matches!(code, 0 | 1 | 3..=5 | 7..=9 | 13 | 14 | 89 | 91 | 92 | 99 | 126..=129 | 136 | 137)
 }
 
 const ONE_SWIVEL_AXIS: &str = "it takes rotary axes out of M128, TCPM and tilted planes, and the twin has the kinematics of the machine file: \
@@ -170,6 +206,7 @@ impl Interpreter {
                     self.note("M94");
                 }
                 0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | NOTHING => {}
+                code if code >= LISTED => self.act_listed(code, m.span)?,
                 code => self.note(format!("M{code}")),
             }
         }

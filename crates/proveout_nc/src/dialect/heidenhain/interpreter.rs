@@ -303,6 +303,9 @@ impl Interpreter {
         if block.statement == Statement::Empty || block.skip && self.settings.skipped_levels & 1 == 1 {
             return Ok(());
         }
+        if !block.words.functions.is_empty() {
+            self.list_functions(block)?;
+        }
         // The place of a joined block is that of its first line.
         self.recovery.faults.stage = Stage::Acting;
         let first = if found.joined { text.split('\n').next().unwrap_or(text) } else { text };
@@ -417,7 +420,7 @@ impl Interpreter {
     }
 
     pub(crate) fn call_program(&mut self, name: &str, span: Span) -> Result<(), Fault> {
-        let loaded = self.find_program(name, span)?;
+        let Some(loaded) = self.find_program(name, span)? else { return self.missing(&file_name(name), span) };
         self.room(span)?;
         self.variables.enter();
         let own = CallLevel::new(true, self.modal.inch);
@@ -426,8 +429,8 @@ impl Interpreter {
         Ok(())
     }
 
-    fn find_program(&mut self, name: &str, span: Span) -> Result<Arc<Loaded>, Fault> {
-        let file = name.trim().rsplit(['\\', '/', ':']).next().unwrap_or_default().to_ascii_uppercase();
+    fn find_program(&mut self, name: &str, span: Span) -> Result<Option<Arc<Loaded>>, Fault> {
+        let file = file_name(name);
         let (stem, ending) = match file.rsplit_once('.') {
             Some((stem, ending)) => (stem.to_owned(), Some(ending.to_owned())),
             None => (file.clone(), None),
@@ -440,9 +443,13 @@ impl Interpreter {
             fits.then_some(())
         });
         if let Some(path) = found {
-            return self.load(path, "program", &file, span);
+            return self.load(path, "program", &file, span).map(Some);
         }
-        Err(Fault::new(codes::SUBPROGRAM, span, format!("the program `{file}` is not there"))
-            .help(format!("put {stem}.H into the folder of the program")))
+        Ok(None)
     }
+}
+
+/// Name of a program without its folder.
+fn file_name(name: &str) -> String {
+    name.trim().rsplit(['\\', '/', ':']).next().unwrap_or_default().to_ascii_uppercase()
 }

@@ -160,6 +160,10 @@ impl Interpreter {
             self.tell_feed();
             return Ok(());
         }
+        if !self.modal.per_revolution && self.default_feed().is_some() {
+            self.tell_feed();
+            return Ok(());
+        }
         Err(Fault::new(codes::NO_FEED, span, "the motion has no feed").help("write F before or in this block"))
     }
 

@@ -92,11 +92,29 @@ pub(crate) fn function(x: &mut Lexer<'_>, start: usize) -> Result<Statement, Fau
             x.finish()?;
             Ok(Statement::CircleData(target, from))
         }
+        18 => {
+            x.word("SYSREAD");
+            let Some(target) = x.param()? else { return Err(x.unexpected()) };
+            x.blanks();
+            if !x.s.take(b'=') {
+                return Err(x.unexpected());
+            }
+            let mut from = [None; 3];
+            for (slot, word) in from.iter_mut().zip(["ID", "NR", "IDX"]) {
+                if x.prefix(word) {
+                    *slot = Some(term(x, start)?);
+                }
+            }
+            if from[0].is_none() {
+                return Err(x.unexpected());
+            }
+            x.finish()?;
+            Ok(Statement::SystemRead(target, from))
+        }
         15 | 16 | 19 | 20 | 29 | 37 | 38 => Ok(Statement::Note(format!("FN {number}: {}", x.rest()))),
         _ => {
             x.rest();
             let remedy = match number {
-                18 => "data of the control are not known: assign the value to the Q parameter",
                 17 | 25 => "change the datum with CYCL DEF 7 or CYCL DEF 247",
                 26..=28 => "tables of the control are not known: assign the values to Q parameters",
                 _ => "assign the result to the Q parameter",

@@ -47,6 +47,11 @@ impl Variables {
         self.numbers.get(&param).copied().or_else(|| self.settings.get(&param.name()).copied())
     }
 
+    /// A value of the settings by its name.
+    pub(super) fn given(&self, name: &str) -> Option<f64> {
+        self.settings.get(name).copied()
+    }
+
     pub(crate) fn is_defined(&self, param: Param) -> bool {
         if param.kind == Kind::Text { self.texts.contains_key(&param.index) } else { self.get(param).is_some() }
     }

@@ -7,6 +7,7 @@ use super::pending::Pending;
 use crate::arc;
 use crate::channel::arc_fault;
 use crate::codes;
+use crate::control::Centers;
 use crate::diagnostic::{Fault, Span};
 
 const CENTER: [u8; 3] = *b"IJK";
@@ -19,10 +20,11 @@ impl Interpreter {
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut has_center = false;
+        let absolute = self.modal.absolute_centers;
         for (axis, letter) in CENTER.into_iter().enumerate() {
             let Some(value) = self.length_of(p, letter) else { continue };
             if axis == w {
-                if value != 0.0 && !self.modal.absolute_centers {
+                if value != 0.0 && !absolute {
                     let message = format!("`{}` does not lie in the working plane G{}", char::from(letter), 19 - w);
                     return Err(
                         Fault::new(codes::ARC_GEOMETRY, span, message).help("choose the plane with G17, G18 or G19")
@@ -31,17 +33,31 @@ impl Interpreter {
                 continue;
             }
             has_center = true;
-            center[axis] = if self.modal.absolute_centers { value } else { start[axis] + value };
+            center[axis] = if absolute { value } else { start[axis] + value };
         }
         let (end, programmed) = self.targets(p, span)?;
         let end_point = end.xyz().unwrap_or(start);
         let flat = |q: [f64; 3]| [q[u], q[v]];
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let result = match radius {
             Some(_) if has_center => {
                 return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
             }
             Some(radius) => arc::from_radius(flat(start), flat(end_point), radius, clockwise, tolerance),
+            None if has_center && self.settings.control.centers == Centers::Unsigned && !absolute => {
+                let from = flat(start);
+                let to_center = [center[u] - start[u], center[v] - start[v]];
+                arc::in_quadrant(from, flat(end_point), to_center, clockwise, tolerance)
+                    .map_err(|count| {
+                        let message = format!(
+                            "{count} centers fit I and J without signs, as the control \"{}\" reads them",
+                            self.settings.control.name
+                        );
+                        Fault::new(codes::ARC_GEOMETRY, span, message)
+                            .help("check I and J; the arc must stay within a quadrant")
+                    })
+                    .map(Ok)?
+            }
             None if has_center => arc::from_center(flat(start), flat(end_point), flat(center), clockwise, tolerance),
             None => {
                 return Err(Fault::new(codes::ARC_GEOMETRY, span, "the arc has no center and no radius")

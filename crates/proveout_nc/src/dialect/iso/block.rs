@@ -5,6 +5,7 @@
 //! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
 
 use super::calls::whole;
+use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, MotionMode};
 use super::parser::{Block, Value, Word};
@@ -12,7 +13,10 @@ use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
 use crate::channel::doubt::Stage;
 use crate::codes;
+use crate::control::words::WordKey;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
 
 impl Interpreter {
@@ -55,37 +59,17 @@ impl Interpreter {
         match word.letter {
             b'G' => {
                 let code = g_code(value, span)?;
-                match words::classify(self.own.flavor, code) {
-                    Class::Known(group) => match p.put_g(code, group) {
-                        Ok(Some(other))
-                            if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) =>
-                        {
-                            let message =
-                                format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
-                            return Err(
-                                Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own")
-                            );
-                        }
-                        Ok(_) => {}
-                        Err(Full) => return Err(too_many("G", span)),
-                    },
-                    Class::Note => {
-                        // Told with the functions; its values belong to it.
-                        p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span))?;
-                    }
-                    Class::Refused(remedy) => return Err(refused(&g_name(code), span, remedy)),
-                    Class::Unknown => return Err(self.unknown_g(code, span)),
+                match self.settings.control.words.g(code) {
+                    Some((at, listed)) => self.put_listed(p, at, listed, span)?,
+                    None => self.put_g(p, code, span)?,
                 }
             }
             b'M' => {
                 let code = whole(value, "M", 99_999_999.0, span)?;
-                match words::function(self.own.flavor, code) {
-                    Function::Refused(remedy) => return Err(refused(&format!("M{code}"), span, remedy)),
-                    Function::Kinematics => return Err(kinematics_switch(&format!("M{code}"), span)),
-                    _ => {}
+                match self.settings.control.words.m(code) {
+                    Some((at, listed)) => self.put_listed(p, at, listed, span)?,
+                    None => self.put_m(p, code, span)?,
                 }
-                self.check_function(p, code, span)?;
-                p.put_m(code).map_err(|Full| too_many("M", span))?;
             }
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
@@ -95,6 +79,33 @@ impl Interpreter {
             }
         }
         Ok(())
+    }
+
+    /// A G word as the reader alone takes it.
+    pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        match words::classify(self.own.flavor, code) {
+            Class::Known(group) => match p.put_g(code, group) {
+                Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
+                    let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
+                    Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"))
+                }
+                Ok(_) => Ok(()),
+                Err(Full) => Err(too_many("G", span)),
+            },
+            // Told with the functions; its values belong to it.
+            Class::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
+            Class::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
+            Class::Unknown => Err(unknown_g(self.own.flavor, code, span)),
+        }
+    }
+
+    /// An M word as the reader alone takes it.
+    pub(super) fn put_m(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        if let Some(fault) = refused_m(self.own.flavor, code, &self.settings.control, span) {
+            return Err(fault);
+        }
+        self.check_function(p, code, span)?;
+        p.put_m(code).map_err(|Full| too_many("M", span))
     }
 
     /// M words of one group exclude each other.
@@ -113,16 +124,6 @@ impl Interpreter {
             }
         }
         Ok(())
-    }
-
-    fn unknown_g(&self, code: u32, span: Span) -> Fault {
-        let name = g_name(code);
-        Fault::new(
-            codes::UNKNOWN_WORD,
-            span,
-            format!("unknown word `{name}` for the {} reader", self.own.flavor.name()),
-        )
-        .help("see the coverage table for the G words that are read, or name another dialect")
     }
 
     fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
@@ -144,9 +145,18 @@ impl Interpreter {
                 self.own.modal_macro = None;
             }
         }
+        if self.listed_macro(p, block)? {
+            return Ok(());
+        }
+        if self.own.flavor.is_linuxcnc() && p.has_m(19) && p.g(Group::PathMode).is_some() {
+            let word = g_name(p.g(Group::PathMode).unwrap_or(640));
+            let message = format!("{word} and M19 stand in one block, and both take P, Q and R");
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
+        }
         let one_shot = p.g(Group::OneShot);
         let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.own.flavor.is_linuxcnc();
-        if !(thread_lead && p.axes() != 0) {
+        let dwell_in_f = one_shot == Some(40) && self.settings.control.dwell_unit(b'F').is_some();
+        if !(dwell_in_f || thread_lead && p.axes() != 0) {
             self.feed_word(p, span)?;
         }
         self.speed_words(p, one_shot, span)?;
@@ -178,6 +188,7 @@ impl Interpreter {
                 _ => self.call_sub(program, times, span)?,
             }
         }
+        self.listed_call(p, span)?;
         if p.has_m(2) || p.has_m(30) {
             self.nothing_held(span)?;
             self.end_of_program();
@@ -268,7 +279,15 @@ impl Interpreter {
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
-        let in_x = if self.own.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        let mut in_x = if self.own.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        for letter in *b"XUFK" {
+            let Some(unit) = self.settings.control.dwell_unit(letter) else { continue };
+            let point = p.has_point(letter);
+            if let Some(value) = p.peek(letter) {
+                p.use_up(&[letter]);
+                in_x = Some(unit.seconds(value, point));
+            }
+        }
         let seconds = match (in_p, in_x) {
             (Some(p), None) => self.seconds(p, point, span)?,
             (None, Some(x)) => x,
@@ -291,7 +310,9 @@ impl Interpreter {
 
     /// Seconds of a word P.
     pub(crate) fn seconds(&self, value: f64, point: bool, span: Span) -> Result<f64, Fault> {
-        use super::flavor::Flavor;
+        if let Some(unit) = self.settings.control.dwell_unit(b'P') {
+            return Ok(unit.seconds(value, point));
+        }
         match self.own.flavor {
             Flavor::LinuxCnc => Ok(value),
             Flavor::Haas if point => Ok(value),
@@ -357,26 +378,67 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
 }
 
 /// The fault of a word that no state of the control makes valid.
-pub(crate) fn refused_word(flavor: super::flavor::Flavor, word: &Word) -> Option<Fault> {
+pub(crate) fn refused_word(flavor: Flavor, control: &Control, word: &Word) -> Option<Fault> {
+    let Value::Number { value, .. } = word.value else { return None };
+    let listed = match word.letter {
+        b'G' => control.words.g(g_code(value, word.span).ok()?),
+        b'M' if (0.0..1e9).contains(&value) => control.words.m(value as u32),
+        _ => return None,
+    };
+    if let Some((_, listed)) = listed {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        return Some(refused_by(control, &listed.word, word.span, remedy));
+    }
+    if word.letter == b'M' {
+        return refused_m(flavor, value as u32, control, word.span);
+    }
+    let code = g_code(value, word.span).ok()?;
+    match words::classify(flavor, code) {
+        Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
+        Class::Unknown => Some(unknown_g(flavor, code, word.span)),
+        _ => None,
+    }
+}
+
+/// A G or M word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+pub(crate) fn unlisted_word(flavor: Flavor, control: &Control, word: &Word) -> Option<(WordKey, &'static str)> {
     let Value::Number { value, .. } = word.value else { return None };
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
-            match words::classify(flavor, code) {
-                Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
-                Class::Unknown => {
-                    let message = format!("unknown word `{}` for the {} reader", g_name(code), flavor.name());
-                    let help = "see the coverage table for the G words that are read, or name another dialect";
-                    Some(Fault::new(codes::UNKNOWN_WORD, word.span, message).help(help))
-                }
-                _ => None,
-            }
+            let now = match words::classify(flavor, code) {
+                Class::Unknown => "refused: unknown",
+                Class::Refused(_) => "refused: not supported",
+                Class::Known(_) | Class::Note => return None,
+            };
+            control.words.g(code).is_none().then_some((WordKey::G(code), now))
         }
-        b'M' if (0.0..1e9).contains(&value) => match words::function(flavor, value as u32) {
-            Function::Refused(remedy) => Some(refused(&format!("M{value}"), word.span, remedy)),
-            Function::Kinematics => Some(kinematics_switch(&format!("M{value}"), word.span)),
-            _ => None,
-        },
+        b'M' if (0.0..1e8).contains(&value) => {
+            let code = value as u32;
+            let now = match words::function(flavor, code) {
+                Function::Note if control.refuses_unlisted => "refused: unknown",
+                Function::Note => "a note, without effect",
+                Function::Refused(_) | Function::Kinematics => "refused: not supported",
+                _ => return None,
+            };
+            control.words.m(code).is_none().then_some((WordKey::M(code), now))
+        }
+        _ => None,
+    }
+}
+
+fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
+    let name = g_name(code);
+    Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", flavor.name()))
+        .help("see the coverage table for the G words that are read, or give the word a meaning in a control file")
+}
+
+/// The fault of an M word that the control file does not list.
+fn refused_m(flavor: Flavor, code: u32, control: &Control, span: Span) -> Option<Fault> {
+    match words::function(flavor, code) {
+        Function::Refused(remedy) => Some(refused(&format!("M{code}"), span, remedy)),
+        Function::Kinematics => Some(kinematics_switch(&format!("M{code}"), span)),
+        Function::Note if control.refuses_unlisted => Some(unlisted(control, &format!("M{code}"), span)),
         _ => None,
     }
 }

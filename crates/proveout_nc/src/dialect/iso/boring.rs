@@ -9,12 +9,24 @@ use super::pending::AXES;
 use crate::SpindleDirection;
 use crate::channel::Stroke;
 use crate::codes;
+use crate::control::FineBoring;
 use crate::diagnostic::{Fault, Span};
 
 impl Interpreter {
     /// G76: out of the hole with the tip shifted off the wall.
     pub(super) fn fine_bore(&mut self, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        let shift = self.bore_shift("G76", span)?;
+        let shift = match self.settings.control.fine_boring {
+            FineBoring::Refused => {
+                let message = format!(
+                    "`G76` of the control \"{}\" is another cycle than fine boring: it is not supported",
+                    self.settings.control.name
+                );
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                    .help("let the CAM system write the motions of the cycle"));
+            }
+            FineBoring::ShiftMayBeLeftOut if self.own.cycle.q.is_none() && self.own.cycle.ijk == [None; 3] => [0.0; 2],
+            _ => self.bore_shift("G76", span)?,
+        };
         let direction = self.technology.direction;
         self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();

@@ -36,6 +36,9 @@ pub(crate) struct MacroCall {
     depth: usize,
 }
 
+/// Program, passes and arguments.
+type MacroWords = (Option<f64>, Option<f64>, Vec<(u32, f64)>);
+
 /// Endings of program files, in the order in which they are tried.
 const ENDINGS: [&str; 10] = ["", "NC", "NGC", "CNC", "TAP", "PRG", "TXT", "EIA", "ISO", "SUB"];
 
@@ -66,7 +69,7 @@ impl Interpreter {
                 passes = number / 10_000;
             }
         }
-        let Some((loaded, section)) = found else { return Err(missing(&format!("O{number}"), span)) };
+        let Some((loaded, section)) = found else { return self.missing(&format!("O{number}"), span) };
         if passes > 0 {
             self.enter_sub((loaded, section), section.start, passes, CallKind::Sub, span)?;
         }
@@ -113,12 +116,38 @@ impl Interpreter {
     /// G65 and G66.
     pub(crate) fn macro_call(&mut self, block: &Block, modal: bool) -> Result<(), Fault> {
         let span = block.span;
+        let (program, times, arguments) = self.macro_words(block, None)?;
+        let Some(program) = program else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
+        };
+        let call = MacroCall { program, passes: count(times, span)?, arguments, depth: self.depth() };
+        if modal {
+            self.own.modal_macro = Some(call);
+            return Ok(());
+        }
+        self.run_macro(&call, span)
+    }
+
+    /// A macro that a word of the control file calls: as G65, with the words of the block but this one and G words.
+    pub(crate) fn call_macro(&mut self, program: f64, caller: &str, block: &Block) -> Result<(), Fault> {
+        let (_, times, arguments) = self.macro_words(block, Some(caller))?;
+        let call = MacroCall { program, passes: count(times, block.span)?, arguments, depth: self.depth() };
+        self.run_macro(&call, block.span)
+    }
+
+    /// Program (P), passes (L) and arguments of a block that calls a macro; `caller` is the M word that does.
+    fn macro_words(&self, block: &Block, caller: Option<&str>) -> Result<MacroWords, Fault> {
         let (mut program, mut times, mut arguments) = (None, None, Vec::new());
         let mut sets = [0u32; 3];
         for word in &block.words {
             let Some(value) = self.word_value(&word.value, word.span)? else { continue };
             let number = match word.letter {
                 b'G' | b'N' | b'O' => continue,
+                b'M' if caller.is_some_and(|caller| caller == format!("M{value}")) => continue,
+                b'P' if caller.is_some() => {
+                    return Err(Fault::new(codes::ARGUMENTS, word.span, "P is no argument of a macro")
+                        .help("pass the value with another letter"));
+                }
                 b'P' => {
                     program = Some(value);
                     continue;
@@ -142,21 +171,13 @@ impl Interpreter {
             }
             arguments.push((number, value));
         }
-        let Some(program) = program else {
-            return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
-        };
-        let call = MacroCall { program, passes: count(times, span)?, arguments, depth: self.depth() };
-        if modal {
-            self.own.modal_macro = Some(call);
-            return Ok(());
-        }
-        self.run_macro(&call, span)
+        Ok((program, times, arguments))
     }
 
     pub(crate) fn run_macro(&mut self, call: &MacroCall, span: Span) -> Result<(), Fault> {
         let number = whole(call.program, "P", 99_999_999.0, span)?;
         let Some((loaded, section)) = self.find_program(&number.to_string(), span)? else {
-            return Err(missing(&format!("O{number}"), span));
+            return self.missing(&format!("O{number}"), span);
         };
         if call.passes == 0 {
             return Ok(());
@@ -210,7 +231,7 @@ impl Interpreter {
         {
             found = loaded.index.subs.get(&name).map(|&(mark, section)| (Arc::clone(&loaded), mark, section));
         }
-        let Some((loaded, mark, section)) = found else { return Err(missing(&format!("o{name}"), span)) };
+        let Some((loaded, mark, section)) = found else { return self.missing(&format!("o{name}"), span) };
         let first = loaded.source.line(mark).map_or(mark, |(_, next)| next);
         self.enter_sub((loaded, section), first, 1, CallKind::OSub, span)?;
         // Arguments left out are zero, whatever a caller has in its parameters.
@@ -342,7 +363,7 @@ fn count(times: Option<f64>, span: Span) -> Result<u32, Fault> {
     times.map_or(Ok(1), |times| whole(times, "L", 9999.0, span))
 }
 
-fn missing(name: &str, span: Span) -> Fault {
+pub(super) fn missing(name: &str, span: Span) -> Fault {
     Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
         .help(format!("put {name} into the file of the program, or as a file into its folder"))
 }

@@ -18,7 +18,6 @@ use super::flavor::Flavor;
 use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
-use super::technology::LINEAR;
 use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -66,6 +65,7 @@ impl Interpreter {
         if self.own.cycle.initial.is_none() {
             self.own.cycle.initial = self.position.work.get(normal);
         }
+        self.no_rotary_motion(p, code, span)?;
         let repeats = self.cycle_values(p, code, span)?;
         if !drills || repeats == 0 {
             if repeats == 0 {
@@ -90,6 +90,30 @@ impl Interpreter {
                 }
             }
             self.drill(code, levels, span)?;
+        }
+        Ok(())
+    }
+
+    /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must be where the axis stands (*G-code reference*, "Canned
+    /// cycles", errors). On a Fanuc and a Haas they take part in the positioning.
+    fn no_rotary_motion(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
+        if !self.own.flavor.is_linuxcnc() {
+            return Ok(());
+        }
+        for (axis, &letter) in AXES.iter().enumerate().skip(3).take(3) {
+            let Some(value) = p.peek(letter) else { continue };
+            let value = value.to_radians();
+            let stays = match self.position.work.get(axis) {
+                Some(_) if self.modal.incremental => value == 0.0,
+                Some(now) => (now - value).abs() < 1e-9,
+                None => self.modal.incremental && value == 0.0,
+            };
+            if !stays {
+                let message = format!("the rotary axis {} moves in {}", char::from(letter), g_name(code));
+                return Err(
+                    Fault::new(codes::CONFLICT, span, message).help("turn it in a block of its own, before the cycle")
+                );
+            }
         }
         Ok(())
     }
@@ -268,7 +292,7 @@ impl Interpreter {
             )
             .help("tap in one stroke"));
         }
-        let Some(feed) = self.own.feed else { return self.need_feed(LINEAR, span) };
+        let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
             (FeedMode::PerRevolution, _) => feed * self.modal.unit(),

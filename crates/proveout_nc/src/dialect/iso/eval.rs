@@ -7,6 +7,9 @@ use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic,
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
+/// Number of the highest parameter (`RS274NGC_MAX_PARAMETERS` of the interpreter less one).
+const LINUXCNC_PARAMETERS: u32 = 5601;
+
 /// `LinuxCNC` takes values nearer than this as equal (`TOLERANCE_EQUAL` of its interpreter).
 const LINUXCNC_EQUAL: f64 = 1e-4;
 
@@ -110,6 +113,12 @@ impl Interpreter {
         }
         if let Some(value) = self.system_number(number, span)? {
             return Ok(Some(value));
+        }
+        if self.own.flavor.is_linuxcnc() && number > LINUXCNC_PARAMETERS {
+            let message = format!("#{number} is no parameter: the highest one is #{LINUXCNC_PARAMETERS}");
+            return Err(
+                Fault::new(codes::UNKNOWN_VARIABLE, span, message).help("use #1 to #5000, or a named parameter")
+            );
         }
         if self.own.flavor.is_linuxcnc() {
             return Ok(Some(0.0));

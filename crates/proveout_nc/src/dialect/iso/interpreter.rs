@@ -111,10 +111,11 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         (index.main.unwrap_or(nothing), CallLevel::new(CallKind::Main))
     };
     let variables = Variables::new(flavor, &settings.variables);
-    let mut channel = Channel::new(source, folder, settings, own, main, variables, Modal::new());
+    let mut channel = Channel::new(source, folder, settings, own, main, variables, Modal::new(&settings.control));
     channel.load_offset("G54");
     let total = channel.modal.frames.total(flavor);
     channel.position.set_frame(total);
+    channel.position.begin_at(&settings.start_position);
     channel
 }
 

@@ -96,7 +96,7 @@ impl Interpreter {
         let mut end = AxisValues::NONE;
         for (axis, &letter) in AXES.iter().enumerate().filter(|(axis, _)| axes >> axis & 1 == 1) {
             let rotary = (3..6).contains(&axis);
-            let value = if rotary { p.take(letter).map(f64::to_radians) } else { self.length_of(p, letter) };
+            let value = if rotary { self.rotary_of(p, letter) } else { self.length_of(p, letter) };
             end.put(axis, value.unwrap_or(0.0));
         }
         self.nothing_held(span)?;

@@ -1,6 +1,7 @@
 //! What stays in force from block to block.
 
 use super::flavor::Flavor;
+use crate::control::{Centers, Control, StartFeed, StartMotion};
 use crate::frame::Frame;
 use crate::{CompSide, PathMode};
 
@@ -152,17 +153,27 @@ pub(crate) enum Plane {
 }
 
 impl Modal {
-    /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit.
-    pub(crate) fn new() -> Self {
+    /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit. What the control states goes before.
+    pub(crate) fn new(control: &Control) -> Self {
+        let start = &control.start;
+        let (motion, motion_code) = match start.motion {
+            Some(StartMotion::Rapid) => (Some(MotionMode::Rapid), 0),
+            Some(StartMotion::Linear) => (Some(MotionMode::Linear), 10),
+            Some(StartMotion::None) | None => (None, 800),
+        };
         Self {
-            motion: None,
-            motion_code: 800,
+            motion,
+            motion_code,
             cycle: None,
-            normal: 2,
-            incremental: false,
-            absolute_centers: false,
-            inch: None,
-            feed_mode: FeedMode::PerTime,
+            normal: start.normal.unwrap_or(2),
+            incremental: start.incremental.unwrap_or(false),
+            absolute_centers: control.centers == Centers::Absolute,
+            inch: start.inch,
+            feed_mode: match start.feed {
+                Some(StartFeed::PerRevolution) => FeedMode::PerRevolution,
+                Some(StartFeed::InverseTime) => FeedMode::InverseTime,
+                Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
+            },
             return_to_r: false,
             path_mode: None,
             offset: "G54".to_owned(),

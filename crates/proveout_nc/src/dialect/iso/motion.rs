@@ -7,6 +7,7 @@ use super::technology::LINEAR;
 use super::words::Group;
 use crate::channel::unknown_axes;
 use crate::codes;
+use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
@@ -24,6 +25,12 @@ impl Interpreter {
         let Some(mode) = self.modal.motion else { return Ok(()) };
         let vector = self.modal.vectors && p.any_free(b"IJK");
         let arc = matches!(mode, MotionMode::Clockwise | MotionMode::CounterClockwise);
+        if mode == MotionMode::Probe && axes == 0 {
+            let message = format!("{} names no axis", super::block::g_name(self.modal.motion_code));
+            return Err(
+                Fault::new(codes::MISSING_VALUE, span, message).help("write the point that is probed for: G38.2 Z-5")
+            );
+        }
         if axes == 0 && !vector && !(arc && p.any_free(b"IJKR")) {
             return Ok(());
         }
@@ -51,7 +58,11 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
                 .help("write G255 before the rotary axes turn, and G254 behind it"));
         }
-        if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && !self.settings.least_increments {
+        if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
+            self.refuse_whole_numbers(axes, p, span)?;
+        }
+        let assumed = self.settings.whole_numbers == WholeNumbers::Assumed;
+        if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
             let whole = |letter: &u8| !p.has_point(*letter) && p.peek(*letter).is_some_and(|v| v != 0.0);
             if let Some(&letter) =
                 AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, l)| l).find(|l| whole(l))
@@ -64,6 +75,23 @@ impl Interpreter {
             }
         }
         Ok(())
+    }
+
+    /// Numbers without a decimal point that are not zero, on a control that does not say how it reads them.
+    fn refuse_whole_numbers(&self, axes: u16, p: &Pending, span: Span) -> Result<(), Fault> {
+        let letters =
+            AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter).chain(b"IJKR");
+        let mut whole = letters
+            .filter_map(|&letter| p.peek(letter).filter(|v| *v != 0.0 && !p.has_point(letter)).map(|v| (letter, v)));
+        match whole.next() {
+            None => Ok(()),
+            Some((letter, value)) => {
+                let message =
+                    format!("{}{value} has no decimal point, and what it counts is not known", char::from(letter));
+                Err(Fault::new(codes::BAD_VALUE, span, message)
+                    .help("write the point, or say in the control file what numbers without one count (numbers.without_point)"))
+            }
+        }
     }
 
     fn straight(&mut self, p: &mut Pending, rapid: bool, span: Span) -> Result<(), Fault> {
@@ -124,7 +152,7 @@ impl Interpreter {
             }
             let rotary = (3..6).contains(&axis);
             let value = if rotary {
-                p.take(letter).unwrap_or(0.0).to_radians()
+                self.rotary_of(p, letter).unwrap_or(0.0)
             } else {
                 self.length_of(p, letter).unwrap_or(0.0)
             };

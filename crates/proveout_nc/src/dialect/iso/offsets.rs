@@ -100,7 +100,7 @@ impl Interpreter {
         let mut values = [None; 6];
         for (axis, slot) in values.iter_mut().enumerate() {
             if p.any_free(&[AXES[axis]]) {
-                *slot = if axis < 3 { self.length_of(p, AXES[axis]) } else { p.take(AXES[axis]).map(f64::to_radians) };
+                *slot = if axis < 3 { self.length_of(p, AXES[axis]) } else { self.rotary_of(p, AXES[axis]) };
             }
         }
         if values.iter().flatten().any(|v| !v.is_finite()) {

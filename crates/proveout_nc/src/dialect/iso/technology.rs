@@ -2,13 +2,14 @@
 
 use super::block::{NOTED_G, g_name, kinematics_switch};
 use super::calls::whole;
-use super::flavor::Flavor;
 use super::interpreter::Interpreter;
+use super::listed::LISTED;
 use super::modal::FeedMode;
 use super::pending::Pending;
 use super::words::{self, Function, Group};
 use crate::channel::direction_of;
 use crate::codes;
+use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::{Feed, Op, Override, SpindleDirection, ToolName};
 
@@ -51,12 +52,24 @@ impl Interpreter {
             self.tell_feed_word(feed, axes & !0b111000 == 0 && axes != 0);
             return Ok(());
         }
+        if self.modal.feed_mode == FeedMode::PerTime
+            && let Some(mm_min) = self.default_feed()
+        {
+            let feed = mm_min / self.modal.unit();
+            self.own.feed = Some(feed);
+            self.tell_feed_word(feed, axes & !0b111000 == 0 && axes != 0);
+            return Ok(());
+        }
+        Err(self.no_feed(span))
+    }
+
+    pub(crate) fn no_feed(&self, span: Span) -> Fault {
         let (message, help) = if self.modal.feed_mode == FeedMode::InverseTime {
             ("G93 needs F in every block with a motion in feed", "write F in this block")
         } else {
             ("the motion has no feed", "write F before or in this block")
         };
-        Err(Fault::new(codes::NO_FEED, span, message).help(help))
+        Fault::new(codes::NO_FEED, span, message).help(help)
     }
 
     /// S, G96, G97, and the speed limit of G92 S.
@@ -119,6 +132,10 @@ impl Interpreter {
         let early = self.own.flavor.is_linuxcnc();
         let list: Vec<u32> = p.m().to_vec();
         for m in list {
+            if m >= LISTED {
+                self.listed_word(m, p, span)?;
+                continue;
+            }
             if m >= NOTED_G {
                 self.note_with_values(&g_name(m - NOTED_G), p);
                 continue;
@@ -251,10 +268,28 @@ impl Interpreter {
 
     /// mm of a length as written.
     pub(crate) fn mm(&self, value: f64, point: bool) -> f64 {
-        if point || !self.settings.least_increments || self.own.flavor == Flavor::LinuxCnc {
-            return value * self.modal.unit();
+        match self.settings.whole_numbers {
+            WholeNumbers::Increments { inch, .. }
+                if !point && self.has_increments() && self.modal.inch == Some(true) =>
+            {
+                value * inch * 25.4
+            }
+            WholeNumbers::Increments { mm, .. } if !point && self.has_increments() => value * mm,
+            _ => value * self.modal.unit(),
         }
-        // 0.001 mm or 0.0001 inch.
-        value * if self.modal.inch == Some(true) { 25.4e-4 } else { 1e-3 }
+    }
+
+    /// Radian of the word of a rotary axis as written.
+    pub(crate) fn rotary_of(&self, p: &mut Pending, letter: u8) -> Option<f64> {
+        let point = p.has_point(letter);
+        p.take(letter).map(|value| match self.settings.whole_numbers {
+            WholeNumbers::Increments { deg, .. } if !point && self.has_increments() => (value * deg).to_radians(),
+            _ => value.to_radians(),
+        })
+    }
+
+    /// A `LinuxCNC` reads every number as it stands.
+    fn has_increments(&self) -> bool {
+        !self.own.flavor.is_linuxcnc()
     }
 }

@@ -4,7 +4,7 @@
 //! (M3 M4 M6 M7 M8 M19 and machine-builder functions), compensation, motion or dwell, functions behind it (M5 M9 M0 M1),
 //! cycle or subprogram call, end of program.
 
-use super::interpreter::{Interpreter, missing_subprogram};
+use super::interpreter::Interpreter;
 use super::parser::{Block, Call, WordKind};
 use super::pending::Pending;
 use crate::codes;
@@ -48,7 +48,8 @@ impl Interpreter {
         }
         if let Some(on) = p.transformation {
             if on {
-                self.settings.check_kinematics(KinematicsKind::Tcp, "TRAORI", span)?;
+                let word = p.transformation_word.as_deref().unwrap_or("TRAORI");
+                self.settings.check_kinematics(KinematicsKind::Tcp, word, span)?;
             }
             let before = self.own.tcp();
             self.own.transformed = on;
@@ -107,7 +108,13 @@ impl Interpreter {
         {
             let call = Call { name: format!("L{number}"), arguments: None };
             if !self.call_subprogram(&call, passes, block.span)? {
-                return Err(missing_subprogram(&call.name, block.span));
+                self.missing(&call.name, block.span)?;
+            }
+        }
+        if let Some(name) = &p.listed_call {
+            let call = Call { name: name.clone(), arguments: None };
+            if !self.call_subprogram(&call, 1, block.span)? {
+                self.missing(&call.name, block.span)?;
             }
         }
         if let Some(word) = p.call.and_then(|at| block.words.get(at)) {
@@ -133,6 +140,9 @@ impl Interpreter {
     pub(super) fn run_call(&mut self, call: &Call, passes: u32, span: Span) -> Result<(), Fault> {
         if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
             return Ok(());
+        }
+        if self.settings.control.missing_subprogram.is_some() {
+            return self.missing(&call.name, span);
         }
         Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
             .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))

@@ -23,7 +23,7 @@ impl Interpreter {
         let end_point = end.xyz().unwrap_or(start);
         let mut programmed = p.programmed;
         let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let result = if self.modal.interpolation == Interpolation::Tangential {
             let Some(tangent) = self.own.tangent else {
                 return Err(Fault::new(

@@ -1,6 +1,7 @@
 //! What stays in force from block to block.
 
 use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
+use crate::control::{Control, StartFeed, StartMotion};
 use crate::frame::Frame;
 use crate::{CompSide, OrientationInterpolation, PathMode};
 
@@ -162,14 +163,22 @@ impl Frames {
 }
 
 impl Modal {
-    /// State after reset: G1, G17, G71, G90, G94, G60, G500.
-    pub(crate) fn new(orientation: OrientationInterpolation) -> Self {
+    /// State after reset: G1, G17, G71, G90, G94, G60, G500. What the control states goes before.
+    pub(crate) fn new(orientation: OrientationInterpolation, control: &Control) -> Self {
+        let start = &control.start;
         Self {
-            interpolation: Interpolation::Linear,
-            normal: 2,
-            incremental: false,
-            units: Units::Metric,
-            feed_mode: FeedMode::PerTime,
+            interpolation: match start.motion {
+                Some(StartMotion::Rapid) => Interpolation::Rapid,
+                _ => Interpolation::Linear,
+            },
+            normal: start.normal.unwrap_or(2),
+            incremental: start.incremental.unwrap_or(false),
+            units: if start.inch == Some(true) { Units::Inch } else { Units::Metric },
+            feed_mode: match start.feed {
+                Some(StartFeed::PerRevolution) => FeedMode::PerRevolution,
+                Some(StartFeed::InverseTime) => FeedMode::InverseTime,
+                Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
+            },
             exact_stop: true,
             path_mode: PathMode::ExactStop,
             mode_before_cycle832: None,

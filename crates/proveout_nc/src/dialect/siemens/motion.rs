@@ -54,8 +54,12 @@ impl Interpreter {
         Ok(())
     }
 
-    pub(crate) fn need_feed(&self, span: Span) -> Result<(), Fault> {
+    pub(crate) fn need_feed(&mut self, span: Span) -> Result<(), Fault> {
         if self.technology.feed.is_some() {
+            return Ok(());
+        }
+        if self.modal.feed_mode == super::modal::FeedMode::PerTime && self.default_feed().is_some() {
+            self.tell_feed();
             return Ok(());
         }
         let (message, help) = match self.modal.feed_mode {

@@ -2,6 +2,7 @@
 
 use super::block::LINEAR;
 use super::interpreter::Interpreter;
+use super::listed::LISTED;
 use super::modal::{FeedMode, Interpolation};
 use super::pending::Pending;
 use crate::channel::direction_of;
@@ -94,6 +95,7 @@ impl Interpreter {
                     self.change_tool(tool, LINEAR);
                     self.own.tangent = None;
                 }
+                m if m >= LISTED => self.tell_listed((m - LISTED) as usize, ""),
                 7 | 8 => self.coolant(m),
                 _ => self.note(format!("M{m}")),
             }

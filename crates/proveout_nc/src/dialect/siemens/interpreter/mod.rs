@@ -107,9 +107,11 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
     let offsets = settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), settable(offset)));
     let own = Siemens { offsets: offsets.collect(), ..Siemens::default() };
     let variables = Variables::new(&settings.variables, settings.limits.max_array_elements);
-    let modal = Modal::new(settings.orientation_interpolation);
+    let modal = Modal::new(settings.orientation_interpolation, &settings.control);
     let main = |index: &Index| (index.main, CallLevel::default());
-    Channel::new(source, folder, settings, own, main, variables, modal)
+    let mut channel = Channel::new(source, folder, settings, own, main, variables, modal);
+    channel.position.begin_at(&settings.start_position);
+    channel
 }
 
 impl Language for Siemens {
