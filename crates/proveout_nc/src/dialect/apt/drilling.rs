@@ -9,13 +9,15 @@
 //!       v  feed          |      depth: FEDTO, DEPTH, or the first value, below the point
 //! ```
 
-use super::reader::AptReader;
+use super::reader::{Apt, AptReader};
 use super::statement::{Bad, Item, Place, Statement, Token};
 use super::technology::FeedUnit;
+use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
+use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::source::Source;
-use crate::{Dwell, Feed, Op, SpindleDirection};
+use crate::{Dwell, Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: f64 = 10_000.0;
@@ -151,7 +153,6 @@ impl AptReader {
         self.own.cycle_on = true;
     }
 
-    /// The feed of the statements before is in force again.
     fn cycle_values(&self, source: &Source, items: &[Item]) -> Result<Values, Box<Bad>> {
         let mut v = Values::default();
         // Values without a word: the depth, the feed beside its unit, the clearance.
@@ -304,74 +305,58 @@ impl AptReader {
                 self.straight(way, true);
             }
         }
-        self.rapid_to(at(cycle.travel));
-        self.rapid_to(at(cycle.start));
+        self.own.hole = point;
+        self.bore(&cycle, place.span).map_err(|fault| place.with(fault))
+    }
+
+    /// The course of a cycle; heights above the point.
+    fn bore(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
+        self.course(&[Stroke::Rapid(cycle.travel), Stroke::Rapid(cycle.start)], span)?;
         let before = self.technology.feed;
         self.technology.feed = cycle.feed.or(self.technology.feed);
         self.need_feed();
         if cycle.kind != Kind::Tap {
             self.tell_feed();
         }
+        let (down, wait, up) = (Stroke::Feed(-cycle.depth), Stroke::Wait(cycle.dwell), Stroke::Feed(cycle.start));
         match cycle.kind {
-            Kind::Drill | Kind::Bore => {
-                self.straight(at(-cycle.depth), false);
-                self.wait(&cycle);
-                if cycle.kind == Kind::Bore {
-                    self.straight(at(cycle.start), false);
-                }
-            }
-            Kind::Deep | Kind::BreakChip => self.deep(&cycle, point),
-            Kind::Tap => self.tap(&cycle, point, place)?,
+            Kind::Drill => self.course(&[down, wait], span)?,
+            Kind::Bore => self.course(&[down, wait, up], span)?,
+            Kind::Deep | Kind::BreakChip => self.deep(cycle, span)?,
+            Kind::Tap => self.tap(cycle, span)?,
         }
         self.technology.feed = before;
-        let retract = match cycle.retract {
-            Retract::Travel => cycle.travel,
-            Retract::Height(height) => height.max(cycle.start),
-            Retract::Start => self
-                .own
-                .cycle_from
-                .map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel)),
+        let retract = match (cycle.retract, self.own.cycle_from) {
+            (Retract::Height(height), _) => height.max(cycle.start),
+            (Retract::Start, Some(from)) => {
+                frame::dot(frame::sub(from, self.own.hole), self.own.axis).max(cycle.travel)
+            }
+            (Retract::Travel | Retract::Start, _) => cycle.travel,
         };
-        self.rapid_to(at(retract));
-        Ok(())
+        self.course(&[Stroke::Rapid(retract)], span)
     }
 
-    fn rapid_to(&mut self, point: [f64; 3]) {
-        if self.position.work.xyz().is_none_or(|here| frame::norm(frame::sub(here, point)) > SAME_MM) {
-            self.straight(point, true);
-        }
-    }
-
-    fn wait(&mut self, cycle: &Cycle) {
-        if let Some(dwell) = cycle.dwell {
-            self.emit(Op::Dwell(dwell));
-        }
-    }
-
-    fn deep(&mut self, cycle: &Cycle, point: [f64; 3]) {
-        let axis = self.own.axis;
-        let at = |height: f64| frame::add_scaled(point, axis, height);
+    fn deep(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
         let [mut step, next_step] = cycle.step.unwrap_or([cycle.depth + cycle.start; 2]);
         // The first infeed is measured from the point, or from where the feed begins when that is lower.
         let mut reached = (-cycle.start).max(0.0);
         loop {
             reached = (reached + step).min(cycle.depth);
             step = next_step;
-            self.straight(at(-reached), false);
-            self.wait(cycle);
+            self.course(&[Stroke::Feed(-reached), Stroke::Wait(cycle.dwell)], span)?;
             if reached >= cycle.depth - SAME_MM {
-                return;
+                return Ok(());
             }
             if cycle.kind == Kind::BreakChip {
-                self.straight(at(-reached + CHIP_LIFT_MM), false);
+                self.course(&[Stroke::Feed(-reached + CHIP_LIFT_MM)], span)?;
             } else {
-                self.rapid_to(at(cycle.start));
-                self.rapid_to(at((-reached + DEEP_AHEAD_MM).min(cycle.start)));
+                let ahead = (-reached + DEEP_AHEAD_MM).min(cycle.start);
+                self.course(&[Stroke::Rapid(cycle.start), Stroke::Rapid(ahead)], span)?;
             }
         }
     }
 
-    fn tap(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+    fn tap(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
         let speed = self.technology.speed.filter(|s| *s > 0.0 && self.technology.direction != SpindleDirection::Off);
         let pitch = match (cycle.pitch, self.technology.feed, speed) {
             (Some(pitch), ..) => Some(pitch),
@@ -381,21 +366,39 @@ impl AptReader {
         };
         let pitch = pitch.filter(|p| *p > 0.0 && p.is_finite()).ok_or_else(|| {
             let code = if self.technology.feed.is_some() { codes::MISSING_VALUE } else { codes::NO_FEED };
-            place.bad(code, "the pitch of the thread is not known", "give PITCH, or the feed and SPINDL")
+            Fault::new(code, span, "the pitch of the thread is not known").help("give PITCH, or the feed and SPINDL")
         })?;
-        let inward = self.own.last_direction;
-        let outward = match inward {
-            SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
-            _ => SpindleDirection::CounterClockwise,
-        };
-        for (height, direction) in [(-cycle.depth, inward), (cycle.start, outward)] {
-            let motion = self.motion(frame::add_scaled(point, self.own.axis, height));
-            self.go_thread(motion, pitch, Some(direction));
-            if height < 0.0 {
-                self.wait(cycle);
-            }
+        let turn = self.own.last_direction;
+        for (to, turn) in [(-cycle.depth, turn), (cycle.start, opposite(turn))] {
+            let wait = Stroke::Wait(cycle.dwell.filter(|_| to < 0.0));
+            self.course(&[Stroke::Thread { to, pitch, turn }, wait], span)?;
         }
         Ok(())
+    }
+
+    /// The point at a height over the hole.
+    fn over_hole(&self, height: f64) -> [f64; 3] {
+        frame::add_scaled(self.own.hole, self.own.axis, height)
+    }
+}
+
+impl Holes for Apt {
+    fn stands_at(channel: &AptReader, to: f64) -> bool {
+        let point = channel.over_hole(to);
+        channel.position.work.xyz().is_some_and(|here| frame::norm(frame::sub(here, point)) <= SAME_MM)
+    }
+
+    fn stroke(channel: &mut AptReader, to: f64, rapid: bool, _span: Span) -> Result<(), Fault> {
+        if !rapid {
+            channel.need_feed();
+        }
+        let motion = channel.motion(channel.over_hole(to));
+        channel.go(motion, rapid);
+        Ok(())
+    }
+
+    fn thread_stroke(channel: &mut AptReader, to: f64, _span: Span) -> Result<Motion, Fault> {
+        Ok(channel.motion(channel.over_hole(to)))
     }
 }
 

@@ -66,6 +66,8 @@ pub(crate) struct Apt {
     pub(crate) forward: Option<[f64; 3]>,
     pub(crate) cycle: Option<Cycle>,
     pub(crate) cycle_on: bool,
+    /// Point of the hole in work.
+    pub(crate) hole: [f64; 3],
     /// Where the tool stood when the cycle began.
     pub(crate) cycle_from: Option<[f64; 3]>,
     pub(crate) home: Option<([f64; 3], [f64; 3])>,
@@ -97,6 +99,7 @@ pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
         forward: None,
         cycle: None,
         cycle_on: false,
+        hole: [0.0; 3],
         cycle_from: None,
         home: None,
         tool_loaded: false,

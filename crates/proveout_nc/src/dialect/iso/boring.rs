@@ -7,6 +7,7 @@ use super::cycles::Levels;
 use super::interpreter::Interpreter;
 use super::pending::AXES;
 use crate::SpindleDirection;
+use crate::channel::Stroke;
 use crate::codes;
 use crate::control::FineBoring;
 use crate::diagnostic::{Fault, Span};
@@ -27,11 +28,10 @@ impl Interpreter {
             _ => self.bore_shift("G76", span)?,
         };
         let direction = self.technology.direction;
-        self.along(levels.depth, false, span)?;
-        self.wait(self.own.cycle.p);
+        self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(back, true, span)?;
+        self.course(&[Stroke::Rapid(back)], span)?;
         self.shifted(shift, -1.0, span)?;
         self.spindle(direction);
         Ok(())
@@ -54,14 +54,13 @@ impl Interpreter {
         };
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(levels.r, true, span)?;
+        self.course(&[Stroke::Rapid(levels.r)], span)?;
         self.shifted(shift, -1.0, span)?;
         self.spindle(direction);
-        self.along(levels.depth, false, span)?;
-        self.wait(self.own.cycle.p);
+        self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(initial, true, span)?;
+        self.course(&[Stroke::Rapid(initial)], span)?;
         self.shifted(shift, -1.0, span)?;
         self.spindle(direction);
         Ok(())

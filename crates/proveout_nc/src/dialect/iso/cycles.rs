@@ -15,12 +15,13 @@
 
 use super::block::g_name;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
+use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
+use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AxisValues, Dwell, Op, SpindleDirection};
+use crate::{AxisValues, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
@@ -80,7 +81,7 @@ impl Interpreter {
             *p = place.clone();
             // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
             if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
-                self.along(levels.r, true, span)?;
+                self.course(&[Stroke::Rapid(levels.r)], span)?;
             }
             let (end, programmed) = self.targets(p, span)?;
             if programmed != 0 {
@@ -218,31 +219,23 @@ impl Interpreter {
             return self.back_bore(levels, span);
         }
         let back = self.return_level(levels, span)?;
-        self.along(levels.r, true, span)?;
-        let dwell = self.own.cycle.p;
+        let (down, up) = (Stroke::Feed(levels.depth), Stroke::Feed(levels.r));
+        let (out, wait) = (Stroke::Rapid(back), Stroke::wait(self.own.cycle.p));
+        self.course(&[Stroke::Rapid(levels.r)], span)?;
         match code {
             730 | 830 => self.peck(code, levels, span)?,
-            740 | 840 => return self.tap(code, levels, back, span),
+            740 | 840 => self.tap(code, levels, back, span)?,
             760 => return self.fine_bore(levels, back, span),
-            850 | 890 => {
-                self.along(levels.depth, false, span)?;
-                self.wait(if code == 890 { dwell } else { None });
-                self.along(levels.r, false, span)?;
-            }
+            820 => self.course(&[down, wait], span)?,
+            850 => self.course(&[down, up], span)?,
             860 => {
-                self.along(levels.depth, false, span)?;
-                self.wait(dwell);
-                let direction = self.technology.direction;
-                self.spindle_off();
-                self.along(back, true, span)?;
-                self.spindle(direction);
+                let again = Stroke::Turn(self.technology.direction);
+                self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
-            _ => {
-                self.along(levels.depth, false, span)?;
-                self.wait(if code == 820 { dwell } else { None });
-            }
+            890 => self.course(&[down, wait, up], span)?,
+            _ => self.course(&[down], span)?,
         }
-        self.along(back, true, span)
+        self.course(&[out], span)
     }
 
     /// G73 and G83.
@@ -269,17 +262,17 @@ impl Interpreter {
             // Rounding must not leave a last infeed of nothing.
             let last = reached >= total - 1e-9;
             let depth = if last { levels.depth } else { levels.r - reached };
-            self.along(depth, false, span)?;
+            self.course(&[Stroke::Feed(depth)], span)?;
             if last {
                 // The peck cycles of LinuxCNC take no P.
-                self.wait(self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc()));
-                return Ok(());
+                let dwell = self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc());
+                return self.course(&[Stroke::wait(dwell)], span);
             }
+            let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
             if code == 730 {
-                self.along((depth + clearance).min(levels.r), true, span)?;
+                self.course(&[ahead], span)?;
             } else {
-                self.along(levels.r, true, span)?;
-                self.along((depth + clearance).min(levels.r), true, span)?;
+                self.course(&[Stroke::Rapid(levels.r), ahead], span)?;
             }
             if variable {
                 infeed = (infeed - less.unwrap_or(0.0).abs()).max(least.unwrap_or(0.0).abs());
@@ -311,38 +304,19 @@ impl Interpreter {
                     .help("write G94 or G95"));
             }
         };
-        let (inwards, outwards) = if code == 840 {
-            (SpindleDirection::Clockwise, SpindleDirection::CounterClockwise)
-        } else {
-            (SpindleDirection::CounterClockwise, SpindleDirection::Clockwise)
-        };
-        self.tap_steps(levels, pitch, [inwards, outwards], span)?;
+        let turn = if code == 840 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        self.tap_steps(levels, pitch, turn, span)?;
         // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
         let out = if self.own.flavor.is_linuxcnc() { back } else { levels.r };
-        for (to, direction) in [(levels.depth, inwards), (out, outwards)] {
-            self.tap_to(to, pitch, direction, span)?;
-            self.wait(self.own.cycle.p);
-        }
-        self.along(back, true, span)
-    }
-
-    fn tap_to(&mut self, to: f64, pitch: f64, direction: SpindleDirection, span: Span) -> Result<(), Fault> {
-        let mut end = self.position.work;
-        end.put(self.modal.normal, to);
-        let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
-        self.go_thread(motion, pitch, Some(direction));
-        Ok(())
+        let wait = Stroke::wait(self.own.cycle.p);
+        let down = Stroke::Thread { to: levels.depth, pitch, turn };
+        let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
+        self.course(&[down, wait, up, wait], span)
     }
 
     /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
     /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
-    fn tap_steps(
-        &mut self,
-        levels: Levels,
-        pitch: f64,
-        [inwards, outwards]: [SpindleDirection; 2],
-        span: Span,
-    ) -> Result<(), Fault> {
+    fn tap_steps(&mut self, levels: Levels, pitch: f64, turn: SpindleDirection, span: Span) -> Result<(), Fault> {
         let Some(infeed) = self.own.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
         if self.own.flavor.is_linuxcnc() {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`Q` of tapping is not a word of LinuxCNC")
@@ -362,28 +336,19 @@ impl Interpreter {
         ));
         let mut reached = infeed;
         while reached < total - 1e-9 {
-            self.tap_to(levels.r - reached, pitch, inwards, span)?;
-            self.tap_to((levels.r - reached + TAP_LIFT_MM).min(levels.r), pitch, outwards, span)?;
+            let down = Stroke::Thread { to: levels.r - reached, pitch, turn };
+            let lift = (levels.r - reached + TAP_LIFT_MM).min(levels.r);
+            self.course(&[down, Stroke::Thread { to: lift, pitch, turn: opposite(turn) }], span)?;
             reached += infeed;
         }
         Ok(())
     }
 
-    pub(super) fn wait(&mut self, dwell: Option<f64>) {
-        if let Some(seconds) = dwell.filter(|s| *s > 0.0) {
-            self.emit(Op::Dwell(Dwell::Seconds(seconds)));
-        }
-    }
-
-    /// Straight motion along the normal of the plane.
-    pub(super) fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
-        let axis = self.modal.normal;
-        if self.position.work.get(axis) == Some(to) {
-            return Ok(());
-        }
+    /// Work coordinates of a point on the axis of the hole.
+    fn on_axis(&self, to: f64) -> AxisValues {
         let mut end = self.position.work;
-        end.put(axis, to);
-        self.cycle_motion(end, 1 << axis, rapid, span)
+        end.put(self.modal.normal, to);
+        end
     }
 
     pub(super) fn cycle_motion(
@@ -404,5 +369,19 @@ impl Interpreter {
         let motion = self.complete(end, programmed, false, span)?;
         self.go(motion, false);
         Ok(())
+    }
+}
+
+impl Holes for Iso {
+    fn stands_at(channel: &Interpreter, to: f64) -> bool {
+        channel.position.work.get(channel.modal.normal) == Some(to)
+    }
+
+    fn stroke(channel: &mut Interpreter, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        channel.cycle_motion(channel.on_axis(to), 1 << channel.modal.normal, rapid, span)
+    }
+
+    fn thread_stroke(channel: &mut Interpreter, to: f64, span: Span) -> Result<Motion, Fault> {
+        channel.complete(channel.on_axis(to), 1 << channel.modal.normal, false, span)
     }
 }
