@@ -14,6 +14,8 @@
 
 use std::f64::consts::TAU;
 
+use crate::control::ArcTolerance;
+
 /// Two points nearer than this are one point, mm: below the resolution of every program, above rounding of coordinates.
 pub(crate) const SAME_POINT_MM: f64 = 1e-6;
 
@@ -44,7 +46,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// Angle from the start to the end about the center in the given direction, in (0, 2 pi].
-fn sweep(start: [f64; 2], end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
+pub(crate) fn sweep(start: [f64; 2], end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
     if distance(start, end) < SAME_POINT_MM {
         return TAU;
     }
@@ -60,12 +62,13 @@ pub(crate) fn from_center(
     end: [f64; 2],
     center: [f64; 2],
     clockwise: bool,
-    tolerance: f64,
+    tolerance: ArcTolerance,
 ) -> Result<PlaneArc, ArcFault> {
     let (r1, r2) = (distance(start, center), distance(end, center));
     if r1 < SAME_POINT_MM || r2 < SAME_POINT_MM {
         return Err(ArcFault::NoRadius);
     }
+    let tolerance = tolerance.of(r1.max(r2));
     if (r1 - r2).abs() > tolerance || !r1.is_finite() || !r2.is_finite() {
         return Err(ArcFault::Radii(r1, r2));
     }
@@ -84,13 +87,38 @@ pub(crate) fn from_center(
     Ok(PlaneArc { center: moved, radius: distance(start, moved), sweep: sweep(start, end, moved, clockwise) })
 }
 
+/// Arc of at most a quarter of a turn whose center lies at distances without signs from the start: the one center that fits,
+/// or how many do.
+pub(crate) fn in_quadrant(
+    start: [f64; 2],
+    end: [f64; 2],
+    to_center: [f64; 2],
+    clockwise: bool,
+    tolerance: ArcTolerance,
+) -> Result<PlaneArc, usize> {
+    let mut found: Vec<PlaneArc> = Vec::new();
+    for signs in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+        let center = [start[0] + signs[0] * to_center[0], start[1] + signs[1] * to_center[1]];
+        let Ok(arc) = from_center(start, end, center, clockwise, tolerance) else { continue };
+        // Words of the ends are rounded: the quarter may be passed by as much.
+        let quarter = arc.sweep <= TAU / 4.0 + 2.0 * tolerance.of(arc.radius) / arc.radius;
+        if quarter && !found.iter().any(|other| distance(other.center, arc.center) < SAME_POINT_MM) {
+            found.push(arc);
+        }
+    }
+    match found[..] {
+        [arc] => Ok(arc),
+        _ => Err(found.len()),
+    }
+}
+
 /// Arc from its radius: positive for at most half a turn, negative for more.
 pub(crate) fn from_radius(
     start: [f64; 2],
     end: [f64; 2],
     radius: f64,
     clockwise: bool,
-    tolerance: f64,
+    tolerance: ArcTolerance,
 ) -> Result<PlaneArc, ArcFault> {
     let chord = distance(start, end);
     if chord < SAME_POINT_MM {
@@ -100,7 +128,7 @@ pub(crate) fn from_radius(
     if r < SAME_POINT_MM {
         return Err(ArcFault::NoRadius);
     }
-    if r < half - tolerance {
+    if r < half - tolerance.absolute_mm {
         return Err(ArcFault::TooSmall(r, half));
     }
     // Height of the center over the chord; zero where rounding made the radius shorter than half the chord.
@@ -155,7 +183,14 @@ mod tests {
 
     #[test]
     fn rounded_words_are_put_on_the_bisector() {
-        let arc = from_center([3.859, 60.241], [3.96, 56.0], [3.859 + 2.171, 60.241 - 2.07], false, 0.01).unwrap();
+        let arc = from_center(
+            [3.859, 60.241],
+            [3.96, 56.0],
+            [3.859 + 2.171, 60.241 - 2.07],
+            false,
+            ArcTolerance::absolute(0.01),
+        )
+        .unwrap();
         let other = distance([3.96, 56.0], arc.center);
         assert!((arc.radius - other).abs() < 1e-12, "{} {other}", arc.radius);
         assert!(arc.sweep < TAU / 2.0);
@@ -163,14 +198,26 @@ mod tests {
 
     #[test]
     fn radii_beyond_the_tolerance_are_refused() {
-        let fault = from_center([10.0, 0.0], [0.0, 10.02], [0.0, 0.0], false, 0.01).unwrap_err();
+        let fault =
+            from_center([10.0, 0.0], [0.0, 10.02], [0.0, 0.0], false, ArcTolerance::absolute(0.01)).unwrap_err();
         assert_eq!(fault, ArcFault::Radii(10.0, 10.02));
+    }
+
+    #[test]
+    fn a_part_of_the_radius_is_taken_up_to_its_largest_difference() {
+        let tolerance = ArcTolerance { absolute_mm: 0.005, relative: 0.001, largest_mm: 0.5 };
+        for (radius, off, taken) in
+            [(1.0, 0.004, true), (1.0, 0.006, false), (100.0, 0.09, true), (100.0, 0.11, false), (2000.0, 0.6, false)]
+        {
+            let arc = from_center([radius, 0.0], [0.0, radius + off], [0.0, 0.0], false, tolerance);
+            assert_eq!(arc.is_ok(), taken, "{radius} {off}");
+        }
     }
 
     #[test]
     fn nearly_full_circle_keeps_its_center() {
         let end = [10.0 * 0.001f64.cos() + 0.003, -10.0 * 0.001f64.sin()];
-        let arc = from_center([10.0, 0.0], end, [0.0, 0.0], false, 0.01).unwrap();
+        let arc = from_center([10.0, 0.0], end, [0.0, 0.0], false, ArcTolerance::absolute(0.01)).unwrap();
         assert_eq!(arc.center, [0.0, 0.0]);
         assert!((arc.sweep - (TAU - 0.001)).abs() < 1e-6);
     }
@@ -183,7 +230,7 @@ mod tests {
             (10.0, true, [10.0, 10.0], 1.0),
             (-10.0, true, [0.0, 0.0], 3.0),
         ] {
-            let arc = from_radius([10.0, 0.0], [0.0, 10.0], radius, clockwise, 0.01).unwrap();
+            let arc = from_radius([10.0, 0.0], [0.0, 10.0], radius, clockwise, ArcTolerance::absolute(0.01)).unwrap();
             assert!(distance(arc.center, center) < 1e-12, "{radius} {clockwise} {:?}", arc.center);
             assert!((arc.sweep - quarter * TAU / 4.0).abs() < 1e-12);
         }
@@ -191,7 +238,7 @@ mod tests {
 
     #[test]
     fn angle_and_tangent_agree_with_center() {
-        let by_center = from_center([10.0, 0.0], [0.0, 10.0], [0.0, 0.0], false, 0.01).unwrap();
+        let by_center = from_center([10.0, 0.0], [0.0, 10.0], [0.0, 0.0], false, ArcTolerance::absolute(0.01)).unwrap();
         let by_angle = from_angle([10.0, 0.0], [0.0, 10.0], TAU / 4.0, false).unwrap();
         let (by_tangent, clockwise) = from_tangent([10.0, 0.0], [0.0, 10.0], [0.0, 5.0]).unwrap();
         assert!(!clockwise);

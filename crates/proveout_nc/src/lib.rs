@@ -29,9 +29,11 @@
 pub struct Readme;
 
 mod arc;
+mod channel;
 mod codes;
 mod command;
 mod compensation;
+mod control;
 mod diagnostic;
 mod dialect;
 mod frame;
@@ -45,11 +47,15 @@ mod program;
 mod scan;
 mod settings;
 mod source;
+mod spline;
 mod state;
 mod survey;
 
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
+pub use control::{
+    ArcTolerance, Control, ControlFileError, UnknownWord, UnknownWords, WholeNumbers, builtin_controls, control_schema,
+};
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
 pub use json::{JsonWriter, to_json};

@@ -29,6 +29,8 @@ pub enum NotRunKind {
     Subprogram(String),
     /// Conditions and jumps lead around it.
     Branch,
+    /// It is a subprogram that is called and not there; the lines are those of its call.
+    MissingSubprogram(String),
     /// It stands in front of the first or behind the last `%`, where no control reads.
     Outside,
 }
@@ -52,7 +54,9 @@ impl NotRun {
     pub fn weight(&self) -> Weight {
         match self.kind {
             NotRunKind::BehindEnd if self.moves => Weight::Lost,
-            NotRunKind::Program(_) | NotRunKind::Outside if self.moves => Weight::Unproven,
+            NotRunKind::Program(_) | NotRunKind::Outside | NotRunKind::MissingSubprogram(_) if self.moves => {
+                Weight::Unproven
+            }
             _ => Weight::Harmless,
         }
     }
@@ -63,6 +67,9 @@ impl NotRun {
             NotRunKind::BehindEnd => "take the end word out where the program goes on, or take the text behind it out",
             NotRunKind::Program(_) => "give each main program a file of its own and prove each of them",
             NotRunKind::Subprogram(_) => "call it, or take it out",
+            NotRunKind::MissingSubprogram(_) => {
+                "put it into the folder of the program, or name its folder with --subprograms"
+            }
             NotRunKind::Branch => "prove the other values of the condition too, or take the text out",
             NotRunKind::Outside => "write it between the two `%`, or take it out",
         }
@@ -83,6 +90,9 @@ impl fmt::Display for NotRun {
             NotRunKind::BehindEnd => write!(f, " {is} never run: the program ends before"),
             NotRunKind::Program(name) => write!(f, " {is} not run: {belongs} to another main program, {name}"),
             NotRunKind::Subprogram(name) => write!(f, " {is} not run: nothing calls {name}"),
+            NotRunKind::MissingSubprogram(name) => {
+                write!(f, " {belongs} to a call that is left out: {name} is not there")
+            }
             NotRunKind::Branch => write!(f, " {is} not run: conditions and jumps lead around"),
             NotRunKind::Outside => write!(f, " {is} not read: outside of the two `%` of the program"),
         }

@@ -1,8 +1,10 @@
 //! A program as an iterator of commands.
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use crate::Command;
+use crate::codes;
 use crate::compensation::Compensated;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::dialect::{self, detect};
@@ -10,6 +12,7 @@ use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 use crate::survey::Survey;
+use crate::{Command, Location, Op};
 
 /// Something that gives canonical commands one by one.
 pub trait CommandSource: Iterator<Item = Result<Command, Diagnostic>> {}
@@ -23,6 +26,9 @@ impl<T: Iterator<Item = Result<Command, Diagnostic>>> CommandSource for T {}
 pub struct Program {
     commands: Compensated,
     dialect: Dialect,
+    /// Lines around the program that the control file names, told before its commands.
+    notes: VecDeque<Command>,
+    settings: Settings,
 }
 
 impl Program {
@@ -58,8 +64,21 @@ impl Program {
             Dialect::Auto => detect(&source.name, &source.text),
             dialect => dialect,
         };
+        speaks(dialect, &source, settings)?;
+        let mut source = source;
+        let mut notes = VecDeque::new();
+        for (line, text) in source.take_out(&settings.control.header, &settings.control.trailer) {
+            let location = Location {
+                file: Arc::clone(&source.name),
+                line,
+                column: 1,
+                length: text.chars().count() as u32,
+                depth: 0,
+            };
+            notes.push_back(Command { location, op: Op::Note(format!("{} is no block on this control", text.trim())) });
+        }
         let reader = dialect::open(dialect, source, folder, settings)?;
-        Ok(Self { commands: Compensated::new(reader, dialect, settings), dialect })
+        Ok(Self { commands: Compensated::new(reader, dialect, settings), dialect, notes, settings: settings.clone() })
     }
 
     pub(crate) fn open_leniently(path: &Path, settings: &Settings) -> Result<Self, Diagnostic> {
@@ -94,6 +113,10 @@ impl Program {
         self.commands.reader().is_subprogram()
     }
 
+    pub(crate) fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// Text of the files of the program that its run has not reached. To be asked when the run is over.
     pub fn not_run(&self) -> Vec<NotRun> {
         self.commands.reader().not_run()
@@ -109,8 +132,35 @@ impl Iterator for Program {
     type Item = Result<Command, Diagnostic>;
 
     fn next(&mut self) -> Option<Self::Item> {
+        if let Some(note) = self.notes.pop_front() {
+            return Some(Ok(note));
+        }
         self.commands.next().map(|item| item.map_err(|diagnostic| *diagnostic))
     }
+}
+
+/// A control reads programs of its own language only.
+fn speaks(dialect: Dialect, source: &Source, settings: &Settings) -> Result<(), Diagnostics> {
+    let control = &settings.control;
+    if control.dialect() == Dialect::Auto || control.dialect() == dialect {
+        return Ok(());
+    }
+    Err(Diagnostics::from(Diagnostic {
+        code: codes::DIALECT,
+        message: format!(
+            "{} is to be read as {}, and the control \"{}\" speaks {}",
+            source.name,
+            dialect.name(),
+            control.name(),
+            control.dialect().name()
+        ),
+        file: Arc::clone(&source.name),
+        line: 1,
+        column: 1,
+        length: 0,
+        help: Some("name another control, or leave the dialect out".to_owned()),
+        source_line: source.text.lines().next().unwrap_or_default().to_owned(),
+    }))
 }
 
 /// The folder of a program file.

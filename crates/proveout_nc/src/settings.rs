@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use crate::{Kinematics, OrientationInterpolation, ReferencePoints, ToolName};
+use crate::control::{ArcTolerance, Control, WholeNumbers};
+use crate::{AxisValues, Kinematics, OrientationInterpolation, ReferencePoints, ToolName};
 
 /// Language of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -120,10 +122,14 @@ impl Default for Limits {
 }
 
 /// Settings of a reader.
+///
+/// [`Settings::of_control`] takes from a control what it states; whoever calls may then change single settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Language of the program.
     pub dialect: Dialect,
+    /// What words mean on the control, and what is in force at the start.
+    pub control: Arc<Control>,
     /// Work offsets by the word that calls them (`G54`, `G505`). An offset that is not named here is zero.
     pub work_offsets: BTreeMap<String, WorkOffset>,
     /// Values of variables that the program reads and does not set itself: `R5`, names of global user data.
@@ -132,11 +138,15 @@ pub struct Settings {
     pub subprogram_folders: Vec<PathBuf>,
     /// Levels 0 to 9 of blocks with `/` that are skipped: bit i for level i.
     pub skipped_levels: u16,
-    /// Largest difference between the radius at the start and at the end of an arc, mm.
-    pub arc_tolerance_mm: f64,
-    /// Lengths without a decimal point count least increments (0.001 mm, 0.0001 inch) on a Fanuc and a Haas; false reads them
-    /// as millimeters or inches ("calculator type").
-    pub least_increments: bool,
+    /// Largest difference between the radius at the start and at the end of an arc.
+    pub arc_tolerance: ArcTolerance,
+    /// How a Fanuc and a Haas read numbers without a decimal point.
+    pub whole_numbers: WholeNumbers,
+    /// Where the axes stand before the first block: coordinates of the work offset that is then in force, mm and radian.
+    pub start_position: AxisValues,
+    /// Feed of motions before the program gives one, mm/min; where it is used the program is `assumed` to run at it. None: such
+    /// motions are refused, in CL data (APT) they come without a feed and with a note.
+    pub default_feed_mm_per_min: Option<f64>,
     /// Path of the orientation before the program says otherwise.
     pub orientation_interpolation: OrientationInterpolation,
     /// Cutter radius compensation.
@@ -151,17 +161,27 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// No offsets, no block skipped, 0.01 mm arc tolerance (as `MD21000` of an 840D), tool axis on the great circle.
+    /// No control, no offsets, no block skipped, 0.01 mm arc tolerance (as `MD21000` of an 840D), tool axis on the great circle.
     fn default() -> Self {
+        Self::of_control(Arc::new(Control::default()))
+    }
+}
+
+impl Settings {
+    /// Settings as a control states them, without work offsets, tools and machine.
+    pub fn of_control(control: Arc<Control>) -> Self {
         Self {
-            dialect: Dialect::Auto,
+            dialect: control.dialect,
             work_offsets: BTreeMap::new(),
-            variables: BTreeMap::new(),
-            subprogram_folders: Vec::new(),
-            skipped_levels: 0,
-            arc_tolerance_mm: 0.01,
-            least_increments: false,
-            orientation_interpolation: OrientationInterpolation::GreatCircle,
+            variables: control.variables.clone(),
+            subprogram_folders: control.folders.clone(),
+            skipped_levels: control.skipped_levels,
+            arc_tolerance: control.arc_tolerance,
+            whole_numbers: control.whole_numbers,
+            start_position: control.position,
+            default_feed_mm_per_min: control.missing_feed_mm_min,
+            orientation_interpolation: control.orientation,
+            control,
             compensation: Compensation::Programmed,
             reference_points: None,
             kinematics: None,

@@ -84,6 +84,44 @@ impl Source {
         Some((&rest[..end], next))
     }
 
+    /// Makes the lines at the begin that fit a pattern of the header, and those at the end that fit one of the trailer, blank;
+    /// gives them back with their numbers. In a pattern `*` stands for any characters; blank lines may stand between.
+    pub(crate) fn take_out(&mut self, header: &[String], trailer: &[String]) -> Vec<(u32, String)> {
+        if header.is_empty() && trailer.is_empty() {
+            return Vec::new();
+        }
+        let lines: Vec<&str> = self.text.split('\n').collect();
+        let around = |patterns: &[String], order: &mut dyn Iterator<Item = usize>| {
+            let mut found = Vec::new();
+            for at in order {
+                let line = lines[at].trim();
+                if line.is_empty() {
+                    continue;
+                }
+                if !patterns.iter().any(|pattern| fits(pattern.trim(), line)) {
+                    break;
+                }
+                found.push(at);
+            }
+            found
+        };
+        let mut out = around(header, &mut (0..lines.len()));
+        // A text of nothing else is a header.
+        let first_left = out.last().map_or(0, |at| at + 1);
+        out.extend(around(trailer, &mut (first_left..lines.len()).rev()));
+        out.sort_unstable();
+        let taken: Vec<(u32, String)> = out.iter().map(|&at| (at as u32 + 1, lines[at].to_owned())).collect();
+        if !out.is_empty() {
+            let kept: Vec<&str> = lines
+                .iter()
+                .enumerate()
+                .map(|(at, line)| if out.binary_search(&at).is_ok() { "" } else { line })
+                .collect();
+            self.text = kept.join("\n");
+        }
+        taken
+    }
+
     /// Text of a line, from 1.
     pub(crate) fn text_of(&self, line: u32) -> Option<&str> {
         self.text.split('\n').nth((line as usize).checked_sub(1)?)
@@ -94,6 +132,22 @@ impl Source {
         self.text.bytes().filter(|&b| b == b'\n').count()
             + usize::from(!self.text.is_empty() && !self.text.ends_with('\n'))
     }
+}
+
+/// The line fits the pattern, in which `*` stands for any characters; upper and lower case are one.
+fn fits(pattern: &str, line: &str) -> bool {
+    let (pattern, line) = (pattern.to_ascii_uppercase(), line.to_ascii_uppercase());
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = line.strip_prefix(parts.next().unwrap_or_default()) else { return false };
+    let mut parts: Vec<&str> = parts.collect();
+    let Some(last) = parts.pop() else { return rest.is_empty() };
+    for part in parts {
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.len() >= last.len() && rest.ends_with(last)
 }
 
 /// How a program file is read, for what shows lines of it or counts them.
@@ -229,6 +283,27 @@ mod tests {
         assert_eq!(lines("G0\0X1")[0], "G0 X1");
         // A Ctrl-Z in the middle stays: what follows it would be lost.
         assert_eq!(lines("M0\n\u{1a}\nG0 X1\n").len(), 3);
+    }
+
+    #[test]
+    fn lines_around_a_program_are_taken_out_by_pattern() {
+        let text = "$PART.MIN%\n\nO100\n%KEPT\nG0 X1\nM2\n%\n\n";
+        let mut source = Source::new("t", text.to_owned());
+        let header = ["$*.MIN%".to_owned(), "o*".to_owned()];
+        let taken = source.take_out(&header, &["%".to_owned()]);
+        assert_eq!(taken, [(1, "$PART.MIN%".to_owned()), (3, "O100".to_owned()), (7, "%".to_owned())]);
+        assert_eq!(source.text, "\n\n\n%KEPT\nG0 X1\nM2\n\n\n");
+        for (pattern, line, want) in [
+            ("*", "", true),
+            ("A*C", "abbc", true),
+            ("A*C", "ac", true),
+            ("A*C", "a", false),
+            ("A", "ab", false),
+            ("*B*", "abc", true),
+            ("AB*B", "ab", false),
+        ] {
+            assert_eq!(fits(pattern, line), want, "{pattern} {line}");
+        }
     }
 
     #[test]

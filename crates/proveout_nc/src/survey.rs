@@ -115,7 +115,7 @@ impl Survey {
         }
         // Faults of lines, whether they were run or not.
         for source in program.sources() {
-            for fault in dialect::line_faults(program.dialect(), source) {
+            for fault in dialect::line_faults(program.dialect(), source, program.settings()) {
                 list.put(fault);
             }
         }

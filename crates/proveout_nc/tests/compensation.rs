@@ -524,3 +524,19 @@ fn overlaps(contour: &[Piece], p: Point, tool: f64) -> bool {
         touched.iter().all(|&j| j != i && (i + 1) % n != j && (j + 1) % n != i)
     })
 }
+
+/// A fault of the path is told with the text of its line, whatever language the line is written in.
+#[test]
+fn faults_of_the_path_show_their_line() {
+    let text = "G17 G21 G90 T1 M6\nG0 X0 Y0 Z0\nG41 D1 G1 X10 F100\nG40 X0\nM30\n";
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc] {
+        let mut radii = ToolRadii::default();
+        radii.by_tool.insert(ToolName::Number(1), 5.0);
+        radii.by_offset.insert(1, 5.0);
+        let settings = Settings { dialect, compensation: Compensation::ToolCenter(radii), ..Settings::default() };
+        let fault = Program::from_text("part", text, &settings).unwrap().find_map(Result::err);
+        let fault = fault.unwrap_or_else(|| panic!("{dialect:?} raises nothing"));
+        assert_eq!((fault.code, fault.line), ("nc-compensation", 3), "{dialect:?}: {fault}");
+        assert_eq!(fault.source_line, "G41 D1 G1 X10 F100", "{dialect:?}");
+    }
+}

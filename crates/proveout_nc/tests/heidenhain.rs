@@ -487,7 +487,6 @@ const REFUSED: &[(&str, &str)] = &[
     ("SEL CONTOUR", "SEL CONTOUR \"A\""),
     ("GLOBAL DEF", "GLOBAL DEF 100"),
     ("FN 17", "FN 17: SYSWRITE ID10"),
-    ("FN 18", "FN 18: SYSREAD Q1 = ID10"),
     ("FN 24", "FN 24: Q1 = CDATA Q2"),
     ("FN 26", "FN 26: TABOPEN X"),
     ("FUNCTION PARAXCOMP", "FUNCTION PARAXCOMP DISPLAY X"),

@@ -5,8 +5,8 @@
 use std::path::{Path, PathBuf};
 
 use proveout_nc::{
-    Command, CompSide, Dialect, Dwell, Feed, Motion, Offset, Op, Program, Settings, ToolAction, ToolName, check,
-    check_text,
+    Command, CompSide, Dialect, Dwell, Feed, Motion, Offset, Op, Program, Settings, ToolAction, ToolName, WholeNumbers,
+    check, check_text,
 };
 
 const FLAVORS: [(&str, Dialect); 3] =
@@ -152,7 +152,7 @@ fn lengths_without_a_decimal_point() {
     let ops = read_with(text, &settings).unwrap();
     assert_eq!(ends(&ops)[0], [10.0, 10.0, 5.0]);
     assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.contains("decimal point"))));
-    settings.least_increments = true;
+    settings.whole_numbers = WholeNumbers::IS_B;
     assert_eq!(ends(&read_with(text, &settings).unwrap())[0], [0.01, 10.0, 5.0]);
     let inch = read_with("G20\nG0 X10 Y1. Z0\n", &settings).unwrap();
     assert!(close(ends(&inch)[0], [0.0254, 25.4, 0.0]));
@@ -386,6 +386,47 @@ fn is_g_word(word: &str) -> bool {
 }
 
 #[test]
+fn a_haas_takes_a_program_name_of_letters() {
+    let settings = Settings { dialect: Dialect::Haas, ..Settings::default() };
+    assert_eq!(check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &settings), []);
+    let fanuc = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    assert!(!check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &fanuc).is_empty());
+}
+
+/// Radii may differ by a thousandth, and the center stays as programmed.
+#[test]
+fn a_linuxcnc_takes_a_spiral_about_the_programmed_center() {
+    let arc = |dialect: Dialect, end: f64| {
+        let settings = Settings { dialect, ..Settings::default() };
+        let text = format!("G21 G90 G0 X0. Y0. Z0.\nG2 X{end} Y0. I100. F100.\nM30\n");
+        Program::from_text("p.nc", text, &settings).unwrap().find_map(|command| match command {
+            Ok(Command { op: Op::Arc(arc), .. }) => Some(arc.center),
+            _ => None,
+        })
+    };
+    for end in ["200.02", "200.09"].map(|text| text.parse::<f64>().unwrap()) {
+        assert_eq!(arc(Dialect::LinuxCnc, end), Some([100.0, 0.0, 0.0]), "{end}");
+        assert_eq!(arc(Dialect::Fanuc, end), None, "{end}");
+    }
+    assert_eq!(arc(Dialect::LinuxCnc, 200.2), None);
+}
+
+/// What the words of an arc would mean elsewhere is told with the fault.
+#[test]
+fn a_center_that_fits_otherwise_is_named() {
+    for (dialect, text, told) in [
+        (Dialect::Fanuc, "G0 X10. Y10.\nG2 X20. Y20. I20. J10. F100.\n", "fit exactly as absolute centers"),
+        (Dialect::LinuxCnc, "G0 X10 Y10\nG2 X20 Y20 I20 J10 F100\n", "write G90.1"),
+        (Dialect::Fanuc, "G0 X10. Y10.\nG3 X0. Y20. I10. F100.\n", "fit with other signs"),
+    ] {
+        let settings = Settings { dialect, ..Settings::default() };
+        let faults = check_text("p.nc", text, &settings);
+        let help = faults[0].help.clone().unwrap_or_default();
+        assert!(faults[0].code == "nc-arc-radius" && help.contains(told), "{text}{faults:?}");
+    }
+}
+
+#[test]
 fn the_table_of_the_readme_tells_the_truth() {
     for (flavor, dialect) in FLAVORS {
         let settings = Settings { dialect, ..Settings::default() };
@@ -486,5 +527,32 @@ fn the_nist_plate_is_read_to_its_end() {
         if let Some(m) = motion(&command.op) {
             from = m.end_base.xyz().filter(|_| !m.machine_coordinates);
         }
+    }
+}
+
+#[test]
+fn words_of_linuxcnc_that_do_not_go_together_are_refused() {
+    for (text, says) in [
+        ("G21 G0 X0 Y0 Z5 A0\nF100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A moves in G81"),
+        ("G21 G0 X0 Y0 Z5\nF100 G81 X1 B10 Z-1 R1\nM2\n", "rotary axis B moves in G81"),
+        ("G21 G0 X0 Y0 Z5 A0\nG91 F100 G81 X1 A10 Z-1 R1\nM2\n", "rotary axis A moves in G81"),
+        ("G21 G0 X#99999\nM2\n", "#99999 is no parameter"),
+        ("#99999=1\nM2\n", "#99999"),
+        ("G64 M19 R90\nM2\n", "G64 and M19"),
+        ("G21 F100\nG38.2\nM2\n", "G38.2 names no axis"),
+        ("G21 F100\nG38.5\nM2\n", "G38.5 names no axis"),
+    ] {
+        let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
+        let faults = check_text("a.ngc", text, &settings);
+        assert!(faults.iter().any(|fault| fault.message.contains(says)), "{text}: {faults:?}");
+    }
+    for text in [
+        "G21 G0 X0 Y0 Z5 A10\nF100 G81 X1 A10 Z-1 R1\nG80\nM2\n",
+        "G21 G0 X#5601 Y0 Z0\nM2\n",
+        "M19 R90\nG64\nG21 G0 X0\nM2\n",
+        "G21 F100 G0 Z5\nG38.2 Z-5\nM2\n",
+    ] {
+        let settings = Settings { dialect: Dialect::LinuxCnc, ..Settings::default() };
+        assert_eq!(check_text("a.ngc", text, &settings), [], "{text}");
     }
 }

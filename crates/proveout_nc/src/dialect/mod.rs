@@ -1,12 +1,10 @@
 //! The languages of programs. Each reader lives in a folder of its own and gives the same canonical commands.
 
 mod apt;
-pub(crate) mod coverage;
 mod detect;
-pub(crate) mod doubt;
 mod heidenhain;
 mod iso;
-mod passes;
+pub(crate) mod listed;
 mod siemens;
 
 use std::fmt::Debug;
@@ -15,10 +13,13 @@ use std::path::PathBuf;
 use crate::Command;
 use crate::codes;
 use crate::compensation::CompStyle;
+use crate::control::words::Builtin;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
+
+use listed::Unlisted;
 
 pub use detect::detect;
 
@@ -82,18 +83,44 @@ pub(crate) fn open(
             iso::open(dialect, source, folder, settings)
         }
         Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::open(dialect, source, folder, settings),
-        Dialect::Apt => apt::open(source, folder, settings),
+        Dialect::Apt => apt::open(source, settings),
         Dialect::Auto => return Err(unknown(&source)),
     })
 }
 
-/// All faults of single lines: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+/// The reader does this word by itself: a control file may give its function to another word. Words that end or call programs
+/// are none of them.
+pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     match dialect {
-        Dialect::Siemens840d => siemens::line_faults(source),
-        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => iso::line_faults(dialect, source),
-        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::line_faults(dialect, source),
-        Dialect::Apt => apt::line_faults(source),
+        Dialect::Siemens840d => siemens::does_word(word),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => iso::does_word(dialect, word),
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::does_word(word),
+        Dialect::Apt | Dialect::Auto => false,
+    }
+}
+
+/// Words of a file that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    match dialect {
+        Dialect::Siemens840d => siemens::unlisted_words(source, settings, found),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
+            iso::unlisted_words(dialect, source, settings, found);
+        }
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::unlisted_words(dialect, source, settings, found),
+        Dialect::Apt => apt::unlisted_words(source, settings, found),
+        Dialect::Auto => {}
+    }
+}
+
+/// All faults of single lines: grammar, and words that are refused wherever they stand.
+pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
+    match dialect {
+        Dialect::Siemens840d => siemens::line_faults(source, settings),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
+            iso::line_faults(dialect, source, settings)
+        }
+        Dialect::Heidenhain | Dialect::HeidenhainIso => heidenhain::line_faults(dialect, source, settings),
+        Dialect::Apt => apt::line_faults(source, settings),
         Dialect::Auto => Vec::new(),
     }
 }

@@ -14,18 +14,19 @@ use super::reader::{AptReader, PendingCircle, arity};
 use super::statement::{Bad, Item, Place, Statement, Token};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::frame;
 use crate::source::Source;
-use crate::{ArcMotion, Op};
 
 /// Most full turns of one circle.
 const MAX_TURNS: f64 = 1000.0;
 
 impl AptReader {
-    /// CIRCLE/x,y,z,i,j,k,r[,...], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end.
+    /// CIRCLE/x,y,z,i,j,k[,r[,...]], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end. Without a radius (`CAMWorks`) it is
+    /// that of the start.
     pub(crate) fn circle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let leading = st.items.iter().take_while(|i| matches!(i.token, Token::Number(_))).count();
-        if leading < 7 {
+        if leading < 7 && (leading < 6 || st.major != "CIRCLE") {
             return Err(arity(st.head, &st.major, leading, "the center, the normal and the radius, seven values"));
         }
         let mut n = [0.0; 7];
@@ -65,10 +66,10 @@ impl AptReader {
                 "give the direction about which the arc runs counter-clockwise",
             ));
         };
-        self.circle = Some(PendingCircle {
-            center: [n[0], n[1], n[2]].map(|v| v * self.unit),
+        self.own.circle = Some(PendingCircle {
+            center: [n[0], n[1], n[2]].map(|v| v * self.own.unit),
             normal,
-            radius: n[6] * self.unit,
+            radius: (leading > 6).then_some(n[6] * self.own.unit),
             angle,
             zero_at_one_point: leading > 7,
         });
@@ -82,8 +83,8 @@ impl AptReader {
         if count != 3 {
             return Err(arity(st.head, &st.major, count, "three values"));
         }
-        self.forward =
-            Some(if st.major == "INDIRV" { n } else { frame::sub(n.map(|v| v * self.unit), self.here(st.head)?) });
+        self.own.forward =
+            Some(if st.major == "INDIRV" { n } else { frame::sub(n.map(|v| v * self.own.unit), self.here(st.head)?) });
         Ok(())
     }
 
@@ -124,10 +125,10 @@ impl AptReader {
             &[_, _, _, x, y, z] | &[x, y, z] => [x, y, z],
             _ => return Err(wrong("the end of the circle is neither a line nor a point")),
         };
-        let unit = self.unit;
+        let unit = self.own.unit;
         let (center, through, radius) = (center.map(|v| v * unit), through.map(|v| v * unit), radius * unit);
         let start = self.here(st.head)?;
-        let Some(forward) = self.forward.take() else {
+        let Some(forward) = self.own.forward.take() else {
             return Err(st.head.bad(
                 codes::ARC_GEOMETRY,
                 "the direction of the circle is not known",
@@ -143,18 +144,22 @@ impl AptReader {
         self.take_path_tool();
         // Six digits of the tangent leave a slightly tilted normal; along an axis it is exact.
         let normal = snapped(normal);
-        self.go_circle(&PendingCircle { center, normal, radius, angle: None, zero_at_one_point: false }, end, st.head)
+        self.go_circle(
+            &PendingCircle { center, normal, radius: Some(radius), angle: None, zero_at_one_point: false },
+            end,
+            st.head,
+        )
     }
 
     /// The arc from here to a point; a point off the plane makes it a helix.
     pub(crate) fn go_circle(&mut self, circle: &PendingCircle, end: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        if std::mem::take(&mut self.rapid) {
+        if std::mem::take(&mut self.own.rapid) {
             return Err(place.bad(codes::CONFLICT, "RAPID stands before a circle", "write FEDRAT before a circle"));
         }
-        if self.cycle_on {
+        if self.own.cycle_on {
             return Err(place.bad(codes::CONFLICT, "a circle stands in a cycle", "write CYCLE/OFF before it"));
         }
-        self.need_feed(place)?;
+        self.need_feed();
         let start = self.here(place)?;
         let normal = snapped(circle.normal);
         let (u, v) = basis(normal);
@@ -165,21 +170,23 @@ impl AptReader {
         let drop = frame::dot(normal, frame::sub(end, start));
         if circle.zero_at_one_point
             && circle.angle.is_none()
-            && apart <= self.arc_tolerance
-            && drop.abs() <= self.arc_tolerance
+            && apart <= self.settings.arc_tolerance.absolute_mm
+            && drop.abs() <= self.settings.arc_tolerance.absolute_mm
         {
-            return self.straight(end, false, place);
+            self.straight(end, false);
+            return Ok(());
         }
         let measured = a[0].hypot(a[1]);
-        if (measured - circle.radius.abs()).abs() > self.arc_tolerance {
+        let tolerance = self.settings.arc_tolerance;
+        if let Some(radius) = circle.radius.filter(|r| (measured - r.abs()).abs() > tolerance.of(measured.max(r.abs())))
+        {
             let message = format!(
-                "the arc has the radius {:.4} mm and starts {measured:.4} mm from its center; the limit of the difference is {} mm",
-                circle.radius, self.arc_tolerance
+                "the arc has the radius {radius:.4} mm and starts {measured:.4} mm from its center; the limit of the difference is {tolerance} mm"
             );
             return Err(place.bad(codes::ARC_RADIUS, message, "correct the circle, or program the point before it"));
         }
-        let mut arc = arc::from_center(a, b, [0.0; 2], false, self.arc_tolerance)
-            .map_err(|fault| arc_fault(fault, self.arc_tolerance, place))?;
+        let mut arc =
+            arc::from_center(a, b, [0.0; 2], false, tolerance).map_err(|fault| arc_fault(fault, tolerance, place))?;
         if let Some(angle) = circle.angle {
             arc.sweep = turned(arc, angle).ok_or_else(|| {
                 let message = format!(
@@ -195,19 +202,7 @@ impl AptReader {
         let mut center = frame::add_scaled(circle.center, normal, height);
         center = frame::add_scaled(frame::add_scaled(center, u, arc.center[0]), v, arc.center[1]);
         let motion = self.motion(end);
-        let active = *self.position.frame();
-        let op = ArcMotion {
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base: active.apply_vector(normal),
-            radius: arc.radius,
-            sweep: arc.sweep,
-            motion,
-        };
-        self.position.move_to(op.motion.end, op.motion.end_base);
-        self.emit(Op::Arc(op));
-        Ok(())
+        self.go_arc(motion, center, normal, &arc, place.span).map_err(|fault| place.with(fault))
     }
 }
 
@@ -250,7 +245,7 @@ fn basis(normal: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     (u, frame::cross(normal, u))
 }
 
-fn arc_fault(fault: ArcFault, tolerance: f64, place: Place) -> Box<Bad> {
+fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, place: Place) -> Box<Bad> {
     match fault {
         ArcFault::Radii(start, end) => place.bad(
             codes::ARC_RADIUS,

@@ -2,8 +2,8 @@
 //!
 //! Words after ISO 4343:2000 (major words of the processor output and of post-processor statements), with the forms that
 //! CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`, `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`,
-//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`) and the ISO 4343 output of Autodesk's
-//! posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
+//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), `CAMWorks` (`UNIT/`, `CSYS/`, `TRNTYP/`,
+//! `CYCLE/DEEP2`) and the ISO 4343 output of Autodesk's posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
 //! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say.
 //!
 //! CL data knows no machine and no zero point: its coordinates are those of work offset G54, and the first command says
@@ -12,61 +12,66 @@
 
 mod circle;
 mod drilling;
+mod feed;
 mod path;
+mod post_text;
 mod reader;
 mod recover;
 mod statement;
+mod systems;
 mod technology;
 mod words;
 
-use std::path::PathBuf;
-
 use super::Reader;
-use crate::Command;
+use super::listed::Unlisted;
+use crate::control::words::{WordKey, word_key};
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
-use reader::AptReader;
 use statement::Statement;
 
 /// The reader of a program.
-pub(crate) fn open(source: Source, _folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(AptReader::new(source, settings))
+pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(reader::begin(source, settings))
 }
 
-impl Reader for AptReader {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        vec![self.source.as_ref()]
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
+/// Major words that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut statement = Statement::default();
+    let mut at = Mark::START;
+    while let Some((result, next)) = statement::read(source, at, &mut statement) {
+        match result {
+            Err(bad) => found.faults.push(bad.diagnostic(source)),
+            Ok(()) if !statement.major.is_empty() && !statement.assignment => {
+                let now = match words::classify(&statement.major) {
+                    words::Class::Unknown => Some("refused: unknown"),
+                    words::Class::Refused(_) => Some("refused: not supported"),
+                    words::Class::Done | words::Class::Note => None,
+                };
+                let key = word_key(&statement.major).filter(|key| matches!(key, WordKey::Name(_)));
+                let listed = settings.control.words.name(&statement.major).is_some();
+                if let (Some(now), Some(key), false) = (now, key, listed) {
+                    let mark = statement.head.mark;
+                    let line = source.line(mark).map_or("", |(line, _)| line);
+                    found.word(key, statement.head.span, mark, line, now);
+                }
+            }
+            Ok(()) => {}
+        }
+        at = next;
     }
 }
 
 /// All faults of single statements: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
-    let mut statement = Statement::new();
+    let mut statement = Statement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         let bad = match result {
             Err(bad) => Some(bad),
-            Ok(()) => reader::refused_word(&statement),
+            Ok(()) => reader::refused_word(&statement, &settings.control),
         };
         faults.extend(bad.map(|bad| bad.diagnostic(source)));
         at = next;

@@ -33,18 +33,18 @@ impl AptReader {
             }
             count => return Err(arity(st.head, &st.major, count, "x, y, z or x, y, z, i, j, k")),
         }
-        Ok([n[0], n[1], n[2]].map(|v| v * self.unit))
+        Ok([n[0], n[1], n[2]].map(|v| v * self.own.unit))
     }
 
     /// Takes a tool axis; a vector switches tool center point control on.
     pub(crate) fn set_axis(&mut self, axis: [f64; 3]) {
-        self.axis = axis;
+        self.own.axis = axis;
         self.tcp_on();
     }
 
     pub(crate) fn tcp_on(&mut self) {
-        if !self.tcp {
-            self.tcp = true;
+        if !self.own.tcp {
+            self.own.tcp = true;
             self.emit(Op::Tcp(Tcp { on: true, interpolation: OrientationInterpolation::GreatCircle }));
         }
     }
@@ -52,19 +52,19 @@ impl AptReader {
     pub(crate) fn goto(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         self.take_path_tool();
         let point = self.pose(source, st)?;
-        self.go(point, st.head)
+        self.go_to(point, st.head)
     }
 
     pub(crate) fn godlta(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         self.take_path_tool();
         let mut n = [0.0; 3];
         let step = match self.numbers(source, st, &mut n)? {
-            1 => self.axis.map(|v| v * n[0]),
+            1 => self.own.axis.map(|v| v * n[0]),
             3 => n,
             count => return Err(arity(st.head, "GODLTA", count, "one value (along the tool axis) or three")),
         };
         let from = self.here(st.head)?;
-        self.go(frame::add_scaled(from, step, self.unit), st.head)
+        self.go_to(frame::add_scaled(from, step, self.own.unit), st.head)
     }
 
     /// The programmed position.
@@ -75,32 +75,24 @@ impl AptReader {
     }
 
     /// Goes to a point as the statements before have asked: along a circle, through a cycle, or straight.
-    pub(crate) fn go(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        if let Some(circle) = self.circle.take() {
+    pub(crate) fn go_to(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+        if let Some(circle) = self.own.circle.take() {
             return self.go_circle(&circle, point, place);
         }
-        let rapid = std::mem::take(&mut self.rapid);
-        if self.cycle_on {
+        let rapid = std::mem::take(&mut self.own.rapid);
+        if self.own.cycle_on {
             return self.hole(point, place);
         }
-        self.straight(point, rapid, place)
-    }
-
-    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool, place: Place) -> Result<(), Box<Bad>> {
-        if !rapid {
-            self.need_feed(place)?;
-        }
-        let motion = self.motion(point);
-        self.position.move_to(motion.end, motion.end_base);
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+        self.straight(point, rapid);
         Ok(())
     }
 
-    pub(crate) fn need_feed(&self, place: Place) -> Result<(), Box<Bad>> {
-        if self.feed.is_some() {
-            return Ok(());
+    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool) {
+        if !rapid {
+            self.need_feed();
         }
-        Err(place.bad(codes::NO_FEED, "the motion has no feed", "write FEDRAT, or RAPID, before it"))
+        let motion = self.motion(point);
+        self.go(motion, rapid);
     }
 
     /// The motion to a point with the tool axis in effect.
@@ -114,8 +106,12 @@ impl AptReader {
         Motion {
             end,
             end_base,
-            tool_axis: self.tcp.then_some(self.axis),
-            tool_axis_base: if self.tcp { frame::unit(self.position.frame().apply_vector(self.axis)) } else { None },
+            tool_axis: self.own.tcp.then_some(self.own.axis),
+            tool_axis_base: if self.own.tcp {
+                frame::unit(self.position.frame().apply_vector(self.own.axis))
+            } else {
+                None
+            },
             programmed: 0b111,
             machine_coordinates: false,
             exact_stop: false,
@@ -124,11 +120,11 @@ impl AptReader {
 
     /// FROM and HOME: the tool is at a point (FROM), and GOHOME goes there.
     pub(crate) fn from(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
-        let before = (self.axis, self.tcp);
+        let before = (self.own.axis, self.own.tcp);
         let point = self.pose(source, st)?;
-        self.home = Some((point, self.axis));
+        self.own.home = Some((point, self.own.axis));
         if st.major == "HOME" {
-            self.axis = before.0;
+            self.own.axis = before.0;
         } else {
             let motion = self.motion(point);
             self.position.move_to(motion.end, motion.end_base);
@@ -138,7 +134,7 @@ impl AptReader {
     }
 
     pub(crate) fn go_home(&mut self, st: &Statement) -> Result<(), Box<Bad>> {
-        let Some((point, axis)) = self.home else {
+        let Some((point, axis)) = self.own.home else {
             return Err(st.head.bad(
                 codes::POSITION_UNKNOWN,
                 "GOHOME has no point to go to",
@@ -146,9 +142,10 @@ impl AptReader {
             ));
         };
         self.take_path_tool();
-        self.rapid = false;
-        self.axis = axis;
-        self.straight(point, true, st.head)
+        self.own.rapid = false;
+        self.own.axis = axis;
+        self.straight(point, true);
+        Ok(())
     }
 
     pub(crate) fn multax(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
@@ -156,7 +153,7 @@ impl AptReader {
             None | Some("ON") => self.tcp_on(),
             Some("OFF") => {
                 // Tool center point control stays on, so that the tool turns back to the axis it now has.
-                self.axis = [0.0, 0.0, 1.0];
+                self.own.axis = [0.0, 0.0, 1.0];
                 self.note("MULTAX/OFF: the tool axis is 0, 0, 1");
             }
             Some(other) => {
@@ -181,7 +178,7 @@ impl AptReader {
                 "give the direction from the tip to the holder",
             ));
         };
-        if axis != [0.0, 0.0, 1.0] || self.tcp {
+        if axis != [0.0, 0.0, 1.0] || self.own.tcp {
             self.set_axis(axis);
         } else {
             self.note("TLAXIS/0, 0, 1");
@@ -210,10 +207,10 @@ impl AptReader {
         let y = frame::cross(z, x);
         let frame = Frame {
             linear: std::array::from_fn(|row| [x[row], y[row], z[row]]),
-            translation: [n[0], n[1], n[2]].map(|v| v * self.unit),
+            translation: [n[0], n[1], n[2]].map(|v| v * self.own.unit),
             rotary: [0.0; 3],
         };
-        let first = *self.first_msys.get_or_insert(frame);
+        let first = *self.own.first_msys.get_or_insert(frame);
         let turned = first.linear;
         let back = Frame { linear: std::array::from_fn(|r| std::array::from_fn(|c| turned[c][r])), ..Frame::IDENTITY };
         let shift = back.apply(frame::sub(frame.translation, first.translation));
@@ -222,12 +219,12 @@ impl AptReader {
         } else {
             Frame { translation: shift, ..back.then(&Frame { translation: [0.0; 3], ..frame }) }
         };
-        if local == self.local {
+        if local == self.own.local {
             self.note("MSYS");
             return Ok(());
         }
-        self.local = local;
-        self.axis = [0.0, 0.0, 1.0];
+        self.own.local = local;
+        self.own.axis = [0.0, 0.0, 1.0];
         if local.is_rotated() {
             self.tcp_on();
         }
@@ -254,7 +251,7 @@ impl AptReader {
         if count != 3 {
             return Err(arity(st.head, "TRANS", count, "x, y, z"));
         }
-        self.shift = [n[0], n[1], n[2]].map(|v| v * self.unit);
+        self.own.shift = [n[0], n[1], n[2]].map(|v| v * self.own.unit);
         self.take_frame("TRANS");
         Ok(())
     }

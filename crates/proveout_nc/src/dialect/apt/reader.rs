@@ -1,23 +1,21 @@
 //! Runs the statements of CL data one by one; nothing that was executed is kept.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::drilling::Cycle;
-use super::recover::Recovery;
+use super::recover;
 use super::statement::{self, Bad, Item, Place, Statement, Token};
 use super::words::{self, Class};
+use crate::channel::doubt::{Doubt, Stage};
+use crate::channel::{Channel, Failed, Language, Section};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Span, column_and_length};
-use crate::dialect::coverage::Coverage;
-use crate::dialect::doubt::Stage;
+use crate::control::{Control, Meaning};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::frame::Frame;
+use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::state::Position;
-use crate::{
-    Command, CompSide, Feed, FrameChange, Location, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName,
-    WorkOffset,
-};
+use crate::{CompSide, FrameChange, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName, WorkOffset};
 
 /// Millimeters of an inch.
 pub(crate) const INCH: f64 = 25.4;
@@ -29,157 +27,152 @@ const MAX_NAMES: usize = 100_000;
 pub(crate) struct PendingCircle {
     pub(crate) center: [f64; 3],
     pub(crate) normal: [f64; 3],
-    pub(crate) radius: f64,
+    /// None: that of the start.
+    pub(crate) radius: Option<f64>,
     /// Programmed angle, radian.
     pub(crate) angle: Option<f64>,
     /// A circle of NX: start and end at one point are no motion there, not a full turn.
     pub(crate) zero_at_one_point: bool,
 }
 
+/// CL data being executed.
+pub(crate) type AptReader = Channel<Apt>;
+
+/// What CL data keep.
 #[derive(Debug)]
-pub(crate) struct AptReader {
-    pub(crate) source: Arc<Source>,
-    cursor: Mark,
-    queue: VecDeque<Command>,
-    location: Location,
+pub(crate) struct Apt {
     started: bool,
-    pub(crate) done: bool,
-    failure: Option<Box<Diagnostic>>,
-    pub(crate) recovery: Recovery,
-    pub(crate) coverage: Coverage,
-    pub(crate) arc_tolerance: f64,
     max_names: usize,
     names: BTreeMap<String, f64>,
     offsets: BTreeMap<String, WorkOffset>,
-    pub(crate) settable: Frame,
+    settable: Frame,
     /// Coordinate system of the operation (MSYS) seen from the first one, and TRANS.
     pub(crate) local: Frame,
     pub(crate) shift: [f64; 3],
     pub(crate) first_msys: Option<Frame>,
     /// mm of a length unit.
     pub(crate) unit: f64,
-    pub(crate) position: Position,
     /// Tool axis, work coordinates.
     pub(crate) axis: [f64; 3],
     /// Tool center point control is on.
     pub(crate) tcp: bool,
     pub(crate) rapid: bool,
-    pub(crate) feed: Option<Feed>,
-    pub(crate) told_feed: Option<Feed>,
-    pub(crate) turning: SpindleDirection,
+    pub(crate) noted_no_feed: bool,
     /// Direction that SPINDL/ON takes up again.
     pub(crate) last_direction: SpindleDirection,
-    pub(crate) speed: Option<f64>,
-    pub(crate) flood: bool,
-    pub(crate) mist: bool,
     pub(crate) side: CompSide,
     pub(crate) circle: Option<PendingCircle>,
     /// INDIRV: where the next circle sets off to.
     pub(crate) forward: Option<[f64; 3]>,
     pub(crate) cycle: Option<Cycle>,
     pub(crate) cycle_on: bool,
+    /// Point of the hole in work.
+    pub(crate) hole: [f64; 3],
     /// Where the tool stood when the cycle began.
     pub(crate) cycle_from: Option<[f64; 3]>,
     pub(crate) home: Option<([f64; 3], [f64; 3])>,
-    pub(crate) loaded: bool,
+    /// The program loads a tool by its number.
+    pub(crate) tool_loaded: bool,
     pub(crate) path_tool: Option<String>,
     pub(crate) pending_tool: Option<String>,
 }
 
+/// The text, before its first statement.
+pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
+    let own = Apt {
+        started: false,
+        max_names: settings.limits.max_array_elements.min(MAX_NAMES),
+        names: settings.variables.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect(),
+        offsets: settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), offset)).collect(),
+        settable: Frame::IDENTITY,
+        local: Frame::IDENTITY,
+        shift: [0.0; 3],
+        first_msys: None,
+        unit: if settings.control.start.inch == Some(true) { INCH } else { 1.0 },
+        axis: [0.0, 0.0, 1.0],
+        tcp: false,
+        rapid: false,
+        last_direction: SpindleDirection::Clockwise,
+        noted_no_feed: false,
+        side: CompSide::Off,
+        circle: None,
+        forward: None,
+        cycle: None,
+        cycle_on: false,
+        hole: [0.0; 3],
+        cycle_from: None,
+        home: None,
+        tool_loaded: false,
+        path_tool: None,
+        pending_tool: None,
+    };
+    let whole = Section { start: Mark::START, end: source.text.len() };
+    Channel::new(source, None, settings, own, |()| (whole, ()), (), ())
+}
+
+impl Language for Apt {
+    type Index = ();
+    type Level = ();
+    type Block = Statement;
+    type Mark = ();
+    type Variables = ();
+    type Modal = ();
+
+    fn index(&self, _source: &Source, _main: bool, _faults: &mut Vec<Diagnostic>) {}
+
+    fn step(channel: &mut AptReader) -> Result<(), Box<Diagnostic>> {
+        let Some(level) = channel.stack.last() else {
+            channel.done = true;
+            return Ok(());
+        };
+        let (loaded, at) = (Arc::clone(&level.loaded), level.cursor);
+        let mut statement = std::mem::take(&mut channel.block);
+        let Some((read, next)) = statement::read(&loaded.source, at, &mut statement) else {
+            channel.done = true;
+            return Ok(());
+        };
+        channel.coverage.mark(loaded.file, at.line, next.line);
+        channel.set_cursor(next);
+        channel.recovery.faults.stage = Stage::Unread;
+        let result = read.and_then(|()| channel.run(&loaded.source, &statement));
+        channel.block = statement;
+        match result {
+            Ok(()) => {
+                recover::settle_doubt(channel);
+                Ok(())
+            }
+            Err(bad) => {
+                let line = loaded.source.line(bad.mark).map_or("", |(line, _)| line);
+                Err(channel.failed(&loaded, bad.mark, line, bad.fault))
+            }
+        }
+    }
+
+    fn moving(_channel: &mut AptReader) {}
+
+    fn may_follow(channel: &AptReader, fault: &Diagnostic) -> bool {
+        recover::may_follow(channel, fault)
+    }
+
+    fn settle_doubt(channel: &mut AptReader) {
+        recover::settle_doubt(channel);
+    }
+
+    fn give_up(channel: &mut AptReader, _failed: &Failed<()>) {
+        channel.own.circle = None;
+        channel.own.forward = None;
+    }
+
+    fn go_on(channel: &mut AptReader, _failed: &Failed<()>) -> Option<Doubt> {
+        Some(recover::doubt_of(&channel.block))
+    }
+
+    fn not_run(channel: &AptReader) -> Vec<NotRun> {
+        recover::not_run(channel)
+    }
+}
+
 impl AptReader {
-    pub(crate) fn new(source: Source, settings: &Settings) -> Self {
-        let location = Location { file: Arc::clone(&source.name), line: 1, column: 1, length: 0, depth: 0 };
-        Self {
-            source: Arc::new(source),
-            cursor: Mark::START,
-            queue: VecDeque::new(),
-            location,
-            started: false,
-            done: false,
-            failure: None,
-            recovery: Recovery::default(),
-            coverage: Coverage::default(),
-            arc_tolerance: settings.arc_tolerance_mm,
-            max_names: settings.limits.max_array_elements.min(MAX_NAMES),
-            names: settings.variables.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect(),
-            offsets: settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), offset)).collect(),
-            settable: Frame::IDENTITY,
-            local: Frame::IDENTITY,
-            shift: [0.0; 3],
-            first_msys: None,
-            unit: 1.0,
-            position: Position::new(),
-            axis: [0.0, 0.0, 1.0],
-            tcp: false,
-            rapid: false,
-            feed: None,
-            told_feed: None,
-            turning: SpindleDirection::Off,
-            last_direction: SpindleDirection::Clockwise,
-            speed: None,
-            flood: false,
-            mist: false,
-            side: CompSide::Off,
-            circle: None,
-            forward: None,
-            cycle: None,
-            cycle_on: false,
-            cycle_from: None,
-            home: None,
-            loaded: false,
-            path_tool: None,
-            pending_tool: None,
-        }
-    }
-
-    pub(crate) fn next(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        let mut statement = None;
-        loop {
-            if let Some(command) = self.queue.pop_front() {
-                return Some(Ok(command));
-            }
-            if let Some(failure) = self.failure.take() {
-                self.done = true;
-                return Some(Err(failure));
-            }
-            if self.done {
-                return None;
-            }
-            let source = Arc::clone(&self.source);
-            let statement = statement.get_or_insert_with(Statement::new);
-            let Some((result, next)) = statement::read(&source, self.cursor, statement) else {
-                self.done = true;
-                continue;
-            };
-            self.coverage.mark(0, self.cursor.line, next.line);
-            self.cursor = next;
-            self.recovery.faults.stage = Stage::Unread;
-            match result.and_then(|()| self.run(&source, statement)) {
-                Ok(()) => self.settle_doubt(),
-                Err(bad) => {
-                    let diagnostic = bad.diagnostic(&source);
-                    self.recovery.failed = Some((statement.major.clone(), statement.assignment));
-                    self.failure = Some(Box::new(diagnostic));
-                }
-            }
-        }
-    }
-
-    pub(crate) fn emit(&mut self, op: Op) {
-        self.queue.push_back(Command { location: self.location.clone(), op });
-    }
-
-    pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.emit(Op::Note(text.into()));
-    }
-
-    /// Ends the program.
-    pub(crate) fn finish(&mut self) {
-        self.emit(Op::End);
-        self.done = true;
-        self.coverage.end(0, self.cursor.line);
-    }
-
     fn run(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         if st.major.is_empty() {
             return Ok(());
@@ -189,18 +182,22 @@ impl AptReader {
         let end =
             st.items.iter().take_while(|i| i.place.mark == mark).last().map_or(st.head.span.end, |i| i.place.span.end);
         let end = end.max(st.literal.span.end).max(st.head.span.end);
-        let (column, length) = column_and_length(line, Span { start: st.head.span.start, end });
-        (self.location.line, self.location.column, self.location.length) = (mark.line, column, length);
+        self.stands_at(&source.name, mark, line, Span { start: st.head.span.start, end });
         self.recovery.faults.stage = Stage::Acting;
-        if !self.started {
-            self.started = true;
+        if !self.own.started {
+            self.own.started = true;
             self.work_offset("G54");
+            let start = self.settings.start_position;
+            self.position.begin_at(&start);
         }
         if st.assignment {
             return self.assign(source, st);
         }
-        if let Some(bad) = refused_word(st) {
+        if let Some(bad) = refused_word(st, &self.settings.control) {
             return Err(bad);
+        }
+        if self.listed_word(&st.major) {
+            return Ok(());
         }
         if words::classify(&st.major) == Class::Note {
             let text = line.get(st.head.span.start as usize..end as usize).unwrap_or(line);
@@ -217,7 +214,7 @@ impl AptReader {
                         "write RAPID alone: it holds for the next motion",
                     ));
                 }
-                self.rapid = true;
+                self.own.rapid = true;
                 Ok(())
             }
             "FEDRAT" => self.feed_statement(source, st),
@@ -232,22 +229,31 @@ impl AptReader {
             "TLAXIS" => self.tool_axis_statement(source, st),
             "MSYS" => self.msys(source, st),
             "ORIGIN" | "TRANS" => self.shift_statement(source, st),
-            "UNITS" => self.units(source, st),
+            "UNIT" | "UNITS" => self.units(source, st),
+            "CSYS" => self.csys(source, st),
+            "TRNTYP" => self.transform_type(source, st),
             _ => self.technology(source, st),
         }
     }
 
+    /// Does a word of the control file; false where it lists none of this name.
+    fn listed_word(&mut self, major: &str) -> bool {
+        let Some((at, _)) = self.settings.control.words.name(major) else { return false };
+        self.tell_listed(at, "");
+        true
+    }
+
     /// Takes a work offset into effect and tells it.
     pub(crate) fn work_offset(&mut self, word: &str) {
-        let values = self.offsets.get(word).copied().unwrap_or_default();
-        self.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+        let values = self.own.offsets.get(word).copied().unwrap_or_default();
+        self.own.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
         self.emit(Op::Offset(Offset::Work { word: word.to_owned() }));
         self.take_frame(word);
     }
 
     /// Takes the frames into effect and tells a change.
     pub(crate) fn take_frame(&mut self, word: &str) {
-        let total = self.settable.then(&self.local).then(&Frame::translation(self.shift));
+        let total = self.own.settable.then(&self.own.local).then(&Frame::translation(self.own.shift));
         if total == *self.position.frame() {
             return;
         }
@@ -266,11 +272,11 @@ impl AptReader {
         match st.items.as_slice() {
             [item] => {
                 let value = self.number(source, item)?;
-                if self.names.len() >= self.max_names && !self.names.contains_key(&st.major) {
-                    let message = format!("the text defines more than {} names", self.max_names);
+                if self.own.names.len() >= self.own.max_names && !self.own.names.contains_key(&st.major) {
+                    let message = format!("the text defines more than {} names", self.own.max_names);
                     return Err(place.bad(codes::LOOP_LIMIT, message, "raise max_array_elements in the settings"));
                 }
-                self.names.insert(st.major.clone(), value);
+                self.own.names.insert(st.major.clone(), value);
                 Ok(())
             }
             _ => Err(place.bad(
@@ -287,9 +293,9 @@ impl AptReader {
             Token::Number(value) => value,
             Token::Word => {
                 let text = item.place.text(source);
-                match self.names.get(&text.to_ascii_uppercase()) {
+                match self.own.names.get(&text.to_ascii_uppercase()) {
                     Some(&value) => value,
-                    None if text.starts_with(|c: char| c.is_ascii_alphabetic()) && !self.names.is_empty() => {
+                    None if text.starts_with(|c: char| c.is_ascii_alphabetic()) && !self.own.names.is_empty() => {
                         let message = format!("`{text}` has no value here");
                         return Err(item.place.bad(codes::UNKNOWN_VARIABLE, message, "give it one before, NAME=3.5"));
                     }
@@ -327,7 +333,7 @@ impl AptReader {
 
     pub(crate) fn units(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let word = st.items.first().map(|i| Self::word(source, i)).unwrap_or_default();
-        self.unit = match word.as_str() {
+        self.own.unit = match word.as_str() {
             "MM" => 1.0,
             "INCHES" | "INCH" => INCH,
             "" => return Err(st.head.bad(codes::MISSING_VALUE, "UNITS has no unit", "write UNITS/MM or UNITS/INCHES")),
@@ -342,12 +348,12 @@ impl AptReader {
 
     /// The tool of the operation goes into the spindle before its first motion, unless the program loads one by number.
     pub(crate) fn take_path_tool(&mut self) {
-        if let Some(name) = self.pending_tool.take() {
-            self.change_tool(ToolName::Name(name), 1);
+        if let Some(name) = self.own.pending_tool.take() {
+            self.load_into_spindle(ToolName::Name(name), 1);
         }
     }
 
-    pub(crate) fn change_tool(&mut self, tool: ToolName, edge: u32) {
+    pub(crate) fn load_into_spindle(&mut self, tool: ToolName, edge: u32) {
         self.emit(Op::Tool(ToolAction::Select(tool.clone())));
         self.emit(Op::Tool(ToolAction::Change(tool)));
         self.emit(Op::Offset(Offset::ToolEdge { edge }));
@@ -357,9 +363,14 @@ impl AptReader {
 }
 
 /// The fault of a statement whose word no state makes valid.
-pub(crate) fn refused_word(st: &Statement) -> Option<Box<Bad>> {
+pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>> {
     if st.major.is_empty() || st.assignment {
         return None;
+    }
+    if let Some((_, listed)) = control.words.name(&st.major) {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        let message = format!("`{}` is refused by the control \"{}\"", listed.word, control.name);
+        return Some(st.head.bad(codes::UNSUPPORTED_WORD, message, remedy));
     }
     let help = "correct the word, or put it behind `$$` when it has no effect";
     match words::classify(&st.major) {

@@ -16,7 +16,12 @@ pub(crate) struct Place {
 
 impl Place {
     pub(crate) fn bad(self, code: &'static str, message: impl Into<String>, help: impl Into<String>) -> Box<Bad> {
-        Box::new(Bad { fault: Fault::new(code, self.span, message).help(help), mark: self.mark })
+        self.with(Fault::new(code, self.span, message).help(help))
+    }
+
+    /// A fault of its line.
+    pub(crate) fn with(self, fault: Fault) -> Box<Bad> {
+        Box::new(Bad { fault, mark: self.mark })
     }
 
     pub(crate) fn text(self, source: &Source) -> &str {
@@ -28,8 +33,8 @@ impl Place {
 /// A fault with its line.
 #[derive(Debug)]
 pub(crate) struct Bad {
-    fault: Fault,
-    mark: Mark,
+    pub(crate) fault: Fault,
+    pub(crate) mark: Mark,
 }
 
 impl Bad {
@@ -71,15 +76,18 @@ pub(crate) struct Statement {
     pub(crate) assignment: bool,
 }
 
-impl Statement {
-    pub(crate) fn new() -> Self {
+impl Default for Statement {
+    fn default() -> Self {
         let nowhere = Place { mark: Mark::START, span: Span::default() };
         Self { major: String::new(), head: nowhere, items: Vec::new(), literal: nowhere, assignment: false }
     }
 }
 
 /// Words that take the rest of their line as a text.
-const TEXTS: [&str; 9] = ["PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "LETTER", "LEADER", "DISPLY", "TITLES"];
+const TEXTS: [&str; 12] = [
+    "PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "LETTER", "LEADER", "DISPLY", "TITLES", "PPWORD", "PPFUN",
+    "LPRINT",
+];
 
 /// Reads the statement that begins at a line, and gives the line behind it; none at the end of the text.
 pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Result<(), Box<Bad>>, Mark)> {
@@ -128,6 +136,10 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
             result = items(code, 0, next, &mut value, &mut out.items);
         }
         (open, last, next) = (more, next, after);
+    }
+    // CATIA leaves values of TOOLNO out; none of them has an effect.
+    if result.is_err() && out.major == "TOOLNO" {
+        result = Ok(());
     }
     Some((result, next))
 }
@@ -259,7 +271,7 @@ mod tests {
 
     fn parse(text: &str) -> (String, Vec<Token>, bool) {
         let source = Source::new("t", text.to_owned());
-        let mut statement = Statement::new();
+        let mut statement = Statement::default();
         let (result, _) = read(&source, Mark::START, &mut statement).unwrap();
         let tokens = statement.items.iter().map(|i| i.token).collect();
         (statement.major, tokens, result.is_ok())

@@ -2,9 +2,10 @@
 
 use super::reader::{AptReader, INCH, arity};
 use super::statement::{Bad, Item, Statement, Token};
+use crate::channel::direction_of;
 use crate::codes;
 use crate::source::Source;
-use crate::{CompSide, Coolant, CutterComp, Dwell, Feed, Op, Spindle, SpindleDirection, ToolName};
+use crate::{CompSide, CutterComp, Dwell, Feed, Op, SpindleDirection, ToolName};
 
 /// Unit of a feed value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,10 +23,10 @@ impl AptReader {
             "MMPM" => FeedUnit::Minute(1.0),
             "IPM" => FeedUnit::Minute(INCH),
             "FPM" => FeedUnit::Minute(12.0 * INCH),
-            "PERMIN" => FeedUnit::Minute(self.unit),
+            "PERMIN" => FeedUnit::Minute(self.own.unit),
             "MMPR" => FeedUnit::Revolution(1.0),
             "IPR" => FeedUnit::Revolution(INCH),
-            "PERREV" => FeedUnit::Revolution(self.unit),
+            "PERREV" => FeedUnit::Revolution(self.own.unit),
             _ => return None,
         })
     }
@@ -39,18 +40,10 @@ impl AptReader {
                 "write FEDRAT/100,MMPM, or RAPID for a rapid motion",
             ));
         }
-        Ok(match unit.unwrap_or(FeedUnit::Minute(self.unit)) {
+        Ok(match unit.unwrap_or(FeedUnit::Minute(self.own.unit)) {
             FeedUnit::Minute(mm) => Feed::PerTime(value * mm / 60.0),
             FeedUnit::Revolution(mm) => Feed::PerRevolution(value * mm),
         })
-    }
-
-    /// Hands the feed out when it differs from the last one.
-    pub(crate) fn tell_feed(&mut self, feed: Feed) {
-        if self.told_feed != Some(feed) {
-            self.told_feed = Some(feed);
-            self.emit(Op::Feed(feed));
-        }
     }
 
     pub(crate) fn feed_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
@@ -72,16 +65,15 @@ impl AptReader {
             return Err(st.head.bad(codes::MISSING_VALUE, "FEDRAT has no value", "write FEDRAT/100,MMPM"));
         };
         let feed = self.feed_of(value, unit, item)?;
-        self.feed = Some(feed);
-        self.tell_feed(feed);
+        self.set_feed(Some(feed));
         Ok(())
     }
 
     /// Words that are neither points nor coordinate systems.
     pub(crate) fn technology(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         match st.major.as_str() {
-            "SPINDL" => self.spindle(source, st),
-            "COOLNT" => self.coolant(source, st),
+            "SPINDL" => self.spindle_statement(source, st),
+            "COOLNT" => self.coolant_statement(source, st),
             "LOADTL" | "LOAD" => self.load_tool(source, st),
             "SELCTL" | "SELECTL" | "SELECT" => {
                 let (number, _) = self.tool_number(source, st)?;
@@ -99,7 +91,7 @@ impl AptReader {
                 Ok(())
             }
             "END" | "FINI" => {
-                self.finish();
+                self.end_of_program();
                 Ok(())
             }
             "PPRINT" => {
@@ -111,7 +103,7 @@ impl AptReader {
                 self.note(format!("PARTNO {text}"));
                 Ok(())
             }
-            "INSERT" => self.insert(source, st),
+            "INSERT" | "PPWORD" | "PPFUN" => self.post_text(source, st),
             "AUXFUN" => self.auxiliary(source, st),
             "PREFUN" => self.preparatory(source, st),
             other => {
@@ -121,20 +113,15 @@ impl AptReader {
         }
     }
 
-    fn tell_spindle(&mut self) {
-        let spindle = Spindle { direction: self.turning, speed_rpm: self.speed };
-        self.emit(Op::Spindle(spindle));
-    }
-
     /// SPINDL/[RPM,]speed[,RPM][,CLW], SPINDL/CLW, SPINDL/ON, SPINDL/OFF.
-    fn spindle(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn spindle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut direction = None;
         let mut speed = None;
         for item in &st.items {
             let word = Self::word(source, item);
             match word.as_str() {
                 "OFF" | "STOP" => direction = Some(SpindleDirection::Off),
-                "ON" => direction = Some(self.last_direction),
+                "ON" => direction = Some(self.own.last_direction),
                 "CLW" => direction = Some(SpindleDirection::Clockwise),
                 "CCLW" => direction = Some(SpindleDirection::CounterClockwise),
                 "RPM" | "NOTE" => {}
@@ -159,34 +146,34 @@ impl AptReader {
                 let message = format!("the spindle speed must not be negative and is {value}");
                 return Err(item.place.bad(codes::BAD_VALUE, message, "give the direction with CLW or CCLW"));
             }
-            self.speed = Some(value);
+            self.technology.speed = Some(value);
         }
         // A speed alone starts the spindle, as SPINDL/ON does.
-        self.turning = match direction {
+        self.technology.direction = match direction {
             Some(direction) => direction,
-            None if speed.is_some() || st.items.is_empty() => self.last_direction,
-            None => self.turning,
+            None if speed.is_some() || st.items.is_empty() => self.own.last_direction,
+            None => self.technology.direction,
         };
-        if self.turning != SpindleDirection::Off {
-            self.last_direction = self.turning;
+        if self.technology.direction != SpindleDirection::Off {
+            self.own.last_direction = self.technology.direction;
         }
         self.tell_spindle();
         Ok(())
     }
 
-    fn coolant(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn coolant_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut words: Vec<String> = st.items.iter().map(|i| Self::word(source, i)).collect();
         if words.is_empty() {
             words.push("ON".to_owned());
         }
         for word in words {
             match word.as_str() {
-                "OFF" => (self.flood, self.mist) = (false, false),
-                "ON" if self.flood || self.mist => {}
-                "ON" | "FLOOD" => self.flood = true,
-                "MIST" => self.mist = true,
+                "OFF" => self.technology.set_coolant(9),
+                "ON" if self.technology.flood || self.technology.mist => {}
+                "ON" | "FLOOD" => self.technology.set_coolant(8),
+                "MIST" => self.technology.set_coolant(7),
                 "THRU" | "TAPKUL" | "HIGH" | "MEDIUM" | "LOW" | "BOTH" => {
-                    self.flood = true;
+                    self.technology.set_coolant(8);
                     self.note(format!("COOLNT/{word} is taken as flood"));
                 }
                 "AIR" => self.note("COOLNT/AIR"),
@@ -196,8 +183,7 @@ impl AptReader {
                 }
             }
         }
-        let coolant = Coolant { flood: self.flood, mist: self.mist };
-        self.emit(Op::Coolant(coolant));
+        self.tell_coolant();
         Ok(())
     }
 
@@ -235,9 +221,9 @@ impl AptReader {
 
     fn load_tool(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let (tool, edge) = self.tool_number(source, st)?;
-        self.loaded = true;
-        self.pending_tool = None;
-        self.change_tool(tool, edge.unwrap_or(1));
+        self.own.tool_loaded = true;
+        self.own.pending_tool = None;
+        self.load_into_spindle(tool, edge.unwrap_or(1));
         Ok(())
     }
 
@@ -246,11 +232,11 @@ impl AptReader {
         let name =
             st.items.iter().skip(1).position(|i| Self::word(source, i) == "TOOL").and_then(|at| st.items.get(at + 2));
         let name = name.map(|i| unquoted(i.place.text(source)).to_owned());
-        if let Some(name) = name.filter(|name| self.path_tool.as_ref() != Some(name)) {
-            if !self.loaded {
-                self.pending_tool = Some(name.clone());
+        if let Some(name) = name.filter(|name| self.own.path_tool.as_ref() != Some(name)) {
+            if !self.own.tool_loaded {
+                self.own.pending_tool = Some(name.clone());
             }
-            self.path_tool = Some(name);
+            self.own.path_tool = Some(name);
         }
         let operation = st.items.first().map_or("", |i| i.place.text(source));
         self.note(format!("TOOL PATH/{operation}"));
@@ -284,7 +270,7 @@ impl AptReader {
         let Some(side) = side else {
             return Err(st.head.bad(codes::MISSING_VALUE, "CUTCOM names no side", "write CUTCOM/LEFT, RIGHT or OFF"));
         };
-        self.side = side;
+        self.own.side = side;
         self.emit(Op::CutterComp(CutterComp { side, offset, radius: None }));
         Ok(())
     }
@@ -310,23 +296,6 @@ impl AptReader {
         Ok(())
     }
 
-    /// INSERT: text for one control. A comment has no effect; anything else is refused.
-    fn insert(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
-        let text = unquoted(st.literal.text(source)).to_owned();
-        let body = text.trim().trim_end_matches('$').trim();
-        let comment =
-            body.is_empty() || body.starts_with([';', '*', '!']) || body.starts_with('(') && body.ends_with(')');
-        if comment {
-            self.note(format!("INSERT {body}"));
-            return Ok(());
-        }
-        Err(st.head.bad(
-            codes::UNSUPPORTED_WORD,
-            format!("`INSERT {body}` is not supported: its text is meant for one control"),
-            "write what it does in words of CL data, or take it out for the prove-out",
-        ))
-    }
-
     /// AUXFUN/n: M word.
     fn auxiliary(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 1];
@@ -337,15 +306,8 @@ impl AptReader {
         match n[0] {
             0.0 => self.emit(Op::Stop { optional: false }),
             1.0 => self.emit(Op::Stop { optional: true }),
-            2.0 | 30.0 => self.finish(),
-            3.0..=5.0 => {
-                self.turning = match n[0] {
-                    3.0 => SpindleDirection::Clockwise,
-                    4.0 => SpindleDirection::CounterClockwise,
-                    _ => SpindleDirection::Off,
-                };
-                self.tell_spindle();
-            }
+            2.0 | 30.0 => self.end_of_program(),
+            3.0..=5.0 => self.spindle(direction_of(n[0])),
             6.0 => {
                 return Err(st.head.bad(
                     codes::UNSUPPORTED_WORD,
@@ -353,15 +315,9 @@ impl AptReader {
                     "change the tool with LOADTL",
                 ));
             }
-            7.0..=9.0 => {
-                match n[0] {
-                    7.0 => self.mist = true,
-                    8.0 => self.flood = true,
-                    _ => (self.flood, self.mist) = (false, false),
-                }
-                let coolant = Coolant { flood: self.flood, mist: self.mist };
-                self.emit(Op::Coolant(coolant));
-            }
+            7.0 => self.coolant(7),
+            8.0 => self.coolant(8),
+            7.0..=9.0 => self.coolant(9),
             code => self.note(format!("M{code}")),
         }
         Ok(())
@@ -390,7 +346,7 @@ fn is_known_word(word: &str) -> bool {
 }
 
 /// Text without the quotation marks around it.
-fn unquoted(text: &str) -> &str {
+pub(crate) fn unquoted(text: &str) -> &str {
     let text = text.trim();
     for quote in ['\'', '"'] {
         if let Some(inner) = text.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote)) {

@@ -13,11 +13,14 @@
 //! the first element of the contour is known. RL and RR say on which side the contour is approached: R0 is refused for LN,
 //! CT and LCT.
 
+use super::circle::FULL_CIRCLE;
 use super::interpreter::Interpreter;
 use super::motion::Goal;
 use super::words::{Lead, Side, Words};
 use crate::arc::{self, PlaneArc};
+use crate::channel::arc_fault;
 use crate::codes;
+use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Command, Feed, Location};
 
@@ -73,6 +76,9 @@ fn cannot(span: Span, message: &str, help: &str) -> Fault {
     Fault::new(codes::ARC_GEOMETRY, span, message).help(help)
 }
 
+/// Arcs that are computed here meet their ends up to rounding, mm.
+const EXACT: ArcTolerance = ArcTolerance::absolute(1e-6);
+
 impl Interpreter {
     fn lead_number(
         &self,
@@ -98,7 +104,7 @@ impl Interpreter {
 
     /// LEN, R and CCA (radian) that a form takes.
     fn lead_words(&self, lead: Lead, w: &Words, span: Span) -> Result<[f64; 3], Fault> {
-        let unit = self.state.unit();
+        let unit = self.modal.unit();
         let mut found = [0.0; 3];
         match lead {
             Lead::LineTangent | Lead::LineNormal => found[0] = self.lead_number(w.length, "LEN", unit, span)?,
@@ -133,11 +139,11 @@ impl Interpreter {
         if rapid {
             return Err(Fault::new(codes::NO_FEED, span, "an approach needs a feed and has FMAX").help("write F"));
         }
-        if self.state.approach.is_some() {
+        if self.modal.approach.is_some() {
             return Err(no_contour(span));
         }
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
-        let side = self.state.side.unwrap_or(Side::Off);
+        let side = self.modal.side.unwrap_or(Side::Off);
         Self::lead_side(lead, side, span)?;
         self.need_feed(span)?;
         let (from, from_base) = (self.position.work, self.position.base);
@@ -145,7 +151,7 @@ impl Interpreter {
         let goal = self.goal(w, span)?;
         let motion = self.complete(goal, span)?;
         // The feed of the block was told; the way to PH needs the one before it.
-        self.state.approach = Some(Approach {
+        self.modal.approach = Some(Approach {
             lead,
             from,
             from_base,
@@ -155,21 +161,21 @@ impl Interpreter {
             radius,
             angle,
             side,
-            rapid: self.state.rapid_before,
-            feed_before: self.state.feed_before,
-            feed: self.state.feed,
+            rapid: self.modal.rapid_before,
+            feed_before: self.modal.feed_before,
+            feed: self.technology.feed,
             at: self.queue.len(),
             location: self.location.clone(),
         });
         self.position.move_to(motion.end, motion.end_base);
-        self.state.tangent = None;
+        self.modal.tangent = None;
         Ok(())
     }
 
     /// Puts the motions of a waiting approach into the queue; `tangent`: direction in which the contour begins.
     pub(crate) fn finish_approach(&mut self, tangent: Point, span: Span) -> Result<(), Fault> {
-        let Some(a) = self.state.approach.take() else { return Ok(()) };
-        let [u, v, n] = self.state.plane_axes();
+        let Some(a) = self.modal.approach.take() else { return Ok(()) };
+        let [u, v, n] = self.modal.plane_axes();
         let Some((t, left)) = sides(tangent) else { return Err(no_contour(span)) };
         let point = |values: &AxisValues| [values.get(u).unwrap_or(0.0), values.get(v).unwrap_or(0.0)];
         let (start, first) = (point(&a.from), point(&a.to));
@@ -193,32 +199,32 @@ impl Interpreter {
                         "start further away, or use a smaller R",
                     ));
                 };
-                let arc = arc::from_center(helper, first, center, side < 0.0, 1e-6)
-                    .map_err(|f| super::circle::arc_fault(f, 1e-6, span))?;
+                let arc = arc::from_center(helper, first, center, side < 0.0, EXACT)
+                    .map_err(|f| arc_fault(f, EXACT, FULL_CIRCLE, span))?;
                 (helper, Some((arc, side < 0.0)))
             }
         };
         // The motions are made as if they were executed at the place of the APPR block.
         let (work, base, location) = (self.position.work, self.position.base, self.location.clone());
-        let later: Vec<Command> = self.queue.drain(a.at.min(self.queue.len())..).collect();
-        let (feed, told, kept) = (self.state.feed, self.state.told_feed, self.state.tangent);
+        let later: Vec<(Command, ())> = self.queue.drain(a.at.min(self.queue.len())..).collect();
+        let (feed, told, kept) = (self.technology.feed, self.technology.told_feed, self.modal.tangent);
         self.position.move_to(a.from, a.from_base);
         self.location = a.location.clone();
         let lead_feed = if a.lead == Lead::LineCircle { a.feed } else { a.feed_before.or(a.feed) };
         let rapid = a.rapid && a.lead != Lead::LineCircle;
-        self.state.feed = lead_feed;
-        self.state.told_feed = a.feed;
+        self.technology.feed = lead_feed;
+        self.technology.told_feed = a.feed;
         self.lead_to(helper, None, rapid, span)?;
         if a.programmed >> n & 1 == 1 && a.to.get(n) != a.from.get(n) {
             self.lead_to(helper, a.to.get(n), rapid, span)?;
         }
-        self.state.feed = a.feed;
+        self.technology.feed = a.feed;
         self.lead_on(first, arc, span)?;
         // What the blocks since then have told comes behind.
         self.tell_feed();
-        self.state.feed = feed;
-        self.state.told_feed = told;
-        self.state.tangent = kept;
+        self.technology.feed = feed;
+        self.technology.told_feed = told;
+        self.modal.tangent = kept;
         self.location = location;
         self.queue.extend(later);
         self.position.move_to(work, base);
@@ -226,7 +232,7 @@ impl Interpreter {
     }
 
     fn plane_goal(&self, p: Point, height: Option<f64>) -> Goal {
-        let [u, v, n] = self.state.plane_axes();
+        let [u, v, n] = self.modal.plane_axes();
         let mut goal = Goal { end: self.position.work, programmed: 1 << u | 1 << v, tool_axis: None };
         goal.end.put(u, p[0]);
         goal.end.put(v, p[1]);
@@ -248,7 +254,7 @@ impl Interpreter {
         let goal = self.plane_goal(p, None);
         match arc {
             None => self.straight(goal, false, span),
-            Some((arc, clockwise)) => self.go_arc(goal, arc, clockwise, span),
+            Some((arc, clockwise)) => self.arc_to(goal, arc, clockwise, span),
         }
     }
 
@@ -258,10 +264,10 @@ impl Interpreter {
             return Err(Fault::new(codes::NO_FEED, span, "a departure needs a feed and has FMAX").help("write F"));
         }
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
-        let side = Self::lead_side(lead, self.state.departing.unwrap_or(Side::Off), span)?;
-        let [u, v, n] = self.state.plane_axes();
+        let side = Self::lead_side(lead, self.modal.departing.unwrap_or(Side::Off), span)?;
+        let [u, v, n] = self.modal.plane_axes();
         let last = self.flat(span)?;
-        let Some((t, left)) = self.state.tangent.and_then(sides) else {
+        let Some((t, left)) = self.modal.tangent.and_then(sides) else {
             return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the departure has no contour element before it")
                 .help("write DEP behind the last element of the contour"));
         };
@@ -286,8 +292,8 @@ impl Interpreter {
                         "end further away, or use a smaller R",
                     ));
                 };
-                let arc = arc::from_center(last, helper, center, side < 0.0, 1e-6)
-                    .map_err(|f| super::circle::arc_fault(f, 1e-6, span))?;
+                let arc = arc::from_center(last, helper, center, side < 0.0, EXACT)
+                    .map_err(|f| arc_fault(f, EXACT, FULL_CIRCLE, span))?;
                 self.lead_on(helper, Some((arc, side < 0.0)), span)?;
                 self.compensation(Side::Off);
                 self.lead_on(end, None, span)?;

@@ -6,18 +6,22 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
 use super::words::{Coordinate, Words};
 use crate::arc::{self, ArcFault, PlaneArc};
+use crate::channel::{Language, arc_fault};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{ArcMotion, Op};
 
+/// How a full circle is written.
+pub(crate) const FULL_CIRCLE: &str = "program a full circle with CC and C";
+
 impl Interpreter {
     /// CC: a new pole; an axis that is not written keeps its value, none at all takes the position.
     pub(crate) fn pole_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
-        let [u, v, n] = self.state.plane_axes();
+        let [u, v, n] = self.modal.plane_axes();
         if w.programmed & !(1 << u | 1 << v) != 0 {
             let letters = [crate::AXIS_LETTERS[u], crate::AXIS_LETTERS[v]];
             let _ = n;
@@ -39,13 +43,13 @@ impl Interpreter {
                     self.known(known, axis, span)? + self.coordinate(axis, self.variables.value(c.value, span)?)
                 }
                 Some(c) => self.coordinate(axis, self.variables.value(c.value, span)?),
-                None => match (w.programmed, self.state.pole) {
+                None => match (w.programmed, self.modal.pole) {
                     (0, _) | (_, None) => self.known(known, axis, span)?,
                     (_, Some(old)) => old[usize::from(axis == v)],
                 },
             };
         }
-        self.state.pole = Some(pole);
+        self.modal.pole = Some(pole);
         Ok(())
     }
 
@@ -62,13 +66,13 @@ impl Interpreter {
     }
 
     fn pole(&self, span: Span) -> Result<[f64; 2], Fault> {
-        self.state.pole.ok_or_else(|| {
+        self.modal.pole.ok_or_else(|| {
             Fault::new(codes::ARC_GEOMETRY, span, "no pole is defined").help("write CC X+0 Y+0 before it")
         })
     }
 
     pub(crate) fn flat(&self, span: Span) -> Result<[f64; 2], Fault> {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         Ok([self.known(self.position.work.get(u), u, span)?, self.known(self.position.work.get(v), v, span)?])
     }
 
@@ -80,7 +84,7 @@ impl Interpreter {
 
     /// C: arc about the pole to a point.
     pub(crate) fn arc_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         if w.programmed & 0b111 & !(1 << u | 1 << v) != 0 {
             return Err(super::lexer::refused(
                 "C with the tool axis",
@@ -92,27 +96,27 @@ impl Interpreter {
         let (start, center) = (self.flat(span)?, self.pole(span)?);
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance_mm;
-        let arc =
-            arc::from_center(start, end, center, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
-        self.go_arc(goal, arc, clockwise, span)
+        let tolerance = self.settings.arc_tolerance;
+        let arc = arc::from_center(start, end, center, clockwise, tolerance)
+            .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
+        self.arc_to(goal, arc, clockwise, span)
     }
 
     /// CR: arc of a radius to a point.
     pub(crate) fn radius_arc(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         let clockwise = Self::direction(w, span)?;
         let Some(radius) = w.radius else {
             return Err(Fault::new(codes::ARC_GEOMETRY, span, "CR has no radius").help("write R+20"));
         };
-        let radius = self.variables.value(radius, span)? * self.state.unit();
+        let radius = self.variables.value(radius, span)? * self.modal.unit();
         let start = self.flat(span)?;
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance_mm;
-        let arc =
-            arc::from_radius(start, end, radius, clockwise, tolerance).map_err(|f| arc_fault(f, tolerance, span))?;
-        self.go_arc(goal, arc, clockwise, span)
+        let tolerance = self.settings.arc_tolerance;
+        let arc = arc::from_radius(start, end, radius, clockwise, tolerance)
+            .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
+        self.arc_to(goal, arc, clockwise, span)
     }
 
     /// CT: arc that goes on tangentially from the element before.
@@ -122,9 +126,9 @@ impl Interpreter {
     }
 
     pub(crate) fn tangent_to(&mut self, goal: Goal, span: Span) -> Result<(), Fault> {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         let start = self.flat(span)?;
-        let Some(tangent) = self.state.tangent else {
+        let Some(tangent) = self.modal.tangent else {
             return Err(Fault::new(
                 codes::POSITION_UNKNOWN,
                 span,
@@ -134,7 +138,7 @@ impl Interpreter {
         };
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
         match arc::from_tangent(start, end, tangent) {
-            Some((arc, clockwise)) => self.go_arc(goal, arc, clockwise, span),
+            Some((arc, clockwise)) => self.arc_to(goal, arc, clockwise, span),
             // The end lies straight ahead: the circle has become a line.
             None if end != start => self.straight(goal, false, span),
             None => {
@@ -164,7 +168,7 @@ impl Interpreter {
 
     /// The goal of a polar block: the point in the plane replaces the two axes.
     fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: [f64; 2], span: Span) -> Result<Goal, Fault> {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         if w.programmed >> u & 1 == 1 || w.programmed >> v & 1 == 1 {
             return Err(Fault::new(
                 codes::CONFLICT,
@@ -190,7 +194,7 @@ impl Interpreter {
     /// PR and PA of a line or tangential arc; what is not written stays.
     fn polar_point(&mut self, w: &Words, span: Span) -> Result<Goal, Fault> {
         let pole = self.pole(span)?;
-        let unit = self.state.unit();
+        let unit = self.modal.unit();
         let radius = match w.polar_radius {
             Some(c) => self.polar_value(c, || self.polar_now(pole, span).map(|p| p.0), unit, span)?,
             None => self.polar_now(pole, span)?.0,
@@ -224,7 +228,7 @@ impl Interpreter {
                 .help("take PR out"));
         }
         if radius < arc::SAME_POINT_MM {
-            return Err(arc_fault(ArcFault::NoRadius, 0.0, span));
+            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_tolerance, FULL_CIRCLE, span));
         }
         let value = self.variables.value(angle.value, span)?;
         let incremental = self.is_incremental(angle.reference);
@@ -253,7 +257,7 @@ impl Interpreter {
         // A whole number of turns ends where it began, to the bit.
         let goal = if turn % 360.0 == 0.0 {
             let mut goal = self.goal(w, span)?;
-            let [u, v, _] = self.state.plane_axes();
+            let [u, v, _] = self.modal.plane_axes();
             goal.programmed |= 1 << u | 1 << v;
             goal
         } else {
@@ -261,20 +265,20 @@ impl Interpreter {
             self.polar_goal(w, radius, degrees, pole, span)?
         };
         let arc = PlaneArc { center: pole, radius, sweep: turn.to_radians() };
-        self.go_arc(goal, arc, clockwise, span)
+        self.arc_to(goal, arc, clockwise, span)
     }
 
     /// Hands an arc in the working plane out.
-    pub(crate) fn go_arc(&mut self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
+    pub(crate) fn arc_to(&mut self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
         self.need_feed(span)?;
-        if self.state.approach.is_some() {
+        if self.modal.approach.is_some() {
             let from = self.flat(span)?;
             let out = [from[0] - arc.center[0], from[1] - arc.center[1]];
             self.finish_approach(if clockwise { [out[1], -out[0]] } else { [-out[1], out[0]] }, span)?;
         }
         let op = self.arc_motion(goal, arc, clockwise, span)?;
-        let [u, v, _] = self.state.plane_axes();
-        if self.state.corner.is_some() {
+        let [u, v, _] = self.modal.plane_axes();
+        if self.modal.corner.is_some() {
             let op = self.corner_to_arc(op, span)?;
             self.finish_arc(op, [u, v], clockwise);
             return Ok(());
@@ -286,9 +290,9 @@ impl Interpreter {
     fn finish_arc(&mut self, op: ArcMotion, [u, v]: [usize; 2], clockwise: bool) {
         let end =
             [op.motion.end.get(u).unwrap_or(0.0) - op.center[u], op.motion.end.get(v).unwrap_or(0.0) - op.center[v]];
-        self.state.tangent = Some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
+        self.modal.tangent = Some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
         self.position.move_to(op.motion.end, op.motion.end_base);
-        self.moved();
+        Heidenhain::moving(self);
         self.emit(Op::Arc(op));
     }
 
@@ -300,54 +304,13 @@ impl Interpreter {
         clockwise: bool,
         span: Span,
     ) -> Result<ArcMotion, Fault> {
-        let [u, v, n] = self.state.plane_axes();
-        let Some(start) = self.position.work.xyz() else {
-            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")
-                .help("program X, Y and Z before the arc"));
-        };
-        let active = *self.position.frame();
-        let Some(scale) = active.uniform_scale() else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
-                .help("use equal scale factors, or write the path with L"));
-        };
+        let [u, v, n] = self.modal.plane_axes();
+        let start = self.arc_start("the arc", [u, v, n], span)?;
         let mut center = start;
         center[u] = arc.center[0];
         center[v] = arc.center[1];
         let mut normal = [0.0; 3];
         normal[n] = if clockwise { -1.0 } else { 1.0 };
-        // A mirror reverses the sense of rotation about the image of the normal.
-        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
-        Ok(ArcMotion {
-            motion: self.complete(goal, span)?,
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base: active.apply_vector(normal).map(|v| sense * v / scale + 0.0),
-            radius: arc.radius * scale,
-            sweep: arc.sweep,
-        })
-    }
-}
-
-pub(crate) fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
-    match fault {
-        ArcFault::NoRadius => {
-            Fault::new(codes::ARC_GEOMETRY, span, "the center of the arc lies on its start or end, or the radius is zero")
-                .help("correct the pole or the radius")
-        }
-        ArcFault::Radii(start, end) => Fault::new(
-            codes::ARC_RADIUS,
-            span,
-            format!("the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"),
-        )
-        .help("correct the pole or the end point"),
-        ArcFault::TooSmall(radius, half) => Fault::new(
-            codes::ARC_RADIUS,
-            span,
-            format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end"),
-        )
-        .help("correct the radius or the end point"),
-        ArcFault::SamePoint => Fault::new(codes::ARC_GEOMETRY, span, "start and end of the arc are the same point")
-            .help("program a full circle with CC and C"),
+        self.arc_about(center, normal, &arc, span, |channel| channel.complete(goal, span))
     }
 }

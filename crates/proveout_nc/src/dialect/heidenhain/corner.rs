@@ -180,7 +180,7 @@ impl Interpreter {
                 "write RND R5"
             }));
         };
-        let size = self.variables.value(size, span)? * self.state.unit();
+        let size = self.variables.value(size, span)? * self.modal.unit();
         if !(size > 0.0 && size.is_finite()) {
             return Err(Fault::new(
                 codes::BAD_VALUE,
@@ -193,10 +193,10 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, format!("`{name}` takes its size and a feed only"))
                 .help("write the other words in another block"));
         }
-        if self.state.corner.is_some() {
+        if self.modal.corner.is_some() {
             return Err(no_element(span));
         }
-        let usable = self.state.held && self.queue.len() == 1;
+        let usable = self.modal.held && self.queue.len() == 1;
         if !usable {
             return Err(Fault::new(
                 codes::STRUCTURE,
@@ -209,21 +209,21 @@ impl Interpreter {
             Some(word) => self.feed_of(word, span)?,
             None => None,
         };
-        self.state.corner = Some(Corner { chamfer, size, feed, location: self.location.clone() });
+        self.modal.corner = Some(Corner { chamfer, size, feed, location: self.location.clone() });
         Ok(())
     }
 
     fn plane_point(&self, values: &AxisValues) -> Option<Point> {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         Some([values.get(u)?, values.get(v)?])
     }
 
     /// The element that waits in the queue.
     fn waiting(&self) -> Option<Element> {
-        let [u, v, n] = self.state.plane_axes();
-        match &self.queue.front()?.op {
+        let [u, v, n] = self.modal.plane_axes();
+        match &self.queue.front()?.0.op {
             Op::Linear(m) => {
-                let from = &self.state.line_start;
+                let from = &self.modal.line_start;
                 let level = from.get(n)? == m.end.get(n)?;
                 let flat = level && m.programmed & ROTARY == 0 && m.tool_axis.is_none();
                 flat.then_some(())?;
@@ -243,7 +243,7 @@ impl Interpreter {
 
     /// Corner before a straight element.
     pub(crate) fn corner_to_line(&mut self, start: AxisValues, motion: &Motion, span: Span) -> Result<(), Fault> {
-        let [_, _, n] = self.state.plane_axes();
+        let [_, _, n] = self.modal.plane_axes();
         let flat = start.get(n) == motion.end.get(n) && motion.programmed & ROTARY == 0 && motion.tool_axis.is_none();
         let ends = self.plane_point(&start).zip(self.plane_point(&motion.end)).filter(|_| flat);
         let Some((from, to)) = ends else { return Err(not_flat(span)) };
@@ -252,7 +252,7 @@ impl Interpreter {
 
     /// Corner before an arc: gives the arc without its beginning.
     pub(crate) fn corner_to_arc(&mut self, mut op: ArcMotion, span: Span) -> Result<ArcMotion, Fault> {
-        let [u, v, n] = self.state.plane_axes();
+        let [u, v, n] = self.modal.plane_axes();
         let from = self.plane_point(&self.position.work);
         let ends =
             from.zip(self.plane_point(&op.motion.end)).filter(|_| self.position.work.get(n) == op.motion.end.get(n));
@@ -267,7 +267,7 @@ impl Interpreter {
     /// Shortens the waiting element, puts the corner behind it, gives the point where the next element begins.
     fn corner_between(&mut self, next: Element, span: Span) -> Result<Point, Fault> {
         let at = |fault: Fault| Fault { span, ..fault };
-        let Some(corner) = self.state.corner.take() else { return Err(no_element(span)) };
+        let Some(corner) = self.modal.corner.take() else { return Err(no_element(span)) };
         let Some(previous) = self.waiting() else { return Err(not_flat(span)) };
         let (Some(t1), Some(t2)) = (previous.direction(true), next.direction(false)) else {
             return Err(at(wrong("an element beside the corner has no length")));
@@ -312,7 +312,7 @@ impl Interpreter {
     }
 
     fn flat_goal(&self, point: Point) -> Goal {
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         let mut goal = Goal { end: self.position.work, programmed: 1 << u | 1 << v, tool_axis: None };
         goal.end.put(u, point[0]);
         goal.end.put(v, point[1]);
@@ -320,9 +320,9 @@ impl Interpreter {
     }
 
     fn shorten(&mut self, end: Point, span: Span) -> Result<(), Fault> {
-        let [u, v, n] = self.state.plane_axes();
+        let [u, v, n] = self.modal.plane_axes();
         let motion = self.complete(self.flat_goal(end), span)?;
-        match self.queue.front_mut().map(|c| &mut c.op) {
+        match self.queue.front_mut().map(|(c, ())| &mut c.op) {
             Some(Op::Linear(m)) => (m.end, m.end_base) = (motion.end, motion.end_base),
             Some(Op::Arc(a)) => {
                 let center = [a.center[u], a.center[v]];
@@ -358,14 +358,14 @@ impl Interpreter {
             ops = vec![Op::Feed(feed), ops.remove(0), Op::Feed(before)];
         }
         for (at, op) in ops.into_iter().enumerate() {
-            self.queue.insert(1 + at, Command { location: corner.location.clone(), op });
+            self.queue.insert(1 + at, (Command { location: corner.location.clone(), op }, ()));
         }
         Ok(())
     }
 
     /// The feed in force at the corner: that of the element before it.
     fn feed_before_corner(&self) -> Option<Feed> {
-        self.state.element_feed
+        self.modal.element_feed
     }
 }
 

@@ -45,25 +45,25 @@ impl Interpreter {
 
     /// No corner and no approach waits.
     pub(crate) fn settle_contour(&mut self, span: Span) -> Result<(), Fault> {
-        if self.state.corner.is_some() {
+        if self.modal.corner.is_some() {
             return Err(super::corner::no_element(span));
         }
-        if self.state.approach.is_some() {
+        if self.modal.approach.is_some() {
             return Err(super::approach::no_contour(span));
         }
-        self.state.held = false;
+        self.modal.held = false;
         Ok(())
     }
 
     pub(crate) fn old_cycle(&mut self, number: u32, part: u32, words: Vec<OldWord>, span: Span) -> Result<(), Fault> {
         if part == 0 {
             self.finish_old_cycle()?;
-            self.state.pending_cycle =
+            self.modal.pending_cycle =
                 Some(OldCycle { number, words: Vec::new(), location: self.location.clone(), span });
             return Ok(());
         }
         let location = self.location.clone();
-        match &mut self.state.pending_cycle {
+        match &mut self.modal.pending_cycle {
             Some(cycle) if cycle.number == number => {
                 cycle.words.extend(words.into_iter().map(|word| (part, word)));
                 cycle.location = location;
@@ -71,7 +71,7 @@ impl Interpreter {
                 Ok(())
             }
             // DIN/ISO writes a cycle in one block.
-            _ if self.din_now => self.din_cycle(number, words, span),
+            _ if self.own.din_now => self.din_cycle(number, words, span),
             _ => Err(Fault::new(
                 codes::STRUCTURE,
                 span,
@@ -88,7 +88,7 @@ impl Interpreter {
 
     /// Executes a cycle in the old form when its last block has been read, with the place of that block.
     pub(crate) fn finish_old_cycle(&mut self) -> Result<(), Fault> {
-        let Some(cycle) = self.state.pending_cycle.take() else { return Ok(()) };
+        let Some(cycle) = self.modal.pending_cycle.take() else { return Ok(()) };
         self.settle_contour(cycle.span)?;
         let here = std::mem::replace(&mut self.location, cycle.location.clone());
         let result = self.run_old_cycle(&cycle);
@@ -225,7 +225,7 @@ impl Interpreter {
             let Some(value) = word.value else { return Err(super::lexer::unknown(&word.name, cycle.span)) };
             let value = self.variables.value(value, cycle.span)?;
             let (list, letter, factor) = match word.name.strip_prefix("CC") {
-                Some(letter) => (&mut center, letter, self.state.unit()),
+                Some(letter) => (&mut center, letter, self.modal.unit()),
                 None => (&mut factors, word.name.as_str(), 1.0),
             };
             let axis = match letter {
@@ -246,7 +246,7 @@ impl Interpreter {
             let Some(value) = word.value else { continue };
             let value = self.variables.value(value, cycle.span)?;
             match word.name.as_str() {
-                "T" => mode.0 = Some(value * self.state.unit()),
+                "T" => mode.0 = Some(value * self.modal.unit()),
                 "TA" => mode.1 = Some(value.to_radians()),
                 "HSC-MODE" => {}
                 name => return Err(super::lexer::unknown(name, cycle.span)),
@@ -299,12 +299,12 @@ impl Interpreter {
     }
 
     fn define_cycle(&mut self, cycle: Cycle) {
-        self.state.cycle = Some(cycle);
-        self.state.modal_cycle = false;
+        self.modal.cycle = Some(cycle);
+        self.modal.modal_cycle = false;
     }
 
     pub(crate) fn cycle_program(&mut self, name: String) {
-        self.state.pending_cycle = None;
+        self.modal.pending_cycle = None;
         self.define_cycle(Cycle::Program(name));
     }
 
@@ -378,11 +378,11 @@ impl Interpreter {
         };
         match values.get(&key) {
             Some(Setting::Number(v)) if *v > 0.0 => {
-                Ok(Some(Feed::PerTime(v * if self.state.inch { 2.54 } else { 1.0 } / 60.0)))
+                Ok(Some(Feed::PerTime(v * if self.modal.inch { 2.54 } else { 1.0 } / 60.0)))
             }
             Some(Setting::Number(v)) => Err(wrong(*v)),
             Some(Setting::Max) => Ok(None),
-            Some(Setting::PerRevolution(v)) if *v > 0.0 => Ok(Some(Feed::PerRevolution(v * self.state.unit()))),
+            Some(Setting::PerRevolution(v)) if *v > 0.0 => Ok(Some(Feed::PerRevolution(v * self.modal.unit()))),
             Some(Setting::PerRevolution(v)) => Err(wrong(*v)),
             Some(Setting::Auto) => self.feed_of(super::words::FeedWord::Auto, span),
             None => {
@@ -395,7 +395,7 @@ impl Interpreter {
     /// Runs the cycle that is defined, where the tool stands.
     pub(crate) fn run_cycle(&mut self, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
-        match self.state.cycle.clone() {
+        match self.modal.cycle.clone() {
             None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called and none is defined")
                 .help("write CYCL DEF before it")),
             Some(Cycle::Program(name)) => self.call_program(&name, span),
@@ -406,17 +406,17 @@ impl Interpreter {
     /// CYCL CALL POS X Y Z: to the point, the tool axis as an additional shift of the surface.
     pub(crate) fn cycle_call_pos(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
-        let Some(Cycle::Drilling { number, values }) = self.state.cycle.clone() else {
+        let Some(Cycle::Drilling { number, values }) = self.modal.cycle.clone() else {
             return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL POS has no drilling cycle")
                 .help("write CYCL DEF before it"));
         };
-        let axes = self.state.plane_axes();
+        let axes = self.modal.plane_axes();
         if !axes.iter().all(|a| w.programmed >> a & 1 == 1) {
             return Err(
                 Fault::new(codes::MISSING_VALUE, span, "CYCL CALL POS needs X, Y and Z").help("write all three")
             );
         }
-        self.state.modal_cycle = false;
+        self.modal.modal_cycle = false;
         self.functions_before(w, span)?;
         let rapid = self.feed_word(w, span)?;
         let goal = self.goal(w, span)?;

@@ -11,31 +11,31 @@ impl Interpreter {
     pub(crate) fn din(&mut self, din: &DinBlock, block: &mut Block) -> Result<(), Fault> {
         let span = block.span;
         if let Some(incremental) = din.incremental {
-            self.state.incremental = incremental;
+            self.modal.incremental = incremental;
         }
         if let Some(path) = din.path {
-            self.state.din_path = path;
+            self.modal.din_path = path;
         }
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         if din.pole_here {
-            self.state.pole = Some(self.flat(span)?);
+            self.modal.pole = Some(self.flat(span)?);
         }
         if din.pole.iter().any(Option::is_some) {
-            let mut pole = self.state.pole.unwrap_or_default();
+            let mut pole = self.modal.pole.unwrap_or_default();
             for (slot, axis) in pole.iter_mut().zip([u, v]) {
                 let Some(value) = din.pole[axis] else { continue };
-                let value = self.variables.value(value, span)? * self.state.unit();
-                *slot = if self.state.incremental {
+                let value = self.variables.value(value, span)? * self.modal.unit();
+                *slot = if self.modal.incremental {
                     let now = self.flat(span)?;
                     value + now[usize::from(axis == v)]
                 } else {
                     value
                 };
             }
-            self.state.pole = Some(pole);
+            self.modal.pole = Some(pole);
         }
         let moves = block.words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
-        let arc = matches!(self.state.din_path, 2 | 3 | 5);
+        let arc = matches!(self.modal.din_path, 2 | 3 | 5);
         let full = arc && din.path.is_some() && din.pole.iter().any(Option::is_some);
         let path = if moves || full { self.din_path_of(din, block, span)? } else { Path::Nothing };
         self.path(path, &block.words, span)
@@ -43,15 +43,15 @@ impl Interpreter {
 
     fn din_path_of(&mut self, din: &DinBlock, block: &mut Block, span: Span) -> Result<Path, Fault> {
         let w = &mut block.words;
-        let code = self.state.din_path;
+        let code = self.modal.din_path;
         match code {
-            2 | 12 => self.state.din_clockwise = Some(true),
-            3 | 13 => self.state.din_clockwise = Some(false),
+            2 | 12 => self.modal.din_clockwise = Some(true),
+            3 | 13 => self.modal.din_clockwise = Some(false),
             _ => {}
         }
         let polar = |value: Value| Coordinate { value, reference: Reference::Modal };
         if matches!(code, 2 | 3 | 5 | 12 | 13 | 15) {
-            w.clockwise = self.state.din_clockwise;
+            w.clockwise = self.modal.din_clockwise;
         }
         if matches!(code, 0 | 10) {
             w.feed = Some(FeedWord::Max);

@@ -14,11 +14,12 @@
 use std::collections::BTreeMap;
 
 use super::cycle::Setting;
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
+use crate::channel::{Holes, Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{Dwell, Feed, Op, SpindleDirection, ThreadMotion};
+use crate::{Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: u32 = 10_000;
@@ -26,6 +27,22 @@ const MAX_INFEEDS: u32 = 10_000;
 const FREE_MM: f64 = 0.2;
 
 type Values = BTreeMap<u32, Setting>;
+
+impl Holes for Heidenhain {
+    fn stands_at(channel: &Interpreter, to: f64) -> bool {
+        channel.position.work.get(channel.modal.normal) == Some(to)
+    }
+
+    fn stroke(channel: &mut Interpreter, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        channel.straight(channel.on_axis(to), rapid, span)
+    }
+
+    fn thread_stroke(channel: &mut Interpreter, to: f64, span: Span) -> Result<Motion, Fault> {
+        let motion = channel.complete(channel.on_axis(to), span)?;
+        channel.modal.tangent = None;
+        Ok(motion)
+    }
+}
 
 /// Heights of a hole, mm.
 #[derive(Clone, Copy, Debug)]
@@ -72,13 +89,13 @@ impl Interpreter {
     }
 
     fn mm(&self, values: &Values, key: u32, default: Option<f64>, span: Span) -> Result<f64, Fault> {
-        self.cycle_number(values, key, default, span).map(|v| v * self.state.unit())
+        self.cycle_number(values, key, default, span).map(|v| v * self.modal.unit())
     }
 
     fn heights(&self, number: u32, values: &Values, lift: f64, span: Span) -> Result<Heights, Fault> {
         let clearance = self.mm(values, 200, None, span)?;
         let surface = if number < 100 {
-            let axis = self.state.normal;
+            let axis = self.modal.normal;
             self.position.work.get(axis).map(|z| z - clearance).ok_or_else(|| {
                 Fault::new(
                     codes::POSITION_UNKNOWN,
@@ -103,24 +120,12 @@ impl Interpreter {
         })
     }
 
-    /// Straight along the tool axis; no feed is rapid.
-    fn along(&mut self, to: f64, feed: Option<Feed>, span: Span) -> Result<(), Fault> {
-        let axis = self.state.normal;
-        if self.position.work.get(axis) == Some(to) {
-            return Ok(());
-        }
+    /// A goal on the axis of the hole.
+    fn on_axis(&self, to: f64) -> Goal {
+        let axis = self.modal.normal;
         let mut goal = Goal { end: self.position.work, programmed: 1 << axis, tool_axis: None };
         goal.end.put(axis, to);
-        if feed.is_some() {
-            self.state.feed = feed;
-        }
-        self.straight(goal, feed.is_none(), span)
-    }
-
-    fn wait(&mut self, seconds: f64) {
-        if seconds > 0.0 {
-            self.emit(Op::Dwell(Dwell::Seconds(seconds)));
-        }
+        goal
     }
 
     /// Moves to a hole and runs the cycle there, first up where the tool stands below the clearance.
@@ -133,11 +138,11 @@ impl Interpreter {
         rapid: bool,
         span: Span,
     ) -> Result<(), Fault> {
-        let [u, v, n] = self.state.plane_axes();
+        let [u, v, n] = self.modal.plane_axes();
         let heights = self.heights(number, values, lift, span)?;
-        let feed = if rapid { None } else { self.state.feed };
+        let feed = if rapid { None } else { self.technology.feed };
         if self.position.work.get(n).is_some_and(|z| z < heights.clear) {
-            self.along(heights.clear, feed, span)?;
+            self.course(&[Stroke::at(heights.clear, feed)], span)?;
         }
         let mut goal = Goal { end: self.position.work, programmed: 1 << u | 1 << v, tool_axis: None };
         goal.end.put(u, point[0]);
@@ -149,34 +154,30 @@ impl Interpreter {
     /// Runs a drilling cycle where the tool stands.
     pub(crate) fn drill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
         let h = self.heights(number, values, lift, span)?;
-        let before = self.state.feed;
+        let before = self.technology.feed;
         let num = |this: &Self, key: u32| this.cycle_number(values, key, Some(0.0), span);
         // From below the clearance the tool first goes up; from above it comes down in rapid.
-        self.along(h.clear, None, span)?;
+        self.course(&[Stroke::Rapid(h.clear)], span)?;
         match number {
             200 | 1 | 203 | 205 => self.peck(number, values, h, span)?,
             240 | 201 | 202 => {
                 let down = self.cycle_feed(values, 206, span)?.or(before);
-                self.along(h.depth, down, span)?;
-                let dwell = num(self, 211)?;
-                self.wait(dwell);
+                self.course(&[Stroke::at(h.depth, down), Stroke::wait(Some(num(self, 211)?))], span)?;
                 match number {
-                    240 => self.along(h.clear, None, span)?,
+                    240 => self.course(&[Stroke::Rapid(h.clear)], span)?,
                     201 => {
                         let up = self.retraction_feed(values, down, span)?;
-                        self.along(h.clear, up, span)?;
+                        self.course(&[Stroke::at(h.clear, up)], span)?;
                     }
                     _ => self.bore_back(values, h, down, span)?,
                 }
             }
             206 | 2 => {
                 let feed = self.cycle_feed(values, 206, span)?.or(before);
-                self.along(h.depth, feed, span)?;
-                let dwell = num(self, 211)?;
-                self.wait(dwell);
-                let direction = self.state.direction;
-                self.turn_spindle(reversed(direction));
-                self.along(h.clear, feed, span)?;
+                self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(num(self, 211)?))], span)?;
+                let direction = self.technology.direction;
+                self.turn_spindle(opposite(direction));
+                self.course(&[Stroke::at(h.clear, feed)], span)?;
                 self.turn_spindle(direction);
             }
             207 | 17 => self.tap(values, h, None, span)?,
@@ -193,8 +194,8 @@ impl Interpreter {
                 ));
             }
         }
-        self.state.feed = before;
-        self.along(h.second, None, span)
+        self.technology.feed = before;
+        self.course(&[Stroke::Rapid(h.second)], span)
     }
 
     /// Q208: feed of retraction; 0 as down, MAX and none as rapid.
@@ -212,9 +213,9 @@ impl Interpreter {
     fn peck(&mut self, number: u32, values: &Values, h: Heights, span: Span) -> Result<(), Fault> {
         let num = |this: &Self, key: u32, default: f64| this.cycle_number(values, key, Some(default), span);
         let len = |this: &Self, key: u32, default: f64| {
-            this.cycle_number(values, key, Some(default), span).map(|v| v * this.state.unit())
+            this.cycle_number(values, key, Some(default), span).map(|v| v * this.modal.unit())
         };
-        let feed = self.cycle_feed(values, 206, span)?.or(self.state.feed);
+        let feed = self.cycle_feed(values, 206, span)?.or(self.technology.feed);
         let up = match number {
             203 => self.retraction_feed(values, feed, span)?,
             205 => self.retraction_feed(values, feed, span)?,
@@ -249,7 +250,7 @@ impl Interpreter {
         let mut reached = 0.0;
         if begin > 0.0 && begin < total {
             let approach = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { None };
-            self.along(at(begin) - h.down * clearance, approach, span)?;
+            self.course(&[Stroke::at(at(begin) - h.down * clearance, approach)], span)?;
             reached = begin;
         }
         let mut count = 0u32;
@@ -273,41 +274,40 @@ impl Interpreter {
                     if count > MAX_INFEEDS {
                         break;
                     }
-                    self.along(at(part), feed, span)?;
-                    self.along(at(part) - h.down * break_back, feed, span)?;
+                    let lift = Stroke::at(at(part) - h.down * break_back, feed);
+                    self.course(&[Stroke::at(at(part), feed), lift], span)?;
                     part += break_after;
                 }
             }
-            self.along(if target == total { h.depth } else { at(target) }, feed, span)?;
+            let depth = if target == total { h.depth } else { at(target) };
+            self.course(&[Stroke::at(depth, feed)], span)?;
             reached = target;
             if reached == total {
                 break;
             }
             if broken < breaks {
                 broken += 1;
-                self.along(at(reached) - h.down * break_back, feed, span)?;
+                self.course(&[Stroke::at(at(reached) - h.down * break_back, feed)], span)?;
             } else {
                 broken = 0;
-                self.along(h.clear, up, span)?;
-                self.wait(dwell_top);
                 let ahead = ahead_first + (ahead_last - ahead_first) * (reached / total);
-                self.along(at((reached - ahead).max(-clearance)), None, span)?;
+                let back = Stroke::Rapid(at((reached - ahead).max(-clearance)));
+                self.course(&[Stroke::at(h.clear, up), Stroke::wait(Some(dwell_top)), back], span)?;
             }
             let next = step - decrement;
             step = if next < least { least.max(1e-6).min(step) } else { next };
         }
-        self.wait(dwell_bottom);
-        self.along(h.clear, up, span)
+        self.course(&[Stroke::wait(Some(dwell_bottom)), Stroke::at(h.clear, up)], span)
     }
 
     /// 202: the spindle is oriented, the bar set free of the wall, drawn out and brought back to the middle.
     fn bore_back(&mut self, values: &Values, h: Heights, down: Option<Feed>, span: Span) -> Result<(), Fault> {
-        let direction = self.state.direction;
+        let direction = self.technology.direction;
         let way = self.cycle_number(values, 214, Some(0.0), span)?;
         let angle = self.cycle_number(values, 336, Some(0.0), span)?;
         self.turn_spindle(SpindleDirection::Off);
         self.note(format!("spindle oriented to {angle} degrees"));
-        let [u, v, _] = self.state.plane_axes();
+        let [u, v, _] = self.modal.plane_axes();
         let (axis, sign) = match way {
             0.0 => (None, 0.0),
             1.0 => (Some(u), -1.0),
@@ -324,8 +324,7 @@ impl Interpreter {
         if let Some(axis) = axis {
             self.aside(axis, sign * FREE_MM, span)?;
         }
-        self.along(h.clear, up, span)?;
-        self.along(h.second, None, span)?;
+        self.course(&[Stroke::at(h.clear, up), Stroke::Rapid(h.second)], span)?;
         if let Some(axis) = axis {
             self.aside(axis, -sign * FREE_MM, span)?;
         }
@@ -343,13 +342,6 @@ impl Interpreter {
         self.straight(goal, true, span)
     }
 
-    fn turn_spindle(&mut self, direction: SpindleDirection) {
-        if self.state.direction != direction {
-            self.state.direction = direction;
-            self.tell_spindle();
-        }
-    }
-
     /// Rigid tapping: down and up coupled to the spindle; with infeeds the chip is broken.
     fn tap(&mut self, values: &Values, h: Heights, infeed: Option<f64>, span: Span) -> Result<(), Fault> {
         let pitch = self.mm(values, 239, None, span)?;
@@ -357,12 +349,10 @@ impl Interpreter {
             return Err(Fault::new(codes::ARGUMENTS, span, "the pitch Q239 is zero")
                 .help("write the pitch, negative for a left-hand thread"));
         }
-        let (cut, out) = if pitch > 0.0 {
-            (SpindleDirection::Clockwise, SpindleDirection::CounterClockwise)
-        } else {
-            (SpindleDirection::CounterClockwise, SpindleDirection::Clockwise)
-        };
+        let cut = direction_of_thread(pitch);
+        let out = opposite(cut);
         let pitch = pitch.abs();
+        let thread = |to: f64, turn: SpindleDirection| Stroke::Thread { to, pitch, turn };
         let back = self.cycle_number(values, 256, Some(0.0), span)?.abs() * pitch;
         let total = (h.depth - h.surface).abs();
         let mut reached = 0.0;
@@ -379,53 +369,36 @@ impl Interpreter {
                     .help("check Q257"));
                 }
                 reached += infeed;
-                self.thread(h.surface + h.down * reached, pitch, cut, span)?;
                 // Q256 zero: out of the hole to clear the chips.
                 let to = if back > 0.0 { h.surface + h.down * (reached - back) } else { h.clear };
-                self.thread(to, pitch, out, span)?;
+                self.course(&[thread(h.surface + h.down * reached, cut), thread(to, out)], span)?;
             }
         }
-        self.thread(h.depth, pitch, cut, span)?;
-        self.thread(h.clear, pitch, out, span)?;
+        self.course(&[thread(h.depth, cut), thread(h.clear, out)], span)?;
         // The spindle runs on as before the cycle.
         self.tell_spindle();
         Ok(())
     }
 
-    fn thread(&mut self, to: f64, pitch: f64, direction: SpindleDirection, span: Span) -> Result<(), Fault> {
-        let axis = self.state.normal;
-        let mut goal = Goal { end: self.position.work, programmed: 1 << axis, tool_axis: None };
-        goal.end.put(axis, to);
-        let motion = self.complete(goal, span)?;
-        self.state.tangent = None;
-        self.position.move_to(motion.end, motion.end_base);
-        self.moved();
-        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction: Some(direction) }));
-        Ok(())
-    }
-
     /// 241: in at low speed to the starting point, drilling, out at low speed.
     fn deep(&mut self, values: &Values, h: Heights, span: Span) -> Result<(), Fault> {
-        let (direction, speed) = (self.state.direction, self.state.speed);
+        let (direction, speed) = (self.technology.direction, self.technology.speed);
         let num = |this: &Self, key: u32, default: f64| this.cycle_number(values, key, Some(default), span);
-        let entry = match num(self, 426, 5.0)? {
-            3.0 => SpindleDirection::Clockwise,
-            4.0 => SpindleDirection::CounterClockwise,
-            _ => SpindleDirection::Off,
-        };
+        let entry = direction_of(num(self, 426, 5.0)?);
         let (slow, fast) = (num(self, 427, 0.0)?, num(self, 428, 0.0)?);
-        let feed = self.cycle_feed(values, 206, span)?.or(self.state.feed);
+        let feed = self.cycle_feed(values, 206, span)?.or(self.technology.feed);
         let begin = self.mm(values, 379, Some(0.0), span)?.abs();
         let approach = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { feed };
-        self.state.direction = entry;
-        self.state.speed = Some(slow);
+        self.technology.direction = entry;
+        self.technology.speed = Some(slow);
         self.tell_spindle();
         let clearance = (h.clear - h.surface).abs();
         if begin > 0.0 {
-            self.along(h.surface + h.down * (begin - clearance), approach, span)?;
+            self.course(&[Stroke::at(h.surface + h.down * (begin - clearance), approach)], span)?;
         }
-        self.state.direction = if direction == SpindleDirection::Off { SpindleDirection::Clockwise } else { direction };
-        self.state.speed = if fast > 0.0 { Some(fast) } else { speed };
+        self.technology.direction =
+            if direction == SpindleDirection::Off { SpindleDirection::Clockwise } else { direction };
+        self.technology.speed = if fast > 0.0 { Some(fast) } else { speed };
         self.tell_spindle();
         for (key, on) in [(429, true), (430, false)] {
             if let Some(Setting::Number(code)) = values.get(&key)
@@ -434,41 +407,25 @@ impl Interpreter {
                 self.cycle_coolant(*code);
             }
         }
-        self.along(h.depth, feed, span)?;
-        let dwell = num(self, 211, 0.0)?;
-        self.wait(dwell);
+        self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(num(self, 211, 0.0)?))], span)?;
         if let Some(Setting::Number(code)) = values.get(&430) {
             self.cycle_coolant(*code);
         }
-        self.state.direction = entry;
-        self.state.speed = Some(slow);
+        self.technology.direction = entry;
+        self.technology.speed = Some(slow);
         self.tell_spindle();
         let up = self.retraction_feed(values, feed, span)?;
-        self.along(h.clear, up, span)?;
-        self.state.direction = direction;
-        self.state.speed = speed;
+        self.course(&[Stroke::at(h.clear, up)], span)?;
+        self.technology.direction = direction;
+        self.technology.speed = speed;
         self.tell_spindle();
         Ok(())
     }
 
     fn cycle_coolant(&mut self, code: f64) {
         match code {
-            7.0 => self.state.mist = true,
-            8.0 => self.state.flood = true,
-            9.0 => {
-                self.state.flood = false;
-                self.state.mist = false;
-            }
-            other => return self.note(format!("M{other}")),
+            7.0 | 8.0 | 9.0 => self.coolant(code as u32),
+            other => self.note(format!("M{other}")),
         }
-        self.tell_coolant();
-    }
-}
-
-fn reversed(direction: SpindleDirection) -> SpindleDirection {
-    match direction {
-        SpindleDirection::Off => SpindleDirection::Off,
-        SpindleDirection::Clockwise => SpindleDirection::CounterClockwise,
-        SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
     }
 }

@@ -24,7 +24,7 @@ impl Interpreter {
             // These may stand between the elements of a contour.
             Statement::Empty | Statement::Path(_) => Ok(()),
             Statement::Note(text) => {
-                self.state.held &= self.state.corner.is_some();
+                self.modal.held &= self.modal.corner.is_some();
                 self.note(text);
                 Ok(())
             }
@@ -65,9 +65,12 @@ impl Interpreter {
         let (span, words) = (block.span, &block.words);
         match statement {
             Statement::Begin { inch } => {
-                self.state.inch = inch;
-                if *self.position.frame() != self.state.frames.total() {
+                self.modal.inch = inch;
+                if *self.position.frame() != self.modal.frames.total() {
                     self.take_frames("PRESET0", span)?;
+                }
+                if self.stack.len() == 1 {
+                    self.position.begin_at(&self.settings.start_position);
                 }
                 Ok(())
             }
@@ -94,7 +97,7 @@ impl Interpreter {
             Statement::CycleCallPos => self.cycle_call_pos(words, span),
             Statement::CycleCallPattern => self.cycle_call_pattern(words, span),
             Statement::Pattern(points) => {
-                self.state.pattern = points;
+                self.modal.pattern = points;
                 Ok(())
             }
             Statement::CallProgram(name) => self.call_program(&name, span),
@@ -112,6 +115,7 @@ impl Interpreter {
                 Ok(())
             }
             Statement::CallSelected => self.call_selected(span),
+            Statement::SystemRead(target, from) => self.system_read(target, &from, span),
             Statement::CircleData(target, from) => self.circle_data(target, from, span),
             Statement::Error(value) => {
                 let number = self.variables.value(value, span)?;
@@ -178,60 +182,51 @@ impl Interpreter {
 
     /// TOOL CALL: tool, tool axis, speed, feed and delta values. The tool length acts from here.
     pub(crate) fn tool_call(&mut self, call: &ToolCall, span: Span) -> Result<(), Fault> {
-        let unit = self.state.unit();
+        let unit = self.modal.unit();
         if let Some(tool) = &call.tool {
             let name = self.tool_name(tool, span)?;
-            if self.state.tool.as_ref() != Some(&name) {
+            if self.technology.in_spindle.as_ref() != Some(&name) {
                 self.emit(Op::Tool(ToolAction::Change(name.clone())));
                 let edge = u32::from(name != ToolName::Empty);
                 self.emit(Op::Offset(Offset::ToolEdge { edge }));
-                self.state.tool = Some(name);
+                self.technology.in_spindle = Some(name);
             }
             // The change moves the machine; the tip is another point.
             self.position.forget(super::motion::LINEAR);
-            self.state.tangent = None;
+            self.modal.tangent = None;
             let mut delta = [0.0; 3];
             for (slot, value) in delta.iter_mut().zip([call.length, call.radius, call.corner]) {
                 if let Some(value) = value {
                     *slot = self.variables.value(value, span)? * unit;
                 }
             }
-            if delta != self.state.delta {
-                self.state.delta = delta;
+            if delta != self.modal.delta {
+                self.modal.delta = delta;
                 let [length, radius, corner_radius] = delta;
                 self.emit(Op::Offset(Offset::ToolDelta { length, radius, corner_radius }));
             }
         }
         if let Some(axis) = call.axis {
             let normal = usize::from(axis as u8 - b'X');
-            if !self.state.plane_told || normal != self.state.normal {
-                self.state.normal = normal;
-                self.state.plane_told = true;
-                self.state.pole = None;
+            if !self.modal.plane_told || normal != self.modal.normal {
+                self.modal.normal = normal;
+                self.modal.plane_told = true;
+                self.modal.pole = None;
                 self.emit(Op::Plane(axis));
             }
         }
         if let Some(speed) = call.speed {
             let speed = self.variables.value(speed, span)?;
-            if !(speed >= 0.0 && speed.is_finite()) {
-                return Err(Fault::new(
-                    codes::BAD_VALUE,
-                    span,
-                    format!("the spindle speed must not be negative and is {speed}"),
-                )
-                .help("write S1000"));
-            }
-            self.state.speed = Some(speed);
-            if self.state.direction != crate::SpindleDirection::Off {
+            self.technology.speed = Some(Self::checked_speed(speed, span)?);
+            if self.technology.direction != crate::SpindleDirection::Off {
                 self.tell_spindle();
             }
         }
         if let Some(feed) = call.feed {
             // It holds until the next F, and FAUTO comes back to it.
             if let Some(feed) = self.feed_of(feed, span)? {
-                self.state.tool_feed = Some(feed);
-                self.state.feed = Some(feed);
-                self.tell_feed();
+                self.modal.tool_feed = Some(feed);
+                self.set_feed(Some(feed));
             }
         }
         Ok(())

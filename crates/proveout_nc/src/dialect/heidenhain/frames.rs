@@ -119,12 +119,12 @@ fn offset_frame(offset: WorkOffset) -> Frame {
 impl Interpreter {
     /// Takes the transforms into effect and tells them.
     pub(crate) fn take_frames(&mut self, word: &str, span: Span) -> Result<(), Fault> {
-        let total = self.state.frames.total();
+        let total = self.modal.frames.total();
         let finite = total.translation.iter().chain(total.linear.iter().flatten()).all(|v| v.is_finite());
         if !finite || !self.position.set_frame(total) {
             return Err(Fault::new(codes::BAD_VALUE, span, "the transformation is degenerate").help("check its values"));
         }
-        self.state.tangent = None;
+        self.modal.tangent = None;
         self.emit(Op::Frame(FrameChange {
             word: word.to_owned(),
             rotation: total.linear,
@@ -135,7 +135,7 @@ impl Interpreter {
     }
 
     fn define(&mut self, kind: Transform, values: [f64; 6], frame: Frame, word: &str, span: Span) -> Result<(), Fault> {
-        self.state.frames.set(Entry { kind, values, frame });
+        self.modal.frames.set(Entry { kind, values, frame });
         self.take_frames(word, span)
     }
 
@@ -147,10 +147,10 @@ impl Interpreter {
         }
         let word = format!("PRESET{row}");
         let offset = self.settings.work_offsets.get(&word).copied().unwrap_or_default();
-        self.state.frames.preset = offset_frame(offset);
+        self.modal.frames.preset = offset_frame(offset);
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));
         // Activating a preset resets datum shift, mirror, rotation and scale.
-        for zone in &mut self.state.frames.zones {
+        for zone in &mut self.modal.frames.zones {
             zone.list.clear();
         }
         self.take_frames(&word, span)
@@ -178,7 +178,7 @@ impl Interpreter {
         if w.programmed >> 6 != 0 {
             return Err(super::lexer::refused("a shift of U, V, W", span, "shift X, Y, Z, A, B, C"));
         }
-        let mut values = self.state.frames.values(Transform::Shift).unwrap_or_default();
+        let mut values = self.modal.frames.values(Transform::Shift).unwrap_or_default();
         for (axis, c) in w.axes.iter().enumerate().take(6) {
             let Some(c) = c else { continue };
             let value = self.coordinate(axis, self.variables.value(c.value, span)?);
@@ -208,9 +208,9 @@ impl Interpreter {
     pub(crate) fn rotation(&mut self, angle: Coordinate, word: &str, span: Span) -> Result<(), Fault> {
         let mut degrees = self.variables.value(angle.value, span)?;
         if self.is_incremental(angle.reference) {
-            degrees += self.state.frames.values(Transform::Rotation).map_or(0.0, |v| v[0]);
+            degrees += self.modal.frames.values(Transform::Rotation).map_or(0.0, |v| v[0]);
         }
-        let frame = if degrees == 0.0 { Frame::IDENTITY } else { Frame::rotation(self.state.normal, degrees) };
+        let frame = if degrees == 0.0 { Frame::IDENTITY } else { Frame::rotation(self.modal.normal, degrees) };
         self.define(Transform::Rotation, [degrees, 0.0, 0.0, 0.0, 0.0, 0.0], frame, word, span)
     }
 

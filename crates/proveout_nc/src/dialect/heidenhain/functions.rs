@@ -2,14 +2,18 @@
 //!
 //! Which is which after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its overview of M functions.
 
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::lexer::{Lexer, refused};
+use super::listed::LISTED;
 use super::words::{FeedWord, MWord, Path, Words};
+use crate::channel::{Language, direction_of};
 use crate::codes;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::listed::{refused_by, unlisted};
 use crate::frame::add_scaled;
 use crate::machine_data::KinematicsKind;
-use crate::{AxisValues, Coolant, Op, Retract, Spindle, SpindleDirection};
+use crate::{AxisValues, Op, Retract, SpindleDirection};
 
 /// Code of an `M` without a number.
 pub(crate) const NOTHING: u32 = u32::MAX;
@@ -62,7 +66,7 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
                 x.need(at)?;
             }
         }
-        128 => {
+        103 | 128 => {
             let at = x.pos();
             if x.prefix("F") {
                 m.feed = Some(x.feed(at)?);
@@ -88,12 +92,45 @@ pub(crate) fn word(x: &mut Lexer<'_>, start: usize) -> Result<MWord, Fault> {
         _ => {}
     }
     m.span = x.span_from(start);
+    Ok(m)
+}
+
+/// The fault of a function that no state of the control makes valid.
+pub(crate) fn refused_function(m: &MWord, control: &Control) -> Option<Fault> {
+    let code = m.code;
+    if let Some((_, listed)) = control.words.m(code) {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        return Some(refused_by(control, &listed.word, m.span, remedy));
+    }
     // Two axes are those of the five-axis machine; one of them alone makes it another kinematics.
     let one_axis = code == 138 && m.axes.count_ones() == 1;
-    match if one_axis { Some(ONE_SWIVEL_AXIS) } else { remedy(code) } {
-        Some(remedy) => Err(refused(&format!("M{code}"), m.span, remedy)),
-        None => Ok(m),
+    if let Some(remedy) = if one_axis { Some(ONE_SWIVEL_AXIS) } else { remedy(code) } {
+        return Some(refused(&format!("M{code}"), m.span, remedy));
     }
+    (control.refuses_unlisted && !is_known(code)).then(|| unlisted(control, &format!("M{code}"), m.span))
+}
+
+/// What the reader does with a function that neither it nor the control file gives a meaning; none for the others.
+pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<&'static str> {
+    if control.words.m(m.code).is_some() {
+        return None;
+    }
+    match (refused_function(m, control).is_some(), is_known(m.code)) {
+        (true, true) => Some("refused: not supported"),
+        (true, false) => Some("refused: unknown"),
+        (false, true) => None,
+        (false, false) => Some("a note, without effect"),
+    }
+}
+
+/// Functions that the language has; those of the builder of the machine are others.
+fn is_known(code: u32) -> bool {
+    matches!(code, 0..=9 | 13 | 14 | 30 | 89..=92 | 94 | 97..=99 | 101..=149 | NOTHING)
+}
+
+/// The reader does this function by itself, without words of its own behind it.
+pub(crate) fn does_function(code: u32) -> bool {
+    matches!(code, 0 | 1 | 3..=5 | 7..=9 | 13 | 14 | 89 | 91 | 92 | 99 | 126..=129 | 136 | 137)
 }
 
 const ONE_SWIVEL_AXIS: &str = "it takes rotary axes out of M128, TCPM and tilted planes, and the twin has the kinematics of the machine file: \
@@ -116,26 +153,20 @@ impl Interpreter {
         for m in &w.functions {
             match m.code {
                 0 | 1 | 2 | 5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | 137 => {}
-                3 | 13 => self.spindle(SpindleDirection::Clockwise),
-                4 | 14 => self.spindle(SpindleDirection::CounterClockwise),
+                3 | 4 => self.spindle(direction_of(f64::from(m.code))),
+                13 | 14 => self.spindle(direction_of(f64::from(m.code - 10))),
                 _ => {}
             }
             match m.code {
-                7 | 8 | 13 | 14 => {
-                    if m.code == 7 {
-                        self.state.mist = true;
-                    } else {
-                        self.state.flood = true;
-                    }
-                    self.tell_coolant();
-                }
+                7 | 8 => self.coolant(m.code),
+                13 | 14 => self.coolant(8),
                 120 => {
                     let blocks = m.value.map(|value| self.variables.value(value, m.span)).transpose()?;
-                    self.state.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
-                    self.state.look_ahead_ended = false;
+                    self.modal.look_ahead = blocks.map_or(1, |n| n.clamp(1.0, MOST_AHEAD) as usize);
+                    self.modal.look_ahead_ended = false;
                     self.note("M120");
                 }
-                126 => self.state.shortest = true,
+                126 => self.modal.shortest = true,
                 128 => {
                     self.settings.check_kinematics(KinematicsKind::Tcp, "M128", m.span)?;
                     if let Some(feed) = m.feed {
@@ -144,26 +175,26 @@ impl Interpreter {
                             self.note(format!("M128 F{}", (feed * 60.0 * 1e6).round() / 1e6));
                         }
                     }
-                    self.state.spatial = false;
-                    self.state.interpolation = crate::OrientationInterpolation::Axes;
+                    self.modal.spatial = false;
+                    self.modal.interpolation = crate::OrientationInterpolation::Axes;
                     self.set_tcpm(true);
                 }
                 136 => {
-                    if self.state.inch {
+                    if self.modal.inch {
                         return Err(refused("M136 in inch", m.span, "write the feed in tenths of an inch a minute"));
                     }
-                    self.state.per_revolution = true;
-                    self.state.feed = None;
+                    self.modal.per_revolution = true;
+                    self.technology.feed = None;
                 }
                 137 => {
-                    if self.state.per_revolution {
-                        self.state.feed = None;
+                    if self.modal.per_revolution {
+                        self.technology.feed = None;
                     }
-                    self.state.per_revolution = false;
+                    self.modal.per_revolution = false;
                 }
                 140 => {
                     let distance = match m.value {
-                        Some(value) => Some(self.variables.value(value, m.span)? * self.state.unit()),
+                        Some(value) => Some(self.variables.value(value, m.span)? * self.modal.unit()),
                         None => None,
                     };
                     self.retract(distance, m.feed, span)?;
@@ -175,6 +206,7 @@ impl Interpreter {
                     self.note("M94");
                 }
                 0..=5 | 9 | 30 | 89 | 91 | 92 | 99 | 127 | 129 | NOTHING => {}
+                code if code >= LISTED => self.act_listed(code, m.span)?,
                 code => self.note(format!("M{code}")),
             }
         }
@@ -186,12 +218,8 @@ impl Interpreter {
         for m in &w.functions {
             match m.code {
                 5 => self.spindle(SpindleDirection::Off),
-                9 => {
-                    self.state.flood = false;
-                    self.state.mist = false;
-                    self.tell_coolant();
-                }
-                127 => self.state.shortest = false,
+                9 => self.coolant(9),
+                127 => self.modal.shortest = false,
                 129 => self.set_tcpm(false),
                 _ => {}
             }
@@ -213,30 +241,17 @@ impl Interpreter {
     /// M99 and M89: the cycle runs at the end of the block.
     pub(crate) fn cycle_after(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
         if w.has(89) {
-            self.state.modal_cycle = true;
+            self.modal.modal_cycle = true;
         }
         let once = w.has(99);
         if once {
-            self.state.modal_cycle = false;
+            self.modal.modal_cycle = false;
         }
         let positioned = path != Path::Nothing && w.programmed != 0;
-        if once || self.state.modal_cycle && positioned {
+        if once || self.modal.modal_cycle && positioned {
             self.run_cycle(span)?;
         }
         Ok(())
-    }
-
-    fn spindle(&mut self, direction: SpindleDirection) {
-        self.state.direction = direction;
-        self.tell_spindle();
-    }
-
-    pub(crate) fn tell_spindle(&mut self) {
-        self.emit(Op::Spindle(Spindle { direction: self.state.direction, speed_rpm: self.state.speed }));
-    }
-
-    pub(crate) fn tell_coolant(&mut self) {
-        self.emit(Op::Coolant(Coolant { flood: self.state.flood, mist: self.state.mist }));
     }
 
     /// M140 MB: retraction along the tool axis. Where the reader knows direction and start it is a motion, elsewhere a
@@ -248,33 +263,33 @@ impl Interpreter {
             );
         }
         let rapid = !matches!(feed, Some(FeedWord::Value(_) | FeedWord::Auto | FeedWord::PerRevolution(_)));
-        let before = self.state.feed;
+        let before = self.technology.feed;
         if let (false, Some(word)) = (rapid, feed) {
-            self.state.feed = self.feed_of(word, span)?;
+            self.technology.feed = self.feed_of(word, span)?;
             self.tell_feed();
         }
         let known = self.position.base.xyz().zip(self.position.work.xyz());
         // The tool stands along the tool axis of the plane, or upright where nothing has inclined it.
-        let upright = !self.state.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
-        let axis_known = !self.state.tcpm && (self.state.frames.tilted() || upright);
+        let upright = !self.modal.inclined || (3..6).all(|axis| self.position.base.get(axis) == Some(0.0));
+        let axis_known = !self.modal.tcpm && (self.modal.frames.tilted() || upright);
         match (distance, known) {
             (Some(distance), Some((_, point))) if axis_known => {
                 let mut axis = [0.0; 3];
-                axis[self.state.normal] = 1.0;
+                axis[self.modal.normal] = 1.0;
                 let mut goal = super::motion::Goal { end: self.position.work, programmed: 0, tool_axis: None };
                 let to = add_scaled(point, axis, distance);
-                goal.end.put(self.state.normal, to[self.state.normal]);
-                goal.programmed = 1 << self.state.normal;
+                goal.end.put(self.modal.normal, to[self.modal.normal]);
+                goal.programmed = 1 << self.modal.normal;
                 self.straight(goal, rapid, span)?;
             }
             _ => {
                 self.emit(Op::Retract(Retract { distance, rapid }));
                 self.position.forget(super::motion::LINEAR);
-                self.state.tangent = None;
-                self.moved();
+                self.modal.tangent = None;
+                Heidenhain::moving(self);
             }
         }
-        self.state.feed = before;
+        self.technology.feed = before;
         Ok(())
     }
 }

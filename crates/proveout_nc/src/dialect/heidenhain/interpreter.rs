@@ -1,36 +1,36 @@
 //! Runs a program block by block: labels, repetitions, jumps, program calls.
 //!
-//! Commands leave one by one; what is kept is the text, the labels of each file, the Q parameters and the modal state. The
-//! last motion of a contour waits until the next block has been read, because RND and CHF shorten it.
+//! The last motion of a contour waits until the next block has been read, because RND and CHF shorten it.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::recover::Recovery;
 use super::state::State;
-use super::text;
 use super::variables::Variables;
 use super::words::{Block, Label, Statement};
-use super::{din, parser};
+use super::{din, leftover, parser, recover, text};
+use crate::channel::doubt::{Doubt, Stage};
+use crate::channel::{self, Channel, Failed, Language, Section};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span, column_and_length};
-use crate::dialect::coverage::Coverage;
-use crate::dialect::doubt::Stage;
-use crate::dialect::passes::Passes;
+use crate::compensation::CompStyle;
+use crate::diagnostic::{Diagnostic, Fault, Span};
+use crate::not_run::NotRun;
 use crate::settings::Dialect;
 use crate::source::{Mark, Source};
-use crate::state::Position;
-use crate::{Command, Location, Op, Settings};
+use crate::{Command, Settings};
 
 /// A program file with its labels.
+pub(crate) type Loaded = channel::Loaded<Labels>;
+/// A Heidenhain program being executed.
+pub(crate) type Interpreter = Channel<Heidenhain>;
+
+/// The labels of a file.
 #[derive(Debug)]
-pub(crate) struct Loaded {
-    pub(crate) source: Source,
+pub(crate) struct Labels {
+    /// The file is DIN/ISO.
     pub(crate) din: bool,
     pub(crate) labels: BTreeMap<String, Mark>,
-    /// Its number among the files of the run.
-    pub(crate) file: usize,
     /// A line that may hold a label cannot be read.
     pub(crate) unreadable: bool,
 }
@@ -40,11 +40,9 @@ pub(crate) fn label_key(number: f64) -> String {
     format!("{number}")
 }
 
-impl Loaded {
-    /// The file, and what is wrong with its labels.
-    pub(crate) fn new(source: Source, din: bool, file: usize) -> (Self, Vec<Diagnostic>) {
+impl Labels {
+    fn new(source: &Source, din: bool, faults: &mut Vec<Diagnostic>) -> Self {
         let mut labels = BTreeMap::new();
-        let mut faults = Vec::new();
         let mut unreadable = false;
         let mut at = Mark::START;
         let mut block = Block::default();
@@ -76,7 +74,7 @@ impl Loaded {
             }
             at = next;
         }
-        (Self { source, din, labels, file, unreadable }, faults)
+        Self { din, labels, unreadable }
     }
 }
 
@@ -85,11 +83,9 @@ fn has_label(line: &str) -> bool {
     line.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("LBL"))
 }
 
-/// One level of the call stack.
+/// What a call level keeps.
 #[derive(Debug)]
-pub(crate) struct Level {
-    pub(crate) loaded: Arc<Loaded>,
-    pub(crate) cursor: Mark,
+pub(crate) struct CallLevel {
     /// A program called with CALL PGM, not a label.
     program: bool,
     /// Repetitions still to do, by the place of their CALL LBL block.
@@ -98,129 +94,177 @@ pub(crate) struct Level {
     inch: bool,
 }
 
-#[derive(Debug)]
-pub(crate) struct Interpreter {
-    pub(crate) settings: Settings,
-    folders: Vec<PathBuf>,
-    pub(crate) main: Arc<Loaded>,
-    pub(crate) files: BTreeMap<PathBuf, Arc<Loaded>>,
-    pub(crate) stack: Vec<Level>,
-    /// Boxed, because it is taken out for every block.
-    pub(crate) block: Option<Box<Block>>,
-    buffer: String,
-    pub(crate) queue: VecDeque<Command>,
-    pub(crate) location: Location,
-    pub(crate) done: bool,
-    failure: Option<Box<Diagnostic>>,
-    /// What is wrong with the labels of the main file.
-    pub(crate) structure: Vec<Diagnostic>,
-    pub(crate) recovery: Recovery,
-    pub(crate) coverage: Coverage,
-    pub(crate) passes: Passes,
-    calls: u64,
-    selected: Option<String>,
-    pub(crate) variables: Variables,
-    pub(crate) position: Position,
-    pub(crate) state: State,
-    /// The block that is executed is DIN/ISO.
-    pub(crate) din_now: bool,
+impl CallLevel {
+    fn new(program: bool, inch: bool) -> Self {
+        Self { program, repetitions: BTreeMap::new(), inch }
+    }
 }
 
-impl Interpreter {
-    /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Self {
-        let (loaded, structure) = Loaded::new(source, dialect == Dialect::HeidenhainIso, 0);
-        let loaded = Arc::new(loaded);
-        let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
-        let level = Level {
-            loaded: Arc::clone(&loaded),
-            cursor: Mark::START,
-            program: true,
-            repetitions: BTreeMap::new(),
-            inch: false,
-        };
-        Self {
-            main: loaded,
-            folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
-            files: BTreeMap::new(),
-            stack: vec![level],
-            block: None,
-            buffer: String::new(),
-            queue: VecDeque::new(),
-            location,
-            done: false,
-            failure: None,
-            structure,
-            recovery: Recovery::default(),
-            coverage: Coverage::default(),
-            passes: Passes::default(),
-            calls: 0,
-            selected: None,
-            variables: Variables::new(&settings.variables, settings.limits.max_array_elements),
-            position: Position::new(),
-            state: State::new(settings),
-            din_now: false,
-            settings: settings.clone(),
-        }
+/// What a TNC keeps besides the modal state.
+#[derive(Debug, Default)]
+pub(crate) struct Heidenhain {
+    /// The main program is DIN/ISO.
+    din: bool,
+    /// Lines of a joined block.
+    buffer: String,
+    calls: u64,
+    selected: Option<String>,
+    /// The block that is executed is DIN/ISO.
+    pub(crate) din_now: bool,
+    /// The fault is one of an earlier block, of this line, that waited for its end.
+    earlier: Option<u32>,
+    /// The fault that was placed last was such a one.
+    pub(super) earlier_failed: bool,
+    /// The element that waited for its corner went out with a fault.
+    pub(super) element_out: bool,
+    /// Motions since the position is known again, and where the last one went.
+    pub(super) since: u32,
+    pub(super) last: crate::AxisValues,
+}
+
+/// The program, before its first block. `folder`: where it lies, if it is a file.
+pub(super) fn begin(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Interpreter {
+    let own = Heidenhain { din: dialect == Dialect::HeidenhainIso, ..Heidenhain::default() };
+    let variables = Variables::new(&settings.variables, settings.limits.max_array_elements);
+    let section = whole(&source);
+    Channel::new(
+        source,
+        folder,
+        settings,
+        own,
+        |_| (section, CallLevel::new(true, false)),
+        variables,
+        State::new(settings),
+    )
+}
+
+fn whole(source: &Source) -> Section {
+    Section { start: Mark::START, end: source.text.len() }
+}
+
+impl Language for Heidenhain {
+    type Index = Labels;
+    type Level = CallLevel;
+    /// Boxed, because it is taken out for every block.
+    type Block = Option<Box<Block>>;
+    type Mark = ();
+    type Variables = Variables;
+    type Modal = State;
+
+    fn index(&self, source: &Source, main: bool, faults: &mut Vec<Diagnostic>) -> Labels {
+        let ending = || Path::new(&*source.name).extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
+        Labels::new(source, if main { self.din } else { ending() }, faults)
     }
 
-    /// Hands a command out with the place of the block.
-    pub(crate) fn emit(&mut self, op: Op) {
-        self.queue.push_back(Command { location: self.location.clone(), op });
-    }
-
-    pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.emit(Op::Note(text.into()));
-    }
-
-    /// A motion was made: loops that move are not idle.
-    pub(crate) fn moved(&mut self) {
-        self.passes.moved();
-    }
-
-    /// M2, M30 or the end of the main program.
-    pub(crate) fn end_of_program(&mut self) {
-        self.emit(Op::End);
-        self.done = true;
-        for level in self.stack.drain(..) {
-            self.coverage.end(level.loaded.file, level.cursor.line);
-        }
-    }
-
-    fn step(&mut self) -> Result<(), Box<Diagnostic>> {
-        let Some(level) = self.stack.last_mut() else {
-            self.done = true;
+    fn step(channel: &mut Interpreter) -> Result<(), Box<Diagnostic>> {
+        let Some(level) = channel.stack.last() else {
+            channel.done = true;
             return Ok(());
         };
-        let at = level.cursor;
-        let loaded = Arc::clone(&level.loaded);
-        let mut buffer = std::mem::take(&mut self.buffer);
-        let mut block = self.block.take().unwrap_or_default();
-        self.recovery.faults.stage = Stage::Unread;
+        let (loaded, at) = (Arc::clone(&level.loaded), level.cursor);
+        let mut buffer = std::mem::take(&mut channel.own.buffer);
+        let mut block = channel.block.take().unwrap_or_default();
+        channel.recovery.faults.stage = Stage::Unread;
         let result = match text::block(&loaded.source, at, &mut buffer) {
-            None => self.end_of_text().map_err(|fault| self.failed(&loaded, at, "", fault)),
+            None => channel.end_of_text().map_err(|fault| channel.fail(&loaded, at, "", fault)),
             Some(found) => {
-                if let Some(level) = self.stack.last_mut() {
-                    level.cursor = found.next;
-                }
-                self.coverage.mark(loaded.file, at.line, found.next.line);
-                match self.run(&loaded, &found, at, &mut block) {
+                channel.set_cursor(found.next);
+                channel.coverage.mark(loaded.file, at.line, found.next.line);
+                match channel.run(&loaded, &found, at, &mut block) {
                     Ok(()) => {
-                        self.settle_doubt();
+                        recover::settle_doubt(channel);
                         Ok(())
                     }
-                    Err(fault) => Err(self.failed(&loaded, at, found.text, fault)),
+                    Err(fault) => Err(channel.fail(&loaded, at, found.text, fault)),
                 }
             }
         };
-        self.buffer = buffer;
-        self.block = Some(block);
+        channel.own.buffer = buffer;
+        channel.block = Some(block);
         result
+    }
+
+    /// The last motion of a contour is held back until its corner is known.
+    fn hand_out(channel: &mut Interpreter) -> Option<Command> {
+        let held = channel.modal.held && !channel.done;
+        let waits = (channel.modal.approach.is_some() || channel.modal.corner.is_some()) && !channel.done;
+        if waits || channel.queue.len() <= usize::from(held) {
+            return None;
+        }
+        channel.queue.pop_front().map(|(command, ())| command)
+    }
+
+    fn moving(channel: &mut Interpreter) {
+        channel.passes.moved();
+    }
+
+    fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
+        recover::may_follow(channel, fault)
+    }
+
+    fn follows(channel: &Interpreter, fault: &Diagnostic) -> bool {
+        // What a fault itself takes out is no reason for it.
+        channel.recovery.failed.as_ref().map_or_else(|| recover::may_follow(channel, fault), |failed| failed.follows)
+    }
+
+    fn locate(fault: Fault, source: &Source, at: Mark, text: &str) -> Diagnostic {
+        text::locate(fault, source, at, text)
+    }
+
+    fn settle_doubt(channel: &mut Interpreter) {
+        recover::settle_doubt(channel);
+    }
+
+    fn give_up(channel: &mut Interpreter, failed: &Failed<Labels>) {
+        let unread = channel.recovery.faults.stage == Stage::Unread || failed.code == codes::JUMP_TARGET;
+        if !unread || channel.own.earlier_failed || failed.line.is_empty() {
+            recover::nothing_waits(channel);
+            channel.modal.pending_cycle = None;
+        }
+    }
+
+    fn go_on(channel: &mut Interpreter, failed: &Failed<Labels>) -> Option<Doubt> {
+        Some(recover::go_on(channel, failed))
+    }
+
+    fn doubted(channel: &mut Interpreter, doubt: Doubt) {
+        channel.own.since = 0;
+        channel.own.last = channel.position.work;
+        if doubt.axes != 0 || doubt.modal {
+            channel.modal.tangent = None;
+        }
+    }
+
+    fn comp_style(channel: &Interpreter) -> Option<CompStyle> {
+        Some(CompStyle { look_ahead: channel.modal.look_ahead, ..CompStyle::PLAIN })
+    }
+
+    fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+        leftover::not_run(channel)
+    }
+}
+
+impl Interpreter {
+    /// Places a fault; that of an earlier block in the line of that block.
+    fn fail(&mut self, loaded: &Arc<Loaded>, at: Mark, text: &str, fault: Fault) -> Box<Diagnostic> {
+        let earlier = self.own.earlier.take();
+        self.own.earlier_failed = earlier.is_some();
+        let shown = earlier.and_then(|line| Some((line, crate::compensation::line_of(&loaded.source, line)?)));
+        let diagnostic = match shown {
+            Some((line, shown)) => {
+                let start = shown.len() - shown.trim_start().len();
+                let fault = Fault { span: Span::new(start, shown.trim_end().len()), ..fault };
+                self.failed(loaded, Mark { line, ..at }, &shown, fault)
+            }
+            None => self.failed(loaded, at, text, fault),
+        };
+        self.own.element_out |= self.modal.held;
+        diagnostic
     }
 
     /// The text ends without END PGM: as END PGM.
     fn end_of_text(&mut self) -> Result<(), Fault> {
-        let label = self.stack.last().is_some_and(|level| !level.program);
+        let label = self.stack.last().is_some_and(|level| !level.own.program);
         if label {
             return Err(Fault::new(
                 codes::STRUCTURE,
@@ -235,12 +279,12 @@ impl Interpreter {
     }
 
     fn end_of_file(&mut self) {
-        while self.stack.last().is_some_and(|level| !level.program) {
+        while self.stack.last().is_some_and(|level| !level.own.program) {
             self.stack.pop();
         }
         if self.stack.len() > 1 {
             if let Some(level) = self.stack.pop() {
-                self.state.inch = level.inch;
+                self.modal.inch = level.own.inch;
             }
             self.variables.leave();
         } else {
@@ -250,8 +294,8 @@ impl Interpreter {
 
     fn run(&mut self, loaded: &Arc<Loaded>, found: &text::Text<'_>, at: Mark, block: &mut Block) -> Result<(), Fault> {
         let text = found.text;
-        self.din_now = loaded.din;
-        if loaded.din {
+        self.own.din_now = loaded.index.din;
+        if loaded.index.din {
             din::parse(text, block)?
         } else {
             parser::parse(text, block)?
@@ -259,34 +303,28 @@ impl Interpreter {
         if block.statement == Statement::Empty || block.skip && self.settings.skipped_levels & 1 == 1 {
             return Ok(());
         }
+        if !block.words.functions.is_empty() {
+            self.list_functions(block)?;
+        }
         // The place of a joined block is that of its first line.
         self.recovery.faults.stage = Stage::Acting;
         let first = if found.joined { text.split('\n').next().unwrap_or(text) } else { text };
-        let (column, length) = column_and_length(first, block.span);
-        let depth = self.stack.len().saturating_sub(1) as u32;
         // What an earlier block left open is told with the place of that block.
-        if self.state.pending_cycle.is_some()
+        if self.modal.pending_cycle.is_some()
             && !matches!(block.statement, Statement::OldCycle { part: 1.., .. } | Statement::OldCycleProgram(_))
             && let Err(fault) = self.finish_old_cycle()
         {
             // The block itself is run when the run goes on.
-            self.recovery.earlier = Some(self.location.line);
-            if let Some(level) = self.stack.last_mut() {
-                level.cursor = at;
-            }
+            self.own.earlier = Some(self.location.line);
+            self.set_cursor(at);
             return Err(fault);
         }
-        self.location.move_to(&loaded.source.name, at.line, column, length, depth);
+        self.stands_at(&loaded.source.name, at, first, block.span);
         if let Statement::Path(path) = block.statement {
             return self.path(path, &block.words, block.span);
         }
         let statement = std::mem::replace(&mut block.statement, Statement::Empty);
         self.statement(loaded, at, statement, block)
-    }
-
-    /// Counts a jump back and refuses one too many.
-    fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
-        self.passes.count(&self.settings.limits, span)
     }
 
     fn key(&self, label: &Label, span: Span) -> Result<String, Fault> {
@@ -298,7 +336,7 @@ impl Interpreter {
     }
 
     fn label_target(loaded: &Loaded, key: &str, span: Span) -> Result<Mark, Fault> {
-        loaded.labels.get(key).copied().ok_or_else(|| {
+        loaded.index.labels.get(key).copied().ok_or_else(|| {
             let name = key.trim_start_matches('"');
             Fault::new(codes::JUMP_TARGET, span, format!("the label {name} is not in this program"))
                 .help(format!("write LBL {name}"))
@@ -308,13 +346,7 @@ impl Interpreter {
     /// Jumps to a label of the file.
     pub(crate) fn goto(&mut self, loaded: &Loaded, at: Mark, label: &Label, span: Span) -> Result<(), Fault> {
         let target = Self::label_target(loaded, &self.key(label, span)?, span)?;
-        if target.offset <= at.offset {
-            self.count_pass(span)?;
-        }
-        if let Some(level) = self.stack.last_mut() {
-            level.cursor = target;
-        }
-        Ok(())
+        self.jump_to(at, target, span)
     }
 
     pub(crate) fn call_label(
@@ -328,14 +360,8 @@ impl Interpreter {
         let target = Self::label_target(loaded, &self.key(label, span)?, span)?;
         let Some(repeat) = repeat else {
             self.room(span)?;
-            let level = Level {
-                loaded: Arc::clone(loaded),
-                cursor: target,
-                program: false,
-                repetitions: BTreeMap::new(),
-                inch: self.state.inch,
-            };
-            self.stack.push(level);
+            let own = CallLevel::new(false, self.modal.inch);
+            self.enter((Arc::clone(loaded), whole(&loaded.source)), target, 1, own);
             return Ok(());
         };
         if !(0.0..=65535.0).contains(&repeat) || repeat.fract() != 0.0 {
@@ -347,9 +373,9 @@ impl Interpreter {
             .help("write a whole number"));
         }
         let Some(level) = self.stack.last_mut() else { return Ok(()) };
-        let left = level.repetitions.entry(at.offset).or_insert(repeat as u64);
+        let left = level.own.repetitions.entry(at.offset).or_insert(repeat as u64);
         if *left == 0 {
-            level.repetitions.remove(&at.offset);
+            level.own.repetitions.remove(&at.offset);
             return Ok(());
         }
         *left -= 1;
@@ -359,7 +385,7 @@ impl Interpreter {
 
     /// LBL 0: back to the block behind the call.
     pub(crate) fn label_end(&mut self) {
-        if self.stack.last().is_some_and(|level| !level.program) {
+        if self.stack.last().is_some_and(|level| !level.own.program) {
             self.stack.pop();
         }
     }
@@ -372,108 +398,58 @@ impl Interpreter {
     }
 
     fn room(&mut self, span: Span) -> Result<(), Fault> {
-        let limit = self.settings.limits.max_call_depth;
-        if self.stack.len() > limit as usize {
-            let message = format!("the call stands at depth {}; the limit is {limit}", self.stack.len());
-            return Err(
-                Fault::new(codes::NESTING_LIMIT, span, message).help("check for a subprogram that calls itself")
-            );
-        }
+        self.room_for_call("the call stands", span)?;
         // Calls within calls can multiply without a jump back.
-        self.calls += 1;
-        if self.calls > self.settings.limits.max_loop_passes {
-            let message = format!("the program has made {} calls, the limit of the settings", self.calls - 1);
+        self.own.calls += 1;
+        if self.own.calls > self.settings.limits.max_loop_passes {
+            let message = format!("the program has made {} calls, the limit of the settings", self.own.calls - 1);
             return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("raise max_loop_passes"));
         }
         self.count_pass(span)
     }
 
     pub(crate) fn select_program(&mut self, name: String) {
-        self.selected = Some(name);
+        self.own.selected = Some(name);
     }
 
     pub(crate) fn call_selected(&mut self, span: Span) -> Result<(), Fault> {
-        let Some(name) = self.selected.clone() else {
+        let Some(name) = self.own.selected.clone() else {
             return Err(Fault::new(codes::SUBPROGRAM, span, "no program is selected").help("write SEL PGM before it"));
         };
         self.call_program(&name, span)
     }
 
     pub(crate) fn call_program(&mut self, name: &str, span: Span) -> Result<(), Fault> {
-        let loaded = self.find_program(name, span)?;
+        let Some(loaded) = self.find_program(name, span)? else { return self.missing(&file_name(name), span) };
         self.room(span)?;
         self.variables.enter();
-        self.stack.push(Level {
-            loaded,
-            cursor: Mark::START,
-            program: true,
-            repetitions: BTreeMap::new(),
-            inch: self.state.inch,
-        });
+        let own = CallLevel::new(true, self.modal.inch);
+        let section = whole(&loaded.source);
+        self.enter((loaded, section), Mark::START, 1, own);
         Ok(())
     }
 
-    fn find_program(&mut self, name: &str, span: Span) -> Result<Arc<Loaded>, Fault> {
-        let file = name.trim().rsplit(['\\', '/', ':']).next().unwrap_or_default().to_ascii_uppercase();
+    fn find_program(&mut self, name: &str, span: Span) -> Result<Option<Arc<Loaded>>, Fault> {
+        let file = file_name(name);
         let (stem, ending) = match file.rsplit_once('.') {
             Some((stem, ending)) => (stem.to_owned(), Some(ending.to_owned())),
             None => (file.clone(), None),
         };
-        for folder in self.folders.clone() {
-            let Ok(entries) = std::fs::read_dir(&folder) else { continue };
-            let mut found: Vec<PathBuf> = entries
-                .filter_map(|entry| Some(entry.ok()?.path()))
-                .filter(|path| {
-                    let part = |s: Option<&std::ffi::OsStr>| s.map(|s| s.to_string_lossy().to_ascii_uppercase());
-                    let own = part(path.extension()).unwrap_or_default();
-                    part(path.file_stem()).as_deref() == Some(&stem)
-                        && ending.as_deref().map_or(matches!(own.as_str(), "H" | "I"), |e| e == own)
-                })
-                .collect();
-            found.sort();
-            let Some(path) = found.into_iter().next() else { continue };
-            if let Some(loaded) = self.files.get(&path) {
-                return Ok(Arc::clone(loaded));
-            }
-            let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the program");
-            let source =
-                Source::read(&path).map_err(|d| failed(format!("the program `{file}` cannot be read: {d}")))?;
-            let din = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
-            let (loaded, faults) = Loaded::new(source, din, self.files.len() + 1);
-            if !faults.is_empty() {
-                return Err(failed(format!("the program `{file}` is broken: {}", Diagnostics(faults))));
-            }
-            let loaded = Arc::new(loaded);
-            self.files.insert(path, Arc::clone(&loaded));
-            return Ok(loaded);
+        let found = self.file_beside(|path| {
+            let part = |s: Option<&std::ffi::OsStr>| s.map(|s| s.to_string_lossy().to_ascii_uppercase());
+            let own = part(path.extension()).unwrap_or_default();
+            let fits = part(path.file_stem()).as_deref() == Some(&stem)
+                && ending.as_deref().map_or(matches!(own.as_str(), "H" | "I"), |e| e == own);
+            fits.then_some(())
+        });
+        if let Some(path) = found {
+            return self.load(path, "program", &file, span).map(Some);
         }
-        Err(Fault::new(codes::SUBPROGRAM, span, format!("the program `{file}` is not there"))
-            .help(format!("put {stem}.H into the folder of the program")))
+        Ok(None)
     }
 }
 
-impl Iterator for Interpreter {
-    type Item = Result<Command, Box<Diagnostic>>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            // The last motion of a contour is held back until its corner is known.
-            let held = self.state.held && !self.done;
-            let waits = (self.state.approach.is_some() || self.state.corner.is_some()) && !self.done;
-            if !waits && self.queue.len() > usize::from(held) {
-                return self.queue.pop_front().map(Ok);
-            }
-            if let Some(failure) = self.failure.take() {
-                return Some(Err(failure));
-            }
-            if self.done {
-                return None;
-            }
-            if let Err(diagnostic) = self.step() {
-                // Commands of the block before the fault stay in the queue and are given out first.
-                self.done = true;
-                self.failure = Some(diagnostic);
-            }
-        }
-    }
+/// Name of a program without its folder.
+fn file_name(name: &str) -> String {
+    name.trim().rsplit(['\\', '/', ':']).next().unwrap_or_default().to_ascii_uppercase()
 }

@@ -1,35 +1,13 @@
 //! What the text that was not run is: programs, labels that nothing calls, branches, text behind the end.
 
-use std::sync::Arc;
-
 use super::interpreter::{Interpreter, Loaded, label_key};
 use super::words::{Block, Label, Statement, Value};
 use super::{din, parser, text};
-use crate::dialect::coverage::{Flow, Layout, Role, Stretch};
+use crate::channel::coverage::{Flow, Layout, Role, Stretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
 impl Interpreter {
-    /// The files that were read, the main program first.
-    pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded>> {
-        std::iter::once(&self.main).chain(self.files.values())
-    }
-
-    pub(crate) fn leftover(&self) -> Vec<NotRun> {
-        let mut found = Vec::new();
-        for loaded in self.loaded() {
-            let plan = Plan::of(loaded);
-            let layout = Layout {
-                source: &loaded.source,
-                parts: plan.parts,
-                regions: plan.regions,
-                role: &|_, at| plan.roles.get(at.line as usize).copied().unwrap_or_default(),
-            };
-            found.extend(self.coverage.not_run(loaded.file, &layout));
-        }
-        found
-    }
-
     /// A block with code stands in front of this one.
     pub(crate) fn follows_code(&self, loaded: &Loaded, at: Mark) -> bool {
         let mut buffer = String::new();
@@ -37,13 +15,28 @@ impl Interpreter {
         let mut here = Mark::START;
         while here.offset < at.offset {
             let Some(found) = text::block(&loaded.source, here, &mut buffer) else { return false };
-            if parse(loaded.din, found.text, &mut block) && block.statement != Statement::Empty {
+            if parse(loaded.index.din, found.text, &mut block) && block.statement != Statement::Empty {
                 return true;
             }
             here = found.next;
         }
         false
     }
+}
+
+pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+    let mut found = Vec::new();
+    for loaded in channel.loaded() {
+        let plan = Plan::of(loaded);
+        let layout = Layout {
+            source: &loaded.source,
+            parts: plan.parts,
+            regions: plan.regions,
+            role: &|_, at| plan.roles.get(at.line as usize).copied().unwrap_or_default(),
+        };
+        found.extend(channel.coverage.not_run(loaded.file, &layout));
+    }
+    found
 }
 
 fn parse(din: bool, text: &str, block: &mut Block) -> bool {
@@ -68,7 +61,7 @@ impl Plan {
         let mut label: Option<(u32, String)> = None;
         while let Some(found) = text::block(source, at, &mut buffer) {
             let (mut role, next) = (Role::default(), found.next);
-            if parse(loaded.din, found.text, &mut block) {
+            if parse(loaded.index.din, found.text, &mut block) {
                 role = role_of(&block);
                 match &block.statement {
                     Statement::Begin { .. } => {
@@ -127,12 +120,12 @@ fn key_of(label: &Label) -> Option<String> {
 /// Labels that a block calls or jumps to; none where one is computed, so that it can be any.
 fn named_labels(loaded: &Loaded) -> Option<Vec<String>> {
     let mut named = Vec::new();
-    if loaded.labels.is_empty() {
+    if loaded.index.labels.is_empty() {
         return Some(named);
     }
     let (mut block, mut buffer, mut at) = (Block::default(), String::new(), Mark::START);
     while let Some(found) = text::block(&loaded.source, at, &mut buffer) {
-        if parse(loaded.din, found.text, &mut block)
+        if parse(loaded.index.din, found.text, &mut block)
             && let Statement::CallLabel { label, .. } | Statement::Goto(label) | Statement::Branch(_, label) =
                 &block.statement
         {

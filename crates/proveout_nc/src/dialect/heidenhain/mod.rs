@@ -24,6 +24,7 @@ mod functions;
 mod interpreter;
 mod leftover;
 mod lexer;
+mod listed;
 mod motion;
 mod parser;
 mod pattern;
@@ -40,53 +41,53 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
-
 use super::Reader;
-use crate::Command;
-use crate::compensation::CompStyle;
+use super::listed::Unlisted;
+use crate::control::words::{Builtin, WordKey};
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
 
 /// The reader of a program.
 pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(Interpreter::new(dialect, source, folder, settings))
+    Box::new(interpreter::begin(dialect, source, folder, settings))
 }
 
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
+/// The reader does this word by itself; words that end or call programs are left out.
+pub(crate) fn does_word(word: Builtin) -> bool {
+    match word {
+        Builtin::G(_) => false,
+        Builtin::M(code) => functions::does_function(code),
     }
+}
 
-    fn comp_style(&self) -> Option<CompStyle> {
-        Some(CompStyle { look_ahead: self.state.look_ahead, ..CompStyle::PLAIN })
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.last_follows(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
+/// Functions that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut block = words::Block::default();
+    let mut buffer = String::new();
+    let mut at = Mark::START;
+    while let Some(text) = text::block(source, at, &mut buffer) {
+        let parsed = if dialect == Dialect::HeidenhainIso {
+            din::parse(text.text, &mut block)
+        } else {
+            parser::parse(text.text, &mut block)
+        };
+        match parsed {
+            Err(fault) => found.faults.push(text::locate(fault, source, at, text.text)),
+            Ok(()) => {
+                for m in &block.words.functions {
+                    if let Some(now) = functions::unlisted_function(m, &settings.control) {
+                        found.word(WordKey::M(m.code), m.span, at, text.text, now);
+                    }
+                }
+            }
+        }
+        at = text.next;
     }
 }
 
 /// All faults of single blocks: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut block = words::Block::default();
     let mut buffer = String::new();
@@ -98,9 +99,13 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> 
         } else {
             parser::parse(found.text, &mut block)
         };
-        if let Err(fault) = parsed {
-            faults.push(text::locate(fault, source, at, found.text));
-        }
+        let functions = &block.words.functions;
+        let refused = || functions.iter().filter_map(|m| functions::refused_function(m, &settings.control));
+        let found_faults: Vec<_> = match parsed {
+            Err(fault) => vec![fault],
+            Ok(()) => refused().collect(),
+        };
+        faults.extend(found_faults.into_iter().map(|fault| text::locate(fault, source, at, found.text)));
         at = found.next;
     }
 }

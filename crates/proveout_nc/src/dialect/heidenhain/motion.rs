@@ -41,19 +41,19 @@ impl Interpreter {
                 | Path::PolarArc
                 | Path::PolarTangent
         );
-        if self.state.corner.is_some() && !contour {
+        if self.modal.corner.is_some() && !contour {
             return Err(super::corner::no_element(span));
         }
-        if self.state.approach.is_some() && !contour && path != Path::Nothing {
+        if self.modal.approach.is_some() && !contour && path != Path::Nothing {
             return Err(super::approach::no_contour(span));
         }
-        self.state.held = false;
+        self.modal.held = false;
         if let Path::Depart(_) = path {
-            self.state.departing = self.state.side;
+            self.modal.departing = self.modal.side;
         } else if let Some(side) = w.side {
             self.compensation(side);
         }
-        self.state.feed_before = self.state.feed;
+        self.modal.feed_before = self.technology.feed;
         self.functions_before(w, span)?;
         let rapid = self.feed_word(w, span)?;
         match path {
@@ -72,28 +72,28 @@ impl Interpreter {
             Path::Round | Path::Chamfer | Path::Pole => {}
         }
         if path != Path::Nothing {
-            self.state.rapid_before = rapid;
+            self.modal.rapid_before = rapid;
         }
-        if !w.functions.is_empty() || self.state.modal_cycle {
+        if !w.functions.is_empty() || self.modal.modal_cycle {
             self.functions_after(w, span)?;
             self.cycle_after(path, w, span)?;
             self.functions_last(w);
         }
-        self.state.held = contour
-            && match self.queue.back().map(|c| &c.op) {
+        self.modal.held = contour
+            && match self.queue.back().map(|(c, ())| &c.op) {
                 Some(Op::Linear(m)) => !m.machine_coordinates,
                 Some(Op::Arc(_)) => true,
                 _ => false,
             };
         if contour {
-            self.state.element_feed = self.state.feed;
+            self.modal.element_feed = self.technology.feed;
         }
         Ok(())
     }
 
     /// R0, RL, RR.
     pub(crate) fn compensation(&mut self, side: Side) {
-        if self.state.side.unwrap_or(Side::Off) != side {
+        if self.modal.side.unwrap_or(Side::Off) != side {
             let told = match side {
                 Side::Off => CompSide::Off,
                 Side::Left => CompSide::Left,
@@ -103,11 +103,11 @@ impl Interpreter {
         }
         // M120 ends with R0. The contour before is still under way then, so that it is forgotten at the next RL or RR.
         if side == Side::Off {
-            self.state.look_ahead_ended = true;
-        } else if std::mem::take(&mut self.state.look_ahead_ended) {
-            self.state.look_ahead = 1;
+            self.modal.look_ahead_ended = true;
+        } else if std::mem::take(&mut self.modal.look_ahead_ended) {
+            self.modal.look_ahead = 1;
         }
-        self.state.side = Some(side);
+        self.modal.side = Some(side);
     }
 
     /// Takes the feed of the block; true for FMAX, which holds for this block only.
@@ -117,8 +117,7 @@ impl Interpreter {
             Some(FeedWord::Max) => Ok(true),
             Some(word) => {
                 let feed = self.feed_of(word, span)?;
-                self.state.feed = feed;
-                self.tell_feed();
+                self.set_feed(feed);
                 Ok(false)
             }
         }
@@ -136,38 +135,32 @@ impl Interpreter {
         Ok(Some(match word {
             FeedWord::Max => return Ok(None),
             FeedWord::Auto => {
-                return self.state.tool_feed.map(Some).ok_or_else(|| {
+                return self.modal.tool_feed.map(Some).ok_or_else(|| {
                     Fault::new(codes::NO_FEED, span, "FAUTO takes the feed of TOOL CALL, which gives none")
                         .help("write F in the TOOL CALL block")
                 });
             }
             FeedWord::PerRevolution(value) => {
-                Feed::PerRevolution(positive(self.variables.value(value, span)?)? * self.state.unit())
+                Feed::PerRevolution(positive(self.variables.value(value, span)?)? * self.modal.unit())
             }
             FeedWord::Value(value) => {
                 let value = positive(self.variables.value(value, span)?)?;
-                if self.state.per_revolution {
+                if self.modal.per_revolution {
                     Feed::PerRevolution(value)
                 } else {
                     // Inch programs write tenths of an inch a minute.
-                    Feed::PerTime(value * if self.state.inch { 2.54 } else { 1.0 } / 60.0)
+                    Feed::PerTime(value * if self.modal.inch { 2.54 } else { 1.0 } / 60.0)
                 }
             }
         }))
     }
 
-    /// Hands the feed out when it differs from the last one.
-    pub(crate) fn tell_feed(&mut self) {
-        if let Some(feed) = self.state.feed
-            && self.state.told_feed != Some(feed)
-        {
-            self.state.told_feed = Some(feed);
-            self.emit(Op::Feed(feed));
-        }
-    }
-
     pub(crate) fn need_feed(&mut self, span: Span) -> Result<(), Fault> {
-        if self.state.feed.is_some() {
+        if self.technology.feed.is_some() {
+            self.tell_feed();
+            return Ok(());
+        }
+        if !self.modal.per_revolution && self.default_feed().is_some() {
             self.tell_feed();
             return Ok(());
         }
@@ -176,14 +169,14 @@ impl Interpreter {
 
     /// mm, or radian for A B C, of a coordinate as written.
     pub(crate) fn coordinate(&self, axis: usize, value: f64) -> f64 {
-        if (3..6).contains(&axis) { value.to_radians() } else { value * self.state.unit() }
+        if (3..6).contains(&axis) { value.to_radians() } else { value * self.modal.unit() }
     }
 
     pub(crate) fn is_incremental(&self, reference: Reference) -> bool {
         match reference {
             Reference::Absolute => false,
             Reference::Incremental => true,
-            Reference::Modal => self.state.incremental,
+            Reference::Modal => self.modal.incremental,
         }
     }
 
@@ -205,7 +198,7 @@ impl Interpreter {
         let rotary = (3..6).contains(&axis);
         let target = if self.is_incremental(c.reference) {
             self.current(axis, span)? + value
-        } else if rotary && self.state.shortest {
+        } else if rotary && self.modal.shortest {
             // M126: the short way from where the axis stands; unknown, it goes to the value as written.
             self.position.work.get(axis).map_or(value, |now| {
                 let turn = (value - now).rem_euclid(TAU);
@@ -225,7 +218,7 @@ impl Interpreter {
     fn plane_word(&self, axis: usize, c: Coordinate) -> bool {
         let index = 117 + axis as u32;
         let param = Param { kind: Kind::Global, index };
-        self.state.plane_angles
+        self.modal.plane_angles
             && (3..6).contains(&axis)
             && c.value == (Value::Param { negative: false, param })
             && self.variables.get(param).is_none()
@@ -239,7 +232,7 @@ impl Interpreter {
         }
         let mut by_plane = 0u16;
         let rotary = w.programmed & ROTARY;
-        if rotary != 0 && self.state.spatial {
+        if rotary != 0 && self.modal.spatial {
             return self.spatial_goal(w, goal, span);
         }
         for (axis, c) in w.axes.iter().enumerate() {
@@ -349,35 +342,33 @@ impl Interpreter {
             self.need_feed(span)?;
         }
         let start = self.position.work;
-        if self.state.approach.is_some() {
+        if self.modal.approach.is_some() {
             let from = self.flat(span)?;
-            let [u, v, _] = self.state.plane_axes();
+            let [u, v, _] = self.modal.plane_axes();
             let to = [goal.end.get(u).unwrap_or(from[0]), goal.end.get(v).unwrap_or(from[1])];
             self.finish_approach([to[0] - from[0], to[1] - from[1]], span)?;
         }
         let motion = self.complete(goal, span)?;
-        if self.state.corner.is_some() {
+        if self.modal.corner.is_some() {
             self.corner_to_line(start, &motion, span)?;
         }
-        self.state.line_start = start;
-        let [u, v, _] = self.state.plane_axes();
-        self.state.tangent = match (start.get(u), start.get(v), motion.end.get(u), motion.end.get(v)) {
+        self.modal.line_start = start;
+        let [u, v, _] = self.modal.plane_axes();
+        self.modal.tangent = match (start.get(u), start.get(v), motion.end.get(u), motion.end.get(v)) {
             (Some(a), Some(b), Some(c), Some(d)) if (c - a).hypot(d - b) > crate::arc::SAME_POINT_MM => {
                 Some([c - a, d - b])
             }
-            (Some(_), Some(_), Some(_), Some(_)) => self.state.tangent,
+            (Some(_), Some(_), Some(_), Some(_)) => self.modal.tangent,
             _ => None,
         };
-        self.go(motion, rapid);
+        self.drive(motion, rapid);
         Ok(())
     }
 
-    /// Hands a straight motion out and takes its end as the position.
-    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
-        self.state.inclined |= motion.programmed & ROTARY != 0 || motion.tool_axis.is_some();
-        self.position.move_to(motion.end, motion.end_base);
-        self.moved();
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+    /// Hands a straight motion out; one with rotary words leaves the tool inclined.
+    pub(crate) fn drive(&mut self, motion: Motion, rapid: bool) {
+        self.modal.inclined |= motion.programmed & ROTARY != 0 || motion.tool_axis.is_some();
+        self.go(motion, rapid);
     }
 
     fn line(&mut self, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
@@ -399,7 +390,7 @@ impl Interpreter {
     /// In a tilted plane without tool center point control, rotary axes move by themselves with the linear axes at rest.
     fn turn_or_go(&mut self, mut goal: Goal, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         let alone = w.programmed & ROTARY != 0 && w.programmed & !ROTARY == 0;
-        if alone && self.state.frames.tilted() && !self.state.tcpm {
+        if alone && self.modal.frames.tilted() && !self.modal.tcpm {
             self.tell_tcp_as(false);
             for axis in 0..3 {
                 if self.position.work.get(axis).is_none() {

@@ -15,7 +15,7 @@ impl Interpreter {
     /// 220 and 221 run the drilling cycle before them at once; Q200, Q203, Q204 of the pattern replace those of the cycle.
     pub(crate) fn pattern_cycle(&mut self, pattern: u32, p: &BTreeMap<u32, Setting>, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
-        let Some(Cycle::Drilling { number, mut values }) = self.state.cycle.clone() else {
+        let Some(Cycle::Drilling { number, mut values }) = self.modal.cycle.clone() else {
             return Err(Fault::new(
                 codes::STRUCTURE,
                 span,
@@ -28,7 +28,7 @@ impl Interpreter {
                 values.insert(key, *value);
             }
         }
-        let unit = self.state.unit();
+        let unit = self.modal.unit();
         let need = |key: u32| self.cycle_number(p, key, None, span);
         let count = |value: f64| {
             if (1.0..=MAX_HOLES).contains(&value) && value.fract() == 0.0 {
@@ -108,7 +108,7 @@ impl Interpreter {
 
     /// Up along the tool axis where the tool stands lower.
     fn lift_to(&mut self, height: f64, span: Span) -> Result<(), Fault> {
-        let axis = self.state.normal;
+        let axis = self.modal.normal;
         if self.position.work.get(axis).is_some_and(|z| z >= height) {
             return Ok(());
         }
@@ -120,20 +120,20 @@ impl Interpreter {
     /// CYCL CALL PAT: the cycle at every point of PATTERN DEF; Z of a point lifts the surface.
     pub(crate) fn cycle_call_pattern(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
-        let Some(Cycle::Drilling { number, values }) = self.state.cycle.clone() else {
+        let Some(Cycle::Drilling { number, values }) = self.modal.cycle.clone() else {
             return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no drilling cycle")
                 .help("write CYCL DEF before it"));
         };
-        if self.state.pattern.is_empty() {
+        if self.modal.pattern.is_empty() {
             return Err(
                 Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no pattern").help("write PATTERN DEF before it")
             );
         }
         self.functions_before(w, span)?;
         // Without F the tool moves between the points with the feed in force; FMAX is rapid.
-        let rapid = self.feed_word(w, span)? || self.state.feed.is_none();
-        let unit = self.state.unit();
-        for point in self.state.pattern.clone() {
+        let rapid = self.feed_word(w, span)? || self.technology.feed.is_none();
+        let unit = self.modal.unit();
+        for point in self.modal.pattern.clone() {
             let mut p = [0.0; 3];
             for (slot, value) in p.iter_mut().zip(point) {
                 *slot = self.variables.value(value, span)? * unit;

@@ -24,29 +24,29 @@ const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
 impl Interpreter {
     /// Tells tool center point control when it has changed; what base coordinates mean changes with it.
     pub(crate) fn tell_tcp(&mut self) {
-        self.tell_tcp_as(self.state.tcpm || self.state.frames.tilted());
+        self.tell_tcp_as(self.modal.tcpm || self.modal.frames.tilted());
     }
 
     pub(crate) fn tell_tcp_as(&mut self, on: bool) {
-        let interpolation = if self.state.tcpm { self.state.interpolation } else { OrientationInterpolation::Axes };
+        let interpolation = if self.modal.tcpm { self.modal.interpolation } else { OrientationInterpolation::Axes };
         let told = Tcp { on, interpolation };
-        if self.state.told_tcp == Some(told) || !on && self.state.told_tcp.is_none_or(|t| !t.on) {
+        if self.modal.told_tcp == Some(told) || !on && self.modal.told_tcp.is_none_or(|t| !t.on) {
             return;
         }
-        if self.state.told_tcp.is_some_and(|t| t.on) != on {
+        if self.modal.told_tcp.is_some_and(|t| t.on) != on {
             self.position.forget(LINEAR);
-            self.state.tangent = None;
+            self.modal.tangent = None;
         }
-        self.state.told_tcp = Some(told);
+        self.modal.told_tcp = Some(told);
         self.emit(Op::Tcp(told));
     }
 
     /// M128, M129.
     pub(crate) fn set_tcpm(&mut self, on: bool) {
-        self.state.tcpm = on;
+        self.modal.tcpm = on;
         if !on {
-            self.state.spatial = false;
-            self.state.interpolation = OrientationInterpolation::Axes;
+            self.modal.spatial = false;
+            self.modal.interpolation = OrientationInterpolation::Axes;
         }
         self.tell_tcp();
     }
@@ -55,8 +55,8 @@ impl Interpreter {
         if !tcpm.options.is_empty() {
             self.note(format!("FUNCTION TCPM {}", tcpm.options.join(" ")));
         }
-        self.state.spatial = tcpm.spatial;
-        self.state.interpolation =
+        self.modal.spatial = tcpm.spatial;
+        self.modal.interpolation =
             if tcpm.vector { OrientationInterpolation::GreatCircle } else { OrientationInterpolation::Axes };
         self.set_tcpm(true);
     }
@@ -126,7 +126,7 @@ impl Interpreter {
         }
         if let Some((value, max)) = plane.retract {
             let distance = match value {
-                Some(value) if !max => Some(self.variables.value(value, span)? * self.state.unit()),
+                Some(value) if !max => Some(self.variables.value(value, span)? * self.modal.unit()),
                 _ => None,
             };
             if positioning != Positioning::Stay {
@@ -167,7 +167,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, word, span)?;
-        if !self.state.frames.tilt(tilt, relative) {
+        if !self.modal.frames.tilt(tilt, relative) {
             return Err(Fault::new(
                 codes::NESTING_LIMIT,
                 span,
@@ -175,7 +175,7 @@ impl Interpreter {
             )
             .help("write PLANE RESET between them"));
         }
-        self.state.plane_angles = true;
+        self.modal.plane_angles = true;
         for index in PLANE_PARAMS {
             self.variables.forget(Param { kind: Kind::Global, index });
         }
@@ -198,7 +198,7 @@ impl Interpreter {
     /// The tool axis in the working plane system.
     fn tool_axis(&self) -> [f64; 3] {
         let mut axis = [0.0; 3];
-        axis[self.state.normal] = 1.0;
+        axis[self.modal.normal] = 1.0;
         axis
     }
 
@@ -210,9 +210,9 @@ impl Interpreter {
         word: &str,
         span: Span,
     ) -> Result<(), Fault> {
-        let was = self.state.frames.tilted();
-        self.state.frames.untilt();
-        self.state.plane_angles = false;
+        let was = self.modal.frames.tilted();
+        self.modal.frames.untilt();
+        self.modal.plane_angles = false;
         for index in PLANE_PARAMS {
             self.variables.set(Param { kind: Kind::Global, index }, 0.0, span)?;
         }
@@ -224,9 +224,9 @@ impl Interpreter {
         match positioning {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
-                self.tell_tcp_as(self.state.tcpm);
+                self.tell_tcp_as(self.modal.tcpm);
                 self.turn(None, feed, span)?;
-                if !self.state.tcpm {
+                if !self.modal.tcpm {
                     self.position.forget(LINEAR);
                 }
             }
@@ -241,9 +241,9 @@ impl Interpreter {
     /// Turns the rotary axes by themselves: onto a tool axis, or all of them to zero.
     fn turn(&mut self, axis: Option<[f64; 3]>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
         let rapid = matches!(feed, None | Some(FeedWord::Max));
-        let before = self.state.feed;
+        let before = self.technology.feed;
         if let (false, Some(word)) = (rapid, feed) {
-            self.state.feed = self.feed_of(word, span)?;
+            self.technology.feed = self.feed_of(word, span)?;
             self.tell_feed();
         }
         self.position.forget(ROTARY);
@@ -270,9 +270,9 @@ impl Interpreter {
                 }
             }
         };
-        self.state.tangent = None;
-        self.go(motion, rapid);
-        self.state.feed = before;
+        self.modal.tangent = None;
+        self.drive(motion, rapid);
+        self.technology.feed = before;
         Ok(())
     }
 }

@@ -1,8 +1,9 @@
 //! LN blocks and motions in machine coordinates.
 
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::ROTARY;
 use super::words::{Path, Value, Words};
+use crate::channel::Language;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
@@ -27,14 +28,14 @@ impl Interpreter {
             })
         };
         let (normal, axis) = (vector(&w.normal)?, vector(&w.vector)?);
-        if normal.is_some() && self.state.delta != [0.0; 3] {
+        if normal.is_some() && self.modal.delta != [0.0; 3] {
             return Err(super::lexer::refused(
                 "LN with DL, DR or DR2",
                 span,
                 "3-D compensation by delta values is not computed: post the path for the real tool",
             ));
         }
-        if axis.is_some() && !self.state.tcpm {
+        if axis.is_some() && !self.modal.tcpm {
             return Err(Fault::new(
                 codes::ORIENTATION,
                 span,
@@ -44,7 +45,7 @@ impl Interpreter {
         }
         let mut goal = self.goal(w, span)?;
         // Without TX TY TZ the control holds the tool normal to the surface while it controls the tool center point.
-        let axis = axis.or(if self.state.tcpm { normal } else { None });
+        let axis = axis.or(if self.modal.tcpm { normal } else { None });
         if axis.is_some() && w.programmed & ROTARY != 0 {
             return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector stand in the same block")
                 .help("program one of the two"));
@@ -58,7 +59,7 @@ impl Interpreter {
         if !matches!(path, Path::Line) {
             return Err(Fault::new(codes::CONFLICT, span, "M91 and M92 belong to straight blocks").help("write L"));
         }
-        if self.state.corner.is_some() {
+        if self.modal.corner.is_some() {
             return Err(super::corner::no_element(span));
         }
         if w.programmed == 0 {
@@ -82,17 +83,17 @@ impl Interpreter {
             let shift = if w.has(92) { self.machine_datum(axis, span)? } else { 0.0 };
             end.put(axis, value + shift);
         }
-        self.state.inclined |= w.programmed & ROTARY != 0;
-        let in_table = self.state.told_tcp.is_some_and(|told| told.on);
+        self.modal.inclined |= w.programmed & ROTARY != 0;
+        let in_table = self.modal.told_tcp.is_some_and(|told| told.on);
         self.position.moved_in_machine(&end, w.programmed, in_table);
-        if self.state.tcpm {
+        if self.modal.tcpm {
             // HEIDENHAIN, *TNC 640 Klartext programming*, "M128": reset it before positioning with M91 or M92.
             self.note(format!(
                 "{ASSUMED}M91 or M92 under M128 or TCPM gives positions of the machine axes; the manual asks for M129 before them"
             ));
         }
-        self.state.tangent = None;
-        self.moved();
+        self.modal.tangent = None;
+        Heidenhain::moving(self);
         let motion = Motion {
             end,
             end_base: end,

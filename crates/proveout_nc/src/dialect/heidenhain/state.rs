@@ -4,7 +4,7 @@ use super::corner::Corner;
 use super::cycle::{Cycle, OldCycle};
 use super::frames::Frames;
 use super::words::Value;
-use crate::{AxisValues, Feed, OrientationInterpolation, Settings, SpindleDirection, Tcp, ToolName};
+use crate::{AxisValues, Feed, OrientationInterpolation, Settings, Tcp};
 
 /// Modal state of the control.
 #[derive(Debug)]
@@ -18,18 +18,11 @@ pub(crate) struct State {
     pub(crate) pole: Option<[f64; 2]>,
     /// Direction of motion at the end of the last contour element, in the working plane.
     pub(crate) tangent: Option<[f64; 2]>,
-    pub(crate) feed: Option<Feed>,
     /// Feed of TOOL CALL, for FAUTO.
     pub(crate) tool_feed: Option<Feed>,
-    pub(crate) told_feed: Option<Feed>,
     /// M136
     pub(crate) per_revolution: bool,
     pub(crate) side: Option<super::words::Side>,
-    pub(crate) direction: SpindleDirection,
-    pub(crate) speed: Option<f64>,
-    pub(crate) flood: bool,
-    pub(crate) mist: bool,
-    pub(crate) tool: Option<ToolName>,
     /// DL, DR, DR2 of the last TOOL CALL, mm.
     pub(crate) delta: [f64; 3],
     pub(crate) frames: Frames,
@@ -83,16 +76,9 @@ impl State {
             plane_told: false,
             pole: None,
             tangent: None,
-            feed: None,
             tool_feed: None,
-            told_feed: None,
             per_revolution: false,
             side: None,
-            direction: SpindleDirection::Off,
-            speed: None,
-            flood: false,
-            mist: false,
-            tool: None,
             delta: [0.0; 3],
             frames: Frames::new(settings),
             tcpm: false,

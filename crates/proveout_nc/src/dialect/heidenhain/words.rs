@@ -314,6 +314,8 @@ pub(crate) enum Statement {
     SelectProgramText(Param),
     CallSelected,
     Assign(Param, Expr),
+    /// FN 18: SYSREAD of ID, NR and IDX.
+    SystemRead(Param, [Option<Value>; 3]),
     /// FN 23: circle through three points.
     CircleData(Param, Param),
     Branch(Condition, Label),

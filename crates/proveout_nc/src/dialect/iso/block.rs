@@ -5,20 +5,24 @@
 //! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
 
 use super::calls::whole;
+use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, MotionMode};
 use super::parser::{Block, Value, Word};
 use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
+use crate::channel::doubt::Stage;
 use crate::codes;
+use crate::control::words::WordKey;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::doubt::Stage;
+use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
     pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
-        self.moved_in_block = false;
+        self.own.moved_in_block = false;
         let mut p = Pending::new();
         for word in &block.words {
             self.collect_word(&mut p, word, block)?;
@@ -36,7 +40,7 @@ impl Interpreter {
         if let Some(letter) = p.left_over() {
             return Err(left_over(letter, block, line));
         }
-        if self.modal_macro.is_some() && self.moved_in_block {
+        if self.own.modal_macro.is_some() && self.own.moved_in_block {
             self.after_motion(block.span)?;
         }
         Ok(())
@@ -55,38 +59,25 @@ impl Interpreter {
         match word.letter {
             b'G' => {
                 let code = g_code(value, span)?;
-                match words::classify(self.flavor, code) {
-                    Class::Known(group) => match p.put_g(code, group) {
-                        Ok(Some(other))
-                            if group != Group::ExactStop && (other != code || self.flavor.is_linuxcnc()) =>
-                        {
-                            let message =
-                                format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
-                            return Err(
-                                Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own")
-                            );
-                        }
-                        Ok(_) => {}
-                        Err(Full) => return Err(too_many("G", span)),
-                    },
-                    Class::Note => {
-                        // Told with the functions; its values belong to it.
-                        p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span))?;
-                    }
-                    Class::Refused(remedy) => return Err(refused(&g_name(code), span, remedy)),
-                    Class::Unknown => return Err(self.unknown_g(code, span)),
+                match self.settings.control.words.g(code) {
+                    Some((at, listed)) => self.put_listed(p, at, listed, span)?,
+                    None => self.put_g(p, code, span)?,
                 }
             }
             b'M' => {
                 let code = whole(value, "M", 99_999_999.0, span)?;
-                match words::function(self.flavor, code) {
-                    Function::Refused(remedy) => return Err(refused(&format!("M{code}"), span, remedy)),
-                    Function::Kinematics => return Err(kinematics_switch(&format!("M{code}"), span)),
-                    _ => {}
+                match self.settings.control.words.m(code) {
+                    Some((at, listed)) => self.put_listed(p, at, listed, span)?,
+                    None => self.put_m(p, code, span)?,
                 }
-                self.check_function(p, code, span)?;
-                p.put_m(code).map_err(|Full| too_many("M", span))?;
             }
+            b'@' | b'^' => {
+                if !p.put_polar(word.letter == b'^', value) {
+                    let message = format!("`{}` stands twice in the block", char::from(word.letter));
+                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                }
+            }
+            b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
                     let message = format!("`{}` stands twice in the block", char::from(letter));
@@ -97,11 +88,38 @@ impl Interpreter {
         Ok(())
     }
 
+    /// A G word as the reader alone takes it.
+    pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        match words::class(self.own.flavor, self.own.assumed, code) {
+            Class::Known(group) => match p.put_g(code, group) {
+                Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
+                    let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
+                    Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"))
+                }
+                Ok(_) => Ok(()),
+                Err(Full) => Err(too_many("G", span)),
+            },
+            // Told with the functions; its values belong to it.
+            Class::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
+            Class::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
+            Class::Unknown => Err(unknown_g(self.own.flavor, code, span)),
+        }
+    }
+
+    /// An M word as the reader alone takes it.
+    pub(super) fn put_m(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        if let Some(fault) = refused_m(self.own.flavor, code, &self.settings.control, span) {
+            return Err(fault);
+        }
+        self.check_function(p, code, span)?;
+        p.put_m(code).map_err(|Full| too_many("M", span))
+    }
+
     /// M words of one group exclude each other.
     fn check_function(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
-        let kind = words::function(self.flavor, code);
+        let kind = words::function(self.own.flavor, code);
         for &other in p.m().iter().filter(|&&m| m < NOTED_G && m != code) {
-            let clash = match (words::function(self.flavor, other), kind) {
+            let clash = match (words::function(self.own.flavor, other), kind) {
                 (Function::CoolantOn, Function::CoolantOff) | (Function::CoolantOff, Function::CoolantOn) => true,
                 (a, b) => {
                     a == b && matches!(a, Function::Stop | Function::Spindle | Function::Call | Function::Override)
@@ -115,12 +133,6 @@ impl Interpreter {
         Ok(())
     }
 
-    fn unknown_g(&self, code: u32, span: Span) -> Fault {
-        let name = g_name(code);
-        Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", self.flavor.name()))
-            .help("see the coverage table for the G words that are read, or name another dialect")
-    }
-
     fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
         let call = p
@@ -128,7 +140,7 @@ impl Interpreter {
             .iter()
             .copied()
             .find(|m| matches!(m, 97 | 98 | 99 | 198))
-            .filter(|&m| words::function(self.flavor, m) == Function::Call);
+            .filter(|&m| words::function(self.own.flavor, m) == Function::Call);
         let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
         if !p.no_g() {
             self.modal_words(p)?;
@@ -137,12 +149,21 @@ impl Interpreter {
                 return self.macro_call(block, p.g(Group::Macro).is_some());
             }
             if p.g(Group::Macro) == Some(670) {
-                self.modal_macro = None;
+                self.own.modal_macro = None;
             }
         }
+        if self.listed_macro(p, block)? {
+            return Ok(());
+        }
+        if self.own.flavor.is_linuxcnc() && p.has_m(19) && p.g(Group::PathMode).is_some() {
+            let word = g_name(p.g(Group::PathMode).unwrap_or(640));
+            let message = format!("{word} and M19 stand in one block, and both take P, Q and R");
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
+        }
         let one_shot = p.g(Group::OneShot);
-        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.flavor.is_linuxcnc();
-        if !(thread_lead && p.axes() != 0) {
+        let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.own.flavor.is_linuxcnc();
+        let dwell_in_f = one_shot == Some(40) && self.settings.control.dwell_unit(b'F').is_some();
+        if !(dwell_in_f || thread_lead && p.axes() != 0) {
             self.feed_word(p, span)?;
         }
         self.speed_words(p, one_shot, span)?;
@@ -167,6 +188,7 @@ impl Interpreter {
         if !p.m().is_empty() {
             self.functions_after(p);
         }
+        self.second_tool_word(p, span)?;
         if let (Some(m), Some((program, times))) = (call, call_words) {
             match m {
                 97 => self.call_local(program, times, span)?,
@@ -174,13 +196,14 @@ impl Interpreter {
                 _ => self.call_sub(program, times, span)?,
             }
         }
+        self.listed_call(p, span)?;
         if p.has_m(2) || p.has_m(30) {
             self.nothing_held(span)?;
             self.end_of_program();
         }
         if self.modal.feed_mode == FeedMode::InverseTime {
             // Inverse time holds for one block.
-            self.technology.feed = None;
+            self.own.feed = None;
         }
         Ok(())
     }
@@ -189,9 +212,16 @@ impl Interpreter {
     fn modal_words(&mut self, p: &mut Pending) -> Result<(), Fault> {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
-            self.modal.inch = Some(code == 200);
+            if matches!(code, 700 | 710) {
+                let unit = if code == 700 { "inch" } else { "mm" };
+                self.assume(format!(
+                    "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
+                    code / 10
+                ));
+            }
+            self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         if let Some(code) = p.g(Group::FeedMode) {
@@ -203,7 +233,7 @@ impl Interpreter {
             if self.modal.feed_mode != mode {
                 self.modal.feed_mode = mode;
                 // A number keeps no meaning across modes: F must be programmed anew.
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         if let Some(code) = p.g(Group::Plane) {
@@ -252,10 +282,14 @@ impl Interpreter {
             30 => MotionMode::CounterClockwise,
             330 | 331 => MotionMode::Thread,
             50 | 51 => MotionMode::Spline,
+            52 | 53 => MotionMode::Nurbs,
             _ => MotionMode::Probe,
         });
         if code != 50 {
-            self.spline_end = None;
+            self.own.spline_end = None;
+        }
+        if !matches!(code, 52 | 53) {
+            self.own.nurbs = None;
         }
     }
 
@@ -264,7 +298,17 @@ impl Interpreter {
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
-        let in_x = if self.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
+        let moves = self.own.flavor.is_linuxcnc() || self.own.assumed && in_p.is_some();
+        let mut in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        for letter in *b"XUFK" {
+            let Some(unit) = self.settings.control.dwell_unit(letter) else { continue };
+            let point = p.has_point(letter);
+            if let Some(value) = p.peek(letter) {
+                p.use_up(&[letter]);
+                in_x = Some(unit.seconds(value, point));
+            }
+        }
         let seconds = match (in_p, in_x) {
             (Some(p), None) => self.seconds(p, point, span)?,
             (None, Some(x)) => x,
@@ -274,7 +318,9 @@ impl Interpreter {
                 );
             }
         };
-        if p.axes() != 0 {
+        if moves && !self.own.flavor.is_linuxcnc() && p.axes() != 0 {
+            self.assume("the motion in the block of a G4 is made behind the dwell");
+        } else if !moves && p.axes() != 0 {
             return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
                 .help("write G4 in a block of its own"));
         }
@@ -287,12 +333,14 @@ impl Interpreter {
 
     /// Seconds of a word P.
     pub(crate) fn seconds(&self, value: f64, point: bool, span: Span) -> Result<f64, Fault> {
-        use super::flavor::Flavor;
-        match self.flavor {
+        if let Some(unit) = self.settings.control.dwell_unit(b'P') {
+            return Ok(unit.seconds(value, point));
+        }
+        match self.own.flavor {
             Flavor::LinuxCnc => Ok(value),
             Flavor::Haas if point => Ok(value),
             // Both controls that take a decimal point read seconds.
-            Flavor::Fanuc if point && self.assumed => Ok(value),
+            Flavor::Fanuc if point && self.own.assumed => Ok(value),
             Flavor::Fanuc if point && value.fract() != 0.0 => {
                 Err(Fault::new(codes::BAD_VALUE, span, "P of a dwell takes whole milliseconds on a Fanuc")
                     .help("write P500 or X0.5"))
@@ -353,26 +401,72 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
 }
 
 /// The fault of a word that no state of the control makes valid.
-pub(crate) fn refused_word(flavor: super::flavor::Flavor, word: &Word) -> Option<Fault> {
+pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, word: &Word) -> Option<Fault> {
+    let Value::Number { value, .. } = word.value else { return None };
+    let listed = match word.letter {
+        b'G' => control.words.g(g_code(value, word.span).ok()?),
+        b'M' if (0.0..1e9).contains(&value) => control.words.m(value as u32),
+        _ => return None,
+    };
+    if let Some((_, listed)) = listed {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        return Some(refused_by(control, &listed.word, word.span, remedy));
+    }
+    if word.letter == b'M' {
+        return refused_m(flavor, value as u32, control, word.span);
+    }
+    let code = g_code(value, word.span).ok()?;
+    match words::class(flavor, assumed, code) {
+        Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
+        Class::Unknown => Some(unknown_g(flavor, code, word.span)),
+        _ => None,
+    }
+}
+
+/// A G or M word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+pub(crate) fn unlisted_word(
+    flavor: Flavor,
+    assumed: bool,
+    control: &Control,
+    word: &Word,
+) -> Option<(WordKey, &'static str)> {
     let Value::Number { value, .. } = word.value else { return None };
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
-            match words::classify(flavor, code) {
-                Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
-                Class::Unknown => {
-                    let message = format!("unknown word `{}` for the {} reader", g_name(code), flavor.name());
-                    let help = "see the coverage table for the G words that are read, or name another dialect";
-                    Some(Fault::new(codes::UNKNOWN_WORD, word.span, message).help(help))
-                }
-                _ => None,
-            }
+            let now = match words::class(flavor, assumed, code) {
+                Class::Unknown => "refused: unknown",
+                Class::Refused(_) => "refused: not supported",
+                Class::Known(_) | Class::Note => return None,
+            };
+            control.words.g(code).is_none().then_some((WordKey::G(code), now))
         }
-        b'M' if (0.0..1e9).contains(&value) => match words::function(flavor, value as u32) {
-            Function::Refused(remedy) => Some(refused(&format!("M{value}"), word.span, remedy)),
-            Function::Kinematics => Some(kinematics_switch(&format!("M{value}"), word.span)),
-            _ => None,
-        },
+        b'M' if (0.0..1e8).contains(&value) => {
+            let code = value as u32;
+            let now = match words::function(flavor, code) {
+                Function::Note if control.refuses_unlisted => "refused: unknown",
+                Function::Note => "a note, without effect",
+                Function::Refused(_) | Function::Kinematics => "refused: not supported",
+                _ => return None,
+            };
+            control.words.m(code).is_none().then_some((WordKey::M(code), now))
+        }
+        _ => None,
+    }
+}
+
+fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
+    let name = g_name(code);
+    Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", flavor.name()))
+        .help("see the coverage table for the G words that are read, or give the word a meaning in a control file")
+}
+
+/// The fault of an M word that the control file does not list.
+fn refused_m(flavor: Flavor, code: u32, control: &Control, span: Span) -> Option<Fault> {
+    match words::function(flavor, code) {
+        Function::Refused(remedy) => Some(refused(&format!("M{code}"), span, remedy)),
+        Function::Kinematics => Some(kinematics_switch(&format!("M{code}"), span)),
+        Function::Note if control.refuses_unlisted => Some(unlisted(control, &format!("M{code}"), span)),
         _ => None,
     }
 }

@@ -7,22 +7,33 @@ use super::cycles::Levels;
 use super::interpreter::Interpreter;
 use super::pending::AXES;
 use crate::SpindleDirection;
+use crate::channel::Stroke;
 use crate::codes;
+use crate::control::FineBoring;
 use crate::diagnostic::{Fault, Span};
 
 impl Interpreter {
     /// G76: out of the hole with the tip shifted off the wall.
     pub(super) fn fine_bore(&mut self, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        let shift = self.bore_shift("G76", span)?;
+        let shift = match self.settings.control.fine_boring {
+            FineBoring::Refused => {
+                let message = format!(
+                    "`G76` of the control \"{}\" is another cycle than fine boring: it is not supported",
+                    self.settings.control.name
+                );
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                    .help("let the CAM system write the motions of the cycle"));
+            }
+            FineBoring::ShiftMayBeLeftOut if self.own.cycle.q.is_none() && self.own.cycle.ijk == [None; 3] => [0.0; 2],
+            _ => self.bore_shift("G76", span)?,
+        };
         let direction = self.technology.direction;
-        self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
+        self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(back, true, span)?;
+        self.course(&[Stroke::Rapid(back)], span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         Ok(())
     }
 
@@ -43,18 +54,15 @@ impl Interpreter {
         };
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(levels.r, true, span)?;
+        self.course(&[Stroke::Rapid(levels.r)], span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
-        self.along(levels.depth, false, span)?;
-        self.wait(self.cycle.p);
+        self.spindle(direction);
+        self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(initial, true, span)?;
+        self.course(&[Stroke::Rapid(initial)], span)?;
         self.shifted(shift, -1.0, span)?;
-        self.technology.direction = direction;
-        self.tell_spindle();
+        self.spindle(direction);
         Ok(())
     }
 
@@ -64,9 +72,14 @@ impl Interpreter {
     }
 
     /// Shift off the wall in the plane: I and J, or Q along the first axis.
-    fn bore_shift(&self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
-        match (self.cycle.ijk, self.cycle.q) {
+    fn bore_shift(&mut self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
+        match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
+            // A control file says whether Q may be left out; here nothing tells the control.
+            ([None, None, None], None) if name == "G76" && self.own.assumed => {
+                self.assume("G76 without Q: the tool goes out without a shift");
+                Ok([0.0; 2])
+            }
             ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),
             _ => Err(Fault::new(
                 codes::MISSING_VALUE,
@@ -78,6 +91,9 @@ impl Interpreter {
     }
 
     fn shifted(&mut self, shift: [f64; 2], sign: f64, span: Span) -> Result<(), Fault> {
+        if shift == [0.0; 2] {
+            return Ok(());
+        }
         let [u, v, _] = self.modal.plane_axes();
         let mut end = self.position.work;
         for (axis, value) in [(u, shift[0]), (v, shift[1])] {

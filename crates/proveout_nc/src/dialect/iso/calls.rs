@@ -2,18 +2,18 @@
 //!
 //! Sources: Fanuc, *Custom macro B* (argument specification I and II); `LinuxCNC`, *O codes*; Haas, *M97, M98*.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::flavor::Flavor;
-use super::index::Section;
-use super::interpreter::{Interpreter, Level, Loaded};
+use super::interpreter::{CallLevel, Interpreter, Loaded};
 use super::parser::Block;
 use super::statement::Label;
 use crate::Op;
+use crate::channel::Section;
 use crate::codes;
-use crate::diagnostic::{Diagnostics, Fault, Span};
-use crate::source::{Mark, Source};
+use crate::diagnostic::{Fault, Span};
+use crate::source::Mark;
 
 /// What a level of the call stack was entered by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +36,9 @@ pub(crate) struct MacroCall {
     depth: usize,
 }
 
+/// Program, passes and arguments.
+type MacroWords = (Option<f64>, Option<f64>, Vec<(u32, f64)>);
+
 /// Endings of program files, in the order in which they are tried.
 const ENDINGS: [&str; 10] = ["", "NC", "NGC", "CNC", "TAP", "PRG", "TXT", "EIA", "ISO", "SUB"];
 
@@ -50,7 +53,7 @@ impl Interpreter {
         let number = whole(program, "P", 99_999_999.0, span)?;
         let mut passes = count(times, span)?;
         let mut found = self.find_program(&number.to_string(), span)?;
-        if self.flavor == Flavor::Fanuc && number > 9999 && times.is_none() {
+        if self.own.flavor == Flavor::Fanuc && number > 9999 && times.is_none() {
             // The last four digits are the program, those before the number of passes.
             let split = self.find_program(&(number % 10_000).to_string(), span)?;
             if found.is_some() && split.is_some() {
@@ -66,9 +69,9 @@ impl Interpreter {
                 passes = number / 10_000;
             }
         }
-        let Some((loaded, section)) = found else { return Err(missing(&format!("O{number}"), span)) };
+        let Some((loaded, section)) = found else { return self.missing(&format!("O{number}"), span) };
         if passes > 0 {
-            self.enter(loaded, section, section.start, passes, CallKind::Sub, span)?;
+            self.enter_sub((loaded, section), section.start, passes, CallKind::Sub, span)?;
         }
         Ok(())
     }
@@ -83,7 +86,7 @@ impl Interpreter {
         let (loaded, section, cursor) = (Arc::clone(&level.loaded), level.section, level.cursor);
         let first = self.find_number(&loaded, cursor, target, span)?;
         if passes > 0 {
-            self.enter(loaded, section, first, passes, CallKind::Sub, span)?;
+            self.enter_sub((loaded, section), first, passes, CallKind::Sub, span)?;
         }
         Ok(())
     }
@@ -113,12 +116,38 @@ impl Interpreter {
     /// G65 and G66.
     pub(crate) fn macro_call(&mut self, block: &Block, modal: bool) -> Result<(), Fault> {
         let span = block.span;
+        let (program, times, arguments) = self.macro_words(block, None)?;
+        let Some(program) = program else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
+        };
+        let call = MacroCall { program, passes: count(times, span)?, arguments, depth: self.depth() };
+        if modal {
+            self.own.modal_macro = Some(call);
+            return Ok(());
+        }
+        self.run_macro(&call, span)
+    }
+
+    /// A macro that a word of the control file calls: as G65, with the words of the block but this one and G words.
+    pub(crate) fn call_macro(&mut self, program: f64, caller: &str, block: &Block) -> Result<(), Fault> {
+        let (_, times, arguments) = self.macro_words(block, Some(caller))?;
+        let call = MacroCall { program, passes: count(times, block.span)?, arguments, depth: self.depth() };
+        self.run_macro(&call, block.span)
+    }
+
+    /// Program (P), passes (L) and arguments of a block that calls a macro; `caller` is the M word that does.
+    fn macro_words(&self, block: &Block, caller: Option<&str>) -> Result<MacroWords, Fault> {
         let (mut program, mut times, mut arguments) = (None, None, Vec::new());
         let mut sets = [0u32; 3];
         for word in &block.words {
             let Some(value) = self.word_value(&word.value, word.span)? else { continue };
             let number = match word.letter {
                 b'G' | b'N' | b'O' => continue,
+                b'M' if caller.is_some_and(|caller| caller == format!("M{value}")) => continue,
+                b'P' if caller.is_some() => {
+                    return Err(Fault::new(codes::ARGUMENTS, word.span, "P is no argument of a macro")
+                        .help("pass the value with another letter"));
+                }
                 b'P' => {
                     program = Some(value);
                     continue;
@@ -142,26 +171,18 @@ impl Interpreter {
             }
             arguments.push((number, value));
         }
-        let Some(program) = program else {
-            return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
-        };
-        let call = MacroCall { program, passes: count(times, span)?, arguments, depth: self.depth() };
-        if modal {
-            self.modal_macro = Some(call);
-            return Ok(());
-        }
-        self.run_macro(&call, span)
+        Ok((program, times, arguments))
     }
 
     pub(crate) fn run_macro(&mut self, call: &MacroCall, span: Span) -> Result<(), Fault> {
         let number = whole(call.program, "P", 99_999_999.0, span)?;
         let Some((loaded, section)) = self.find_program(&number.to_string(), span)? else {
-            return Err(missing(&format!("O{number}"), span));
+            return self.missing(&format!("O{number}"), span);
         };
         if call.passes == 0 {
             return Ok(());
         }
-        self.enter(loaded, section, section.start, call.passes, CallKind::Macro, span)?;
+        self.enter_sub((loaded, section), section.start, call.passes, CallKind::Macro, span)?;
         for &(number, value) in &call.arguments {
             self.variables.set(number, Some(value));
         }
@@ -170,14 +191,14 @@ impl Interpreter {
 
     /// The modal macro behind a block with a motion.
     pub(crate) fn after_motion(&mut self, span: Span) -> Result<(), Fault> {
-        match self.modal_macro.take() {
+        match self.own.modal_macro.take() {
             Some(call) if call.depth == self.depth() => {
                 self.run_macro(&call, span)?;
-                self.modal_macro = Some(call);
+                self.own.modal_macro = Some(call);
                 Ok(())
             }
             other => {
-                self.modal_macro = other;
+                self.own.modal_macro = other;
                 Ok(())
             }
         }
@@ -210,9 +231,9 @@ impl Interpreter {
         {
             found = loaded.index.subs.get(&name).map(|&(mark, section)| (Arc::clone(&loaded), mark, section));
         }
-        let Some((loaded, mark, section)) = found else { return Err(missing(&format!("o{name}"), span)) };
+        let Some((loaded, mark, section)) = found else { return self.missing(&format!("o{name}"), span) };
         let first = loaded.source.line(mark).map_or(mark, |(_, next)| next);
-        self.enter(loaded, section, first, 1, CallKind::OSub, span)?;
+        self.enter_sub((loaded, section), first, 1, CallKind::OSub, span)?;
         // Arguments left out are zero, whatever a caller has in its parameters.
         for number in 1..=30 {
             let value = values.get(number as usize - 1).copied().unwrap_or(0.0);
@@ -223,7 +244,7 @@ impl Interpreter {
 
     /// `o100 return [5]`, `o100 endsub [5]`
     pub(crate) fn return_from_o_sub(&mut self, value: Option<f64>, span: Span) -> Result<(), Fault> {
-        if self.stack.last().is_none_or(|level| level.kind != CallKind::OSub) {
+        if self.stack.last().is_none_or(|level| level.own.kind != CallKind::OSub) {
             return Err(
                 Fault::new(codes::STRUCTURE, span, "no subprogram of O words is running here").help("take it out")
             );
@@ -234,54 +255,36 @@ impl Interpreter {
         Ok(())
     }
 
-    fn enter(
+    fn enter_sub(
         &mut self,
-        loaded: Arc<Loaded>,
-        section: Section,
+        program: (Arc<Loaded>, Section),
         first: Mark,
         passes: u32,
         kind: CallKind,
         span: Span,
     ) -> Result<(), Fault> {
-        let limit = self.settings.limits.max_call_depth;
-        if self.stack.len() > limit as usize {
-            let message = format!("the subprogram is called at depth {}; the limit is {limit}", self.stack.len());
-            return Err(Fault::new(codes::NESTING_LIMIT, span, message)
-                .help("check for a subprogram that calls itself, or raise max_call_depth"));
-        }
+        self.room_for_call("the subprogram is called", span)?;
         // Passes are jumps back: an empty subprogram called without end is stopped by their limit.
         self.count_pass(span)?;
         if matches!(kind, CallKind::Macro | CallKind::OSub) {
             self.variables.enter();
         }
-        self.stack.push(Level {
-            loaded,
-            section,
-            cursor: first,
-            first,
-            passes_left: passes - 1,
-            kind,
-            repeats: Vec::new(),
-        });
+        self.enter(program, first, passes, CallLevel::new(kind));
         Ok(())
     }
 
     /// Leaves a subprogram, or begins its next pass.
     pub(crate) fn leave(&mut self, span: Span) -> Result<(), Fault> {
-        if let Some(level) = self.stack.last_mut()
-            && level.passes_left > 0
-        {
-            level.passes_left -= 1;
-            level.cursor = level.first;
+        if self.next_pass() {
             return self.count_pass(span);
         }
         let Some(level) = self.stack.pop() else { return Ok(()) };
-        if matches!(level.kind, CallKind::Macro | CallKind::OSub) {
+        if matches!(level.own.kind, CallKind::Macro | CallKind::OSub) {
             self.variables.leave();
         }
         let depth = self.depth();
-        if self.modal_macro.as_ref().is_some_and(|call| call.depth > depth) {
-            self.modal_macro = None;
+        if self.own.modal_macro.as_ref().is_some_and(|call| call.depth > depth) {
+            self.own.modal_macro = None;
         }
         Ok(())
     }
@@ -300,23 +303,10 @@ impl Interpreter {
 
     /// A program file with this name or number in the folders of the program and of the settings.
     fn load_beside(&mut self, name: &str, span: Span) -> Result<Option<Arc<Loaded>>, Fault> {
-        for folder in self.folders.clone() {
-            let Some(path) = file_in(&folder, name) else { continue };
-            if let Some(loaded) = self.files.get(&path) {
-                return Ok(Some(Arc::clone(loaded)));
-            }
-            let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
-            let source =
-                Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
-            let (loaded, faults) = Loaded::new(source, self.flavor, self.files.len() + 1);
-            if !faults.is_empty() {
-                return Err(failed(format!("the subprogram `{name}` is broken: {}", Diagnostics(faults))));
-            }
-            let loaded = Arc::new(loaded);
-            self.files.insert(path, Arc::clone(&loaded));
-            return Ok(Some(loaded));
+        match self.file_beside(|path| rank(path, name)) {
+            Some(path) => self.load(path, "subprogram", name, span).map(Some),
+            None => Ok(None),
         }
-        Ok(None)
     }
 
     /// Text for a stop by `#3006`.
@@ -328,34 +318,20 @@ impl Interpreter {
     }
 }
 
-/// The file of a program: `O1000`, `1000` or the name itself, with one of the usual endings.
-fn file_in(folder: &Path, name: &str) -> Option<PathBuf> {
-    let number = name.bytes().all(|b| b.is_ascii_digit());
-    let fits = |stem: &str| {
-        if !number {
-            return stem.eq_ignore_ascii_case(name);
-        }
-        let digits = stem.strip_prefix(['O', 'o']).unwrap_or(stem);
+/// Rank of a file among those of a program: `O1000`, `1000` or the name itself, with one of the usual endings.
+fn rank(path: &Path, name: &str) -> Option<usize> {
+    let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_ascii_uppercase());
+    let rank = ENDINGS.iter().position(|known| *known == ending)?;
+    let stem = path.file_stem()?.to_string_lossy();
+    let fits = if name.bytes().all(|b| b.is_ascii_digit()) {
+        let digits = stem.strip_prefix(['O', 'o']).unwrap_or(&stem);
         !digits.is_empty()
             && digits.bytes().all(|b| b.is_ascii_digit())
             && digits.trim_start_matches('0') == name.trim_start_matches('0')
+    } else {
+        stem.eq_ignore_ascii_case(name)
     };
-    let rank = |path: &Path| {
-        let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_ascii_uppercase());
-        ENDINGS.iter().position(|known| *known == ending)
-    };
-    let mut found: Vec<(usize, PathBuf)> = std::fs::read_dir(folder)
-        .ok()?
-        .filter_map(|entry| {
-            let path = entry.ok()?.path();
-            let rank = rank(&path)?;
-            let stem = path.file_stem()?.to_string_lossy().into_owned();
-            (fits(&stem) && path.is_file()).then_some((rank, path))
-        })
-        .collect();
-    // By ending, then by name: the order of a folder decides nothing.
-    found.sort();
-    found.into_iter().next().map(|(_, path)| path)
+    (fits && path.is_file()).then_some(rank)
 }
 
 /// Local parameter of an argument letter (specification I).
@@ -387,7 +363,7 @@ fn count(times: Option<f64>, span: Span) -> Result<u32, Fault> {
     times.map_or(Ok(1), |times| whole(times, "L", 9999.0, span))
 }
 
-fn missing(name: &str, span: Span) -> Fault {
+pub(super) fn missing(name: &str, span: Span) -> Fault {
     Fault::new(codes::SUBPROGRAM, span, format!("the subprogram `{name}` is not there"))
         .help(format!("put {name} into the file of the program, or as a file into its folder"))
 }

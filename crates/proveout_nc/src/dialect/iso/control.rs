@@ -25,8 +25,8 @@ impl Interpreter {
         match statement {
             // A LinuxCNC runs through the heads of numbered programs, but not from a subprogram of O words.
             Statement::Header(name) => {
-                let in_sub = self.stack.last().is_some_and(|level| level.kind == CallKind::OSub);
-                if self.flavor.is_linuxcnc() && in_sub {
+                let in_sub = self.stack.last().is_some_and(|level| level.own.kind == CallKind::OSub);
+                if self.own.flavor.is_linuxcnc() && in_sub {
                     let message = format!("a subprogram of O words runs into the head of the numbered program {name}");
                     return Err(
                         Fault::new(codes::STRUCTURE, span, message).help("close it with endsub before the head")
@@ -102,7 +102,7 @@ impl Interpreter {
                 self.forget_repeat(at.offset);
                 if count >= 1.0 {
                     if let Some(level) = self.stack.last_mut() {
-                        level.repeats.push((at.offset, count as u64));
+                        level.own.repeats.push((at.offset, count as u64));
                     }
                 } else {
                     self.continue_after(loaded, partner(loaded, at, span)?.next);
@@ -136,12 +136,12 @@ impl Interpreter {
     }
 
     fn is_repeat(&self, first: usize) -> bool {
-        self.stack.last().is_some_and(|level| level.repeats.iter().any(|(offset, _)| *offset == first))
+        self.stack.last().is_some_and(|level| level.own.repeats.iter().any(|(offset, _)| *offset == first))
     }
 
     fn forget_repeat(&mut self, first: usize) {
         if let Some(level) = self.stack.last_mut() {
-            level.repeats.retain(|(offset, _)| *offset != first);
+            level.own.repeats.retain(|(offset, _)| *offset != first);
         }
     }
 
@@ -150,7 +150,7 @@ impl Interpreter {
         let left = self
             .stack
             .last_mut()
-            .and_then(|level| level.repeats.iter_mut().find(|(offset, _)| *offset == first.offset));
+            .and_then(|level| level.own.repeats.iter_mut().find(|(offset, _)| *offset == first.offset));
         match left {
             Some((_, left)) if *left > 1 => {
                 *left -= 1;
@@ -172,7 +172,7 @@ impl Interpreter {
         let mut block = Block::default();
         loop {
             let line = loaded.source.line(at).map_or("", |(line, _)| line);
-            parser::parse_line(line, self.flavor, &mut block)?;
+            parser::parse_line(line, self.own.flavor, &mut block)?;
             match block.statement.take() {
                 Some(Statement::OWord(_, OWord::ElseIf(condition))) if !self.truth(&condition, span)? => {
                     at = partner(loaded, at, span)?.next;
@@ -185,12 +185,6 @@ impl Interpreter {
         }
     }
 
-    /// Continues behind a line.
-    pub(crate) fn continue_after(&mut self, loaded: &Loaded, line: Mark) {
-        let next = loaded.source.line(line).map_or(line, |(_, next)| next);
-        self.set_cursor(next);
-    }
-
     fn goto(&mut self, loaded: &Arc<Loaded>, at: Mark, target: &Expr, span: Span) -> Result<(), Fault> {
         let number = self.number(target, span)?;
         self.goto_number(loaded, at, number, span)
@@ -199,11 +193,7 @@ impl Interpreter {
     /// Jumps to a block number of the running program.
     pub(crate) fn goto_number(&mut self, loaded: &Arc<Loaded>, at: Mark, number: f64, span: Span) -> Result<(), Fault> {
         let target = self.find_number(loaded, at, number, span)?;
-        if target.offset <= at.offset {
-            self.count_pass(span)?;
-        }
-        self.set_cursor(target);
-        Ok(())
+        self.jump_to(at, target, span)
     }
 
     pub(crate) fn find_number(
@@ -224,11 +214,11 @@ impl Interpreter {
         let (section, wanted) = (level.section, number as u32);
         // A file stays where it is for the whole run: its address stands for it.
         let key = (Arc::as_ptr(loaded) as usize, at.offset, wanted);
-        if let Some(mark) = self.block_numbers.get(&key) {
+        if let Some(mark) = self.own.block_numbers.get(&key) {
             return Ok(*mark);
         }
         let mark = index::find_block_number(&loaded.source, section, wanted, at).ok_or_else(missing)?;
-        self.block_numbers.insert(key, mark);
+        self.own.block_numbers.insert(key, mark);
         Ok(mark)
     }
 
@@ -251,6 +241,6 @@ fn partner(loaded: &Loaded, at: Mark, span: Span) -> Result<Partner, Fault> {
 fn is_do(loaded: &Loaded, at: Mark, interpreter: &Interpreter) -> bool {
     let mut block = Block::default();
     let line = loaded.source.line(at).map_or("", |(line, _)| line);
-    parser::parse_line(line, interpreter.flavor, &mut block).is_ok()
+    parser::parse_line(line, interpreter.own.flavor, &mut block).is_ok()
         && matches!(block.statement, Some(Statement::OWord(_, OWord::Do)))
 }

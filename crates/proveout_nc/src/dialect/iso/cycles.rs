@@ -15,16 +15,18 @@
 
 use super::block::g_name;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
+use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
-use super::technology::LINEAR;
+use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AxisValues, Dwell, Op, SpindleDirection};
+use crate::{AxisValues, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
+/// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
+const TAP_LIFT_MM: f64 = 1.0;
 /// Most commands of one block: they are kept until they are handed out.
 const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
@@ -43,12 +45,12 @@ impl Interpreter {
     pub(crate) fn cycle_word(&mut self, code: u32) {
         if code == 800 {
             if self.modal.cycle.take().is_some() {
-                self.cycle = CycleValues::default();
+                self.own.cycle = CycleValues::default();
             }
             return;
         }
         if self.modal.cycle.is_none() {
-            self.cycle = CycleValues::default();
+            self.own.cycle = CycleValues::default();
         }
         self.modal.cycle = Some(code);
     }
@@ -58,13 +60,14 @@ impl Interpreter {
         let Some(code) = self.modal.cycle else { return Ok(()) };
         let normal = self.modal.normal;
         let axes = p.axes();
-        let drills = axes != 0 || p.any_free(b"R");
+        let drills = axes != 0 || p.has_polar() || p.any_free(b"R");
         if drills {
             self.before_motion(axes, p, span)?;
         }
-        if self.cycle.initial.is_none() {
-            self.cycle.initial = self.position.work.get(normal);
+        if self.own.cycle.initial.is_none() {
+            self.own.cycle.initial = self.position.work.get(normal);
         }
+        self.no_rotary_motion(p, code, span)?;
         let repeats = self.cycle_values(p, code, span)?;
         if !drills || repeats == 0 {
             if repeats == 0 {
@@ -72,13 +75,13 @@ impl Interpreter {
             }
             return Ok(());
         }
-        let levels = self.levels(code, self.cycle.initial, span)?;
+        let levels = self.levels(code, self.own.cycle.initial, span)?;
         let place = p.clone();
         for _ in 0..repeats {
             *p = place.clone();
             // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
-            if self.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
-                self.along(levels.r, true, span)?;
+            if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
+                self.course(&[Stroke::Rapid(levels.r)], span)?;
             }
             let (end, programmed) = self.targets(p, span)?;
             if programmed != 0 {
@@ -93,21 +96,45 @@ impl Interpreter {
         Ok(())
     }
 
+    /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must be where the axis stands (*G-code reference*, "Canned
+    /// cycles", errors). On a Fanuc and a Haas they take part in the positioning.
+    fn no_rotary_motion(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
+        if !self.own.flavor.is_linuxcnc() {
+            return Ok(());
+        }
+        for (axis, &letter) in AXES.iter().enumerate().skip(3).take(3) {
+            let Some(value) = p.peek(letter) else { continue };
+            let value = value.to_radians();
+            let stays = match self.position.work.get(axis) {
+                Some(_) if self.modal.incremental => value == 0.0,
+                Some(now) => (now - value).abs() < 1e-9,
+                None => self.modal.incremental && value == 0.0,
+            };
+            if !stays {
+                let message = format!("the rotary axis {} moves in {}", char::from(letter), g_name(code));
+                return Err(
+                    Fault::new(codes::CONFLICT, span, message).help("turn it in a block of its own, before the cycle")
+                );
+            }
+        }
+        Ok(())
+    }
+
     /// Takes Z R Q P I J K; gives the number of repetitions.
     fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         let normal = self.modal.normal;
         if p.any_free(&[AXES[normal]]) {
-            self.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
+            self.own.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
         }
         if p.any_free(b"R") {
-            self.cycle.r = self.length_of(p, b'R').map(|r| (r, self.modal.incremental));
+            self.own.cycle.r = self.length_of(p, b'R').map(|r| (r, self.modal.incremental));
         }
         if p.any_free(b"Q") {
-            self.cycle.q = self.length_of(p, b'Q');
+            self.own.cycle.q = self.length_of(p, b'Q');
         }
         if p.any_free(b"P") {
             let point = p.has_point(b'P');
-            self.cycle.p = match p.take(b'P') {
+            self.own.cycle.p = match p.take(b'P') {
                 Some(value) => Some(self.seconds(value, point, span)?),
                 None => None,
             };
@@ -119,14 +146,14 @@ impl Interpreter {
             }
         }
         if code == 840
-            && self.flavor == Flavor::Haas
+            && self.own.flavor == Flavor::Haas
             && let Some(factor) = p.take(b'J')
         {
             self.note(format!("G84 J{factor}: retraction at a multiple of the speed"));
         }
         for (at, letter) in [b'I', b'J', b'K'].into_iter().enumerate() {
             if matches!(code, 730 | 760 | 770 | 830 | 870) && p.any_free(&[letter]) {
-                self.cycle.ijk[at] = self.length_of(p, letter);
+                self.own.cycle.ijk[at] = self.length_of(p, letter);
             }
         }
         match times {
@@ -145,10 +172,10 @@ impl Interpreter {
             Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`"))
                 .help("write depth and R plane of the cycle")
         };
-        let z = self.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
-        let r = self.cycle.r.ok_or_else(|| missing('R'))?;
+        let z = self.own.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
+        let r = self.own.cycle.r.ok_or_else(|| missing('R'))?;
         // LinuxCNC reads the stored numbers as G90 or G91 says now, the others as it said where they stood.
-        let linuxcnc = self.flavor.is_linuxcnc();
+        let linuxcnc = self.own.flavor.is_linuxcnc();
         let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };
         let level = if incremental(r) {
             let message = format!("{name} with G91 needs the level of the tool, which the program has not set");
@@ -158,7 +185,7 @@ impl Interpreter {
             r.0
         };
         let depth = if incremental(z) { level + z.0 } else { z.0 };
-        let levels = Levels { initial: self.cycle.initial, r: level, depth };
+        let levels = Levels { initial: self.own.cycle.initial, r: level, depth };
         let back = matches!(code, 770 | 870);
         if (levels.depth > levels.r) != back && levels.depth != levels.r
             || !levels.depth.is_finite()
@@ -184,7 +211,7 @@ impl Interpreter {
             )
             .help("program Z before the cycle, or use G99"));
         };
-        Ok(if self.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
+        Ok(if self.own.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
     }
 
     fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
@@ -192,49 +219,40 @@ impl Interpreter {
             return self.back_bore(levels, span);
         }
         let back = self.return_level(levels, span)?;
-        self.along(levels.r, true, span)?;
-        let dwell = self.cycle.p;
+        let (down, up) = (Stroke::Feed(levels.depth), Stroke::Feed(levels.r));
+        let (out, wait) = (Stroke::Rapid(back), Stroke::wait(self.own.cycle.p));
+        self.course(&[Stroke::Rapid(levels.r)], span)?;
         match code {
             730 | 830 => self.peck(code, levels, span)?,
-            740 | 840 => return self.tap(code, levels, back, span),
+            740 | 840 => self.tap(code, levels, back, span)?,
             760 => return self.fine_bore(levels, back, span),
-            850 | 890 => {
-                self.along(levels.depth, false, span)?;
-                self.wait(if code == 890 { dwell } else { None });
-                self.along(levels.r, false, span)?;
-            }
+            820 => self.course(&[down, wait], span)?,
+            850 => self.course(&[down, up], span)?,
             860 => {
-                self.along(levels.depth, false, span)?;
-                self.wait(dwell);
-                let direction = self.technology.direction;
-                self.spindle_off();
-                self.along(back, true, span)?;
-                self.technology.direction = direction;
-                self.tell_spindle();
+                let again = Stroke::Turn(self.technology.direction);
+                self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
-            _ => {
-                self.along(levels.depth, false, span)?;
-                self.wait(if code == 820 { dwell } else { None });
-            }
+            890 => self.course(&[down, wait, up], span)?,
+            _ => self.course(&[down], span)?,
         }
-        self.along(back, true, span)
+        self.course(&[out], span)
     }
 
     /// G73 and G83.
     fn peck(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
         let total = levels.r - levels.depth;
-        let clearance = match self.flavor {
+        let clearance = match self.own.flavor {
             // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115
             // of a Fanuc.
             Flavor::LinuxCnc => 0.254,
             Flavor::Haas => 1.27,
             Flavor::Fanuc => 1.0,
         };
-        let [first, less, least] = self.cycle.ijk;
+        let [first, less, least] = self.own.cycle.ijk;
         let wrong =
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
-        let variable = self.flavor == Flavor::Haas && first.is_some();
-        let mut infeed = match if variable { first } else { self.cycle.q } {
+        let variable = self.own.flavor == Flavor::Haas && first.is_some();
+        let mut infeed = match if variable { first } else { self.own.cycle.q } {
             Some(q) if q.abs() > 0.0 => q.abs(),
             _ => return wrong(format!("{} has no infeed Q", g_name(code))),
         };
@@ -244,17 +262,17 @@ impl Interpreter {
             // Rounding must not leave a last infeed of nothing.
             let last = reached >= total - 1e-9;
             let depth = if last { levels.depth } else { levels.r - reached };
-            self.along(depth, false, span)?;
+            self.course(&[Stroke::Feed(depth)], span)?;
             if last {
                 // The peck cycles of LinuxCNC take no P.
-                self.wait(self.cycle.p.filter(|_| !self.flavor.is_linuxcnc()));
-                return Ok(());
+                let dwell = self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc());
+                return self.course(&[Stroke::wait(dwell)], span);
             }
+            let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
             if code == 730 {
-                self.along((depth + clearance).min(levels.r), true, span)?;
+                self.course(&[ahead], span)?;
             } else {
-                self.along(levels.r, true, span)?;
-                self.along((depth + clearance).min(levels.r), true, span)?;
+                self.course(&[Stroke::Rapid(levels.r), ahead], span)?;
             }
             if variable {
                 infeed = (infeed - less.unwrap_or(0.0).abs()).max(least.unwrap_or(0.0).abs());
@@ -268,15 +286,7 @@ impl Interpreter {
 
     /// G84 and G74: the path follows the spindle in and out.
     fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        if self.cycle.q.is_some_and(|q| q != 0.0) {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                format!("`{} Q` (tapping in steps) is not supported", g_name(code)),
-            )
-            .help("tap in one stroke"));
-        }
-        let Some(feed) = self.technology.feed else { return self.need_feed(LINEAR, span) };
+        let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
             (FeedMode::PerRevolution, _) => feed * self.modal.unit(),
@@ -294,36 +304,51 @@ impl Interpreter {
                     .help("write G94 or G95"));
             }
         };
-        let (inwards, outwards) = if code == 840 {
-            (SpindleDirection::Clockwise, SpindleDirection::CounterClockwise)
-        } else {
-            (SpindleDirection::CounterClockwise, SpindleDirection::Clockwise)
-        };
-        for (to, direction) in [(levels.depth, inwards), (levels.r, outwards)] {
-            let mut end = self.position.work;
-            end.put(self.modal.normal, to);
-            let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
-            self.thread_to(motion, pitch, Some(direction));
-            self.wait(self.cycle.p);
-        }
-        self.along(back, true, span)
+        let turn = if code == 840 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        self.tap_steps(levels, pitch, turn, span)?;
+        // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
+        let out = if self.own.flavor.is_linuxcnc() { back } else { levels.r };
+        let wait = Stroke::wait(self.own.cycle.p);
+        let down = Stroke::Thread { to: levels.depth, pitch, turn };
+        let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
+        self.course(&[down, wait, up, wait], span)
     }
 
-    pub(super) fn wait(&mut self, dwell: Option<f64>) {
-        if let Some(seconds) = dwell.filter(|s| *s > 0.0) {
-            self.emit(Op::Dwell(Dwell::Seconds(seconds)));
+    /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
+    /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
+    fn tap_steps(&mut self, levels: Levels, pitch: f64, turn: SpindleDirection, span: Span) -> Result<(), Fault> {
+        let Some(infeed) = self.own.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
+        if self.own.flavor.is_linuxcnc() {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`Q` of tapping is not a word of LinuxCNC")
+                .help("tap in one stroke"));
         }
+        let total = levels.r - levels.depth;
+        if total / infeed > MAX_INFEEDS as f64 {
+            return Err(Fault::new(
+                codes::ARGUMENTS,
+                span,
+                format!("tapping would need more than {MAX_INFEEDS} infeeds"),
+            )
+            .help("write a larger infeed Q"));
+        }
+        self.assume(format!(
+            "tapping in steps comes out by {TAP_LIFT_MM} mm after each; the control is set up for a distance, or for the R plane (parameters 5200 and 5213 of a Fanuc)"
+        ));
+        let mut reached = infeed;
+        while reached < total - 1e-9 {
+            let down = Stroke::Thread { to: levels.r - reached, pitch, turn };
+            let lift = (levels.r - reached + TAP_LIFT_MM).min(levels.r);
+            self.course(&[down, Stroke::Thread { to: lift, pitch, turn: opposite(turn) }], span)?;
+            reached += infeed;
+        }
+        Ok(())
     }
 
-    /// Straight motion along the normal of the plane.
-    pub(super) fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
-        let axis = self.modal.normal;
-        if self.position.work.get(axis) == Some(to) {
-            return Ok(());
-        }
+    /// Work coordinates of a point on the axis of the hole.
+    fn on_axis(&self, to: f64) -> AxisValues {
         let mut end = self.position.work;
-        end.put(axis, to);
-        self.cycle_motion(end, 1 << axis, rapid, span)
+        end.put(self.modal.normal, to);
+        end
     }
 
     pub(super) fn cycle_motion(
@@ -344,5 +369,19 @@ impl Interpreter {
         let motion = self.complete(end, programmed, false, span)?;
         self.go(motion, false);
         Ok(())
+    }
+}
+
+impl Holes for Iso {
+    fn stands_at(channel: &Interpreter, to: f64) -> bool {
+        channel.position.work.get(channel.modal.normal) == Some(to)
+    }
+
+    fn stroke(channel: &mut Interpreter, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        channel.cycle_motion(channel.on_axis(to), 1 << channel.modal.normal, rapid, span)
+    }
+
+    fn thread_stroke(channel: &mut Interpreter, to: f64, span: Span) -> Result<Motion, Fault> {
+        channel.complete(channel.on_axis(to), 1 << channel.modal.normal, false, span)
     }
 }

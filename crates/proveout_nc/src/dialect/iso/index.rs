@@ -8,18 +8,11 @@ use std::collections::BTreeMap;
 use super::flavor::Flavor;
 use super::parser::{self, Block};
 use super::statement::{Label, OWord, Statement};
+use crate::channel::Section;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::scan::Scanner;
 use crate::source::{Mark, Source};
-
-/// Lines of one program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Section {
-    pub(crate) start: Mark,
-    /// Byte behind the last line.
-    pub(crate) end: usize,
-}
 
 /// A stretch of the text: a program, or what stands around the tape.
 #[derive(Clone, Debug)]

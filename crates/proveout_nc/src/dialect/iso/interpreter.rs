@@ -1,83 +1,50 @@
 //! Runs a program line by line.
-//!
-//! Commands leave one by one; what is kept is the text, the index of its structure, the parameters and the modal state, never
-//! the executed blocks.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::calls::{CallKind, MacroCall};
 use super::flavor::{Flavor, Told};
-use super::index::{Index, Section};
-use super::modal::{CycleValues, Modal, Technology};
+use super::index::Index;
+use super::modal::{CycleValues, Modal};
 use super::parser::{self, Block, Remark};
-use super::recover::Recovery;
 use super::variables::Variables;
+use super::{leftover, recover};
+use crate::channel::doubt::{Doubt, Stage};
+use crate::channel::{self, Channel, Failed, Language, Lines, Section};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
-use crate::dialect::coverage::Coverage;
-use crate::dialect::doubt::Stage;
-use crate::dialect::passes::Passes;
+use crate::diagnostic::{Diagnostic, Fault, Span};
+use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::state::Position;
-use crate::{ASSUMED, Command, Location, Offset, Op, Settings, WorkOffset};
+use crate::{AxisValues, Offset, Op, Settings, WorkOffset};
 
 /// A program file with its structure.
-#[derive(Debug)]
-pub(crate) struct Loaded {
-    pub(crate) source: Source,
-    pub(crate) index: Index,
-    /// Its number among the files of the run.
-    pub(crate) file: usize,
-}
+pub(crate) type Loaded = channel::Loaded<Index>;
+/// An ISO program being executed.
+pub(crate) type Interpreter = Channel<Iso>;
 
-impl Loaded {
-    /// The file, and what is wrong with its structure.
-    pub(crate) fn new(source: Source, flavor: Flavor, file: usize) -> (Self, Vec<Diagnostic>) {
-        let mut faults = Vec::new();
-        let index = Index::new(&source, flavor, &mut faults);
-        (Self { source, index, file }, faults)
-    }
-}
-
-/// One level of the call stack.
+/// What a call level keeps.
 #[derive(Debug)]
-pub(crate) struct Level {
-    pub(crate) loaded: Arc<Loaded>,
-    pub(crate) section: Section,
-    pub(crate) cursor: Mark,
-    /// First line, for further passes.
-    pub(crate) first: Mark,
-    pub(crate) passes_left: u32,
+pub(crate) struct CallLevel {
     pub(crate) kind: CallKind,
     /// Passes left of O REPEAT loops, by the offset of their first line.
     pub(crate) repeats: Vec<(usize, u64)>,
 }
 
+impl CallLevel {
+    pub(crate) fn new(kind: CallKind) -> Self {
+        Self { kind, repeats: Vec::new() }
+    }
+}
+
+/// What an ISO control keeps besides the modal state.
 #[derive(Debug)]
-pub(crate) struct Interpreter {
-    pub(crate) settings: Settings,
+pub(crate) struct Iso {
     pub(crate) flavor: Flavor,
     /// The flavor is only the default: nothing tells it.
     pub(crate) assumed: bool,
-    pub(crate) folders: Vec<PathBuf>,
-    pub(crate) main: Arc<Loaded>,
-    pub(crate) files: BTreeMap<PathBuf, Arc<Loaded>>,
-    pub(crate) stack: Vec<Level>,
-    pub(crate) block: Block,
-    pub(crate) queue: VecDeque<Command>,
-    location: Location,
-    pub(crate) done: bool,
-    /// What ended the run, to be told behind the commands before it.
-    failure: Option<Box<Diagnostic>>,
-    /// What is wrong with the structure of the main file.
-    pub(crate) structure: Vec<Diagnostic>,
-    pub(crate) recovery: Recovery,
-    pub(crate) coverage: Coverage,
-    pub(crate) passes: Passes,
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
-    pub(crate) variables: Variables,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
     /// Rotations of work offsets (`LinuxCNC`), degrees.
     pub(crate) turns: BTreeMap<String, f64>,
@@ -85,16 +52,23 @@ pub(crate) struct Interpreter {
     pub(crate) lengths: BTreeMap<u32, (Option<f64>, f64)>,
     /// Tool radii that the program writes itself: geometry and wear, mm.
     pub(crate) radii: BTreeMap<u32, (Option<f64>, f64)>,
-    pub(crate) modal: Modal,
     /// M70
     pub(crate) kept_modal: Option<Box<Modal>>,
-    pub(crate) technology: Technology,
-    pub(crate) position: Position,
+    /// F as written: its meaning follows from unit, feed mode and the axes of the motion.
+    pub(crate) feed: Option<f64>,
+    /// H and D in force.
+    pub(crate) h: Option<u32>,
+    pub(crate) d: Option<u32>,
+    pub(crate) overrides: bool,
+    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
+    pub(crate) length_canceled_by: Option<&'static str>,
     pub(crate) cycle: CycleValues,
     /// Coordinates of a rapid motion on a tilted plane that waits for the rest of its end.
-    pub(crate) held: crate::AxisValues,
+    pub(crate) held: AxisValues,
     /// Control vector at the end of the last G5, for the next one.
     pub(crate) spline_end: Option<[f64; 2]>,
+    /// Control points between G5.2 and G5.3.
+    pub(crate) nurbs: Option<super::nurbs::ControlPoints>,
     pub(crate) modal_macro: Option<MacroCall>,
     /// A modal macro waits for the end of the block with its motion.
     pub(crate) moved_in_block: bool,
@@ -103,97 +77,151 @@ pub(crate) struct Interpreter {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
+    pub(crate) noted_surface_speed: bool,
     /// First parameter of the reference points that a note has named.
     pub(crate) noted_references: Vec<u32>,
 }
 
+/// The program, before its first block. `folder`: where it lies, if it is a file.
+pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings, told: Told) -> Interpreter {
+    let flavor = told.flavor;
+    let own = Iso {
+        flavor,
+        assumed: !told.certain,
+        block_numbers: BTreeMap::new(),
+        offsets: settings.work_offsets.iter().map(|(word, &offset)| (offset_key(word), offset)).collect(),
+        turns: BTreeMap::new(),
+        lengths: BTreeMap::new(),
+        radii: BTreeMap::new(),
+        kept_modal: None,
+        feed: None,
+        h: None,
+        d: None,
+        overrides: true,
+        length_canceled_by: None,
+        cycle: CycleValues::default(),
+        held: AxisValues::NONE,
+        spline_end: None,
+        nurbs: None,
+        modal_macro: None,
+        moved_in_block: false,
+        sequence: 0,
+        started: false,
+        noted_integers: false,
+        noted_surface_speed: false,
+        noted_references: Vec::new(),
+    };
+    let main = |index: &Index| {
+        let nothing = Section { start: Mark::START, end: 0 };
+        (index.main.unwrap_or(nothing), CallLevel::new(CallKind::Main))
+    };
+    let variables = Variables::new(flavor, &settings.variables);
+    let mut channel = Channel::new(source, folder, settings, own, main, variables, Modal::new(&settings.control));
+    channel.load_offset("G54");
+    let total = channel.modal.frames.total(flavor);
+    channel.position.set_frame(total);
+    channel.position.begin_at(&settings.start_position);
+    channel
+}
+
+impl Language for Iso {
+    type Index = Index;
+    type Level = CallLevel;
+    type Block = Block;
+    type Mark = ();
+    type Variables = Variables;
+    type Modal = Modal;
+
+    fn index(&self, source: &Source, _main: bool, faults: &mut Vec<Diagnostic>) -> Index {
+        Index::new(source, self.flavor, faults)
+    }
+
+    fn step(channel: &mut Interpreter) -> Result<(), Box<Diagnostic>> {
+        channel.step_line()
+    }
+
+    fn moving(channel: &mut Interpreter) {
+        channel.begin_motion();
+    }
+
+    fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
+        recover::may_follow(channel, fault)
+    }
+
+    fn settle_doubt(channel: &mut Interpreter) {
+        recover::settle_doubt(channel);
+    }
+
+    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+        recover::go_on(channel, failed)
+    }
+
+    fn doubted(channel: &mut Interpreter, doubt: Doubt) {
+        if doubt.axes != 0 {
+            channel.own.held = AxisValues::NONE;
+            // The next spline would take up the direction of this one.
+            channel.recovery.faults.doubt.modal |= channel.own.spline_end.take().is_some();
+        }
+    }
+
+    fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+        leftover::not_run(channel)
+    }
+
+    fn is_subprogram(channel: &Interpreter) -> bool {
+        leftover::is_subprogram(&channel.main, channel.own.flavor)
+    }
+}
+
+impl Lines for Iso {
+    fn run_line(
+        channel: &mut Interpreter,
+        loaded: &Arc<Loaded>,
+        line: &str,
+        at: Mark,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
+        channel.run_line(loaded, line, at, block)
+    }
+
+    /// The end of the text ends the program as M30 and the subprogram as M99 do. On a Fanuc and a Haas no program runs into the
+    /// next one of its file.
+    fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
+        if let Some((line, _)) = loaded.source.line(at)
+            && let Some(part) = loaded.index.parts.iter().find(|p| p.lines[0] == at.line && !p.outside)
+            && let Some(name) = &part.name
+        {
+            let (first, last) = (part.lines[0], part.lines[1].saturating_sub(1).max(part.lines[0]));
+            let fault = Fault::new(
+                codes::NO_END,
+                Span::new(0, line.trim_end().len()),
+                format!("the program before runs into the head of program {name} without an end: lines {first} to {last} would not be run"),
+            )
+            .help("write M30 (M99 in a subprogram) before it; where it is the number of this program, write it first");
+            return Err(channel.failed(loaded, at, line, fault));
+        }
+        if channel.stack.len() > 1 {
+            return channel.leave(Span::default()).map_err(|fault| channel.failed(loaded, at, "", fault));
+        }
+        channel.done = true;
+        Ok(())
+    }
+}
+
 impl Interpreter {
-    /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(source: Source, folder: Option<PathBuf>, settings: &Settings, told: Told) -> Self {
-        let flavor = told.flavor;
-        let (loaded, structure) = Loaded::new(source, flavor, 0);
-        let loaded = Arc::new(loaded);
-        let section = loaded.index.main.unwrap_or(Section { start: Mark::START, end: 0 });
-        let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
-        let level = Level {
-            loaded: Arc::clone(&loaded),
-            section,
-            cursor: section.start,
-            first: section.start,
-            passes_left: 0,
-            kind: CallKind::Main,
-            repeats: Vec::new(),
-        };
-        let mut interpreter = Self {
-            flavor,
-            assumed: !told.certain,
-            folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
-            main: loaded,
-            files: BTreeMap::new(),
-            stack: vec![level],
-            block: Block::default(),
-            queue: VecDeque::new(),
-            location,
-            done: false,
-            failure: None,
-            structure,
-            recovery: Recovery::default(),
-            coverage: Coverage::default(),
-            passes: Passes::default(),
-            block_numbers: BTreeMap::new(),
-            variables: Variables::new(flavor, &settings.variables),
-            offsets: settings.work_offsets.iter().map(|(word, &offset)| (offset_key(word), offset)).collect(),
-            turns: BTreeMap::new(),
-            lengths: BTreeMap::new(),
-            radii: BTreeMap::new(),
-            modal: Modal::new(),
-            kept_modal: None,
-            technology: Technology::new(),
-            position: Position::new(),
-            cycle: CycleValues::default(),
-            held: crate::AxisValues::NONE,
-            spline_end: None,
-            modal_macro: None,
-            moved_in_block: false,
-            sequence: 0,
-            started: false,
-            noted_integers: false,
-            noted_references: Vec::new(),
-            settings: settings.clone(),
-        };
-        interpreter.load_offset("G54");
-        let total = interpreter.modal.frames.total(flavor);
-        interpreter.position.set_frame(total);
-        interpreter
-    }
-
-    /// Hands a command out with the place of the block.
-    pub(crate) fn emit(&mut self, op: Op) {
-        self.queue.push_back(Command { location: self.location.clone(), op });
-    }
-
-    pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.emit(Op::Note(text.into()));
-    }
-
-    /// Tells what is taken for granted where controls or their set-ups differ.
-    pub(crate) fn assume(&mut self, text: impl AsRef<str>) {
-        self.note(format!("{ASSUMED}{}", text.as_ref()));
-    }
-
     /// A motion is made: loops that move are not idle.
     pub(crate) fn begin_motion(&mut self) {
         self.passes.moved();
-        self.moved_in_block = true;
+        self.own.moved_in_block = true;
         self.begin();
     }
 
     /// Before the first motion or plane: what is in force without a word of the program.
     pub(crate) fn begin(&mut self) {
-        if std::mem::replace(&mut self.started, true) {
+        if std::mem::replace(&mut self.own.started, true) {
             return;
         }
-        if self.assumed {
+        if self.own.assumed {
             self.note("no word tells the control: read as Fanuc");
         }
         if self.modal.inch.is_none() {
@@ -206,81 +234,27 @@ impl Interpreter {
 
     /// Work offset and frame have been told by a word of the program.
     pub(crate) fn has_begun(&self) -> bool {
-        self.started
-    }
-
-    /// Call level: 0 in the main program.
-    pub(crate) fn depth(&self) -> usize {
-        self.stack.len().saturating_sub(1)
-    }
-
-    /// Executes one line.
-    fn step(&mut self) -> Result<(), Box<Diagnostic>> {
-        let Some(level) = self.stack.last_mut() else {
-            self.done = true;
-            return Ok(());
-        };
-        let (at, end) = (level.cursor, level.section.end);
-        let loaded = Arc::clone(&level.loaded);
-        let line = loaded.source.line(at).filter(|_| at.offset < end);
-        let Some((line, next)) = line else {
-            return self.end_of_text(&loaded, at);
-        };
-        level.cursor = next;
-        self.coverage.mark(loaded.file, at.line, next.line);
-        let mut block = std::mem::take(&mut self.block);
-        let result = self.run_line(&loaded, line, at, &mut block);
-        self.block = block;
-        match result {
-            Ok(()) => {
-                self.settle_doubt();
-                Ok(())
-            }
-            Err(fault) => Err(self.failed(&loaded, at, line, fault)),
-        }
-    }
-
-    /// The end of the text ends the program as M30 and the subprogram as M99 do. On a Fanuc and a Haas no program runs into the
-    /// next one of its file.
-    fn end_of_text(&mut self, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
-        if let Some((line, _)) = loaded.source.line(at)
-            && let Some(part) = loaded.index.parts.iter().find(|p| p.lines[0] == at.line && !p.outside)
-            && let Some(name) = &part.name
-        {
-            let (first, last) = (part.lines[0], part.lines[1].saturating_sub(1).max(part.lines[0]));
-            let fault = Fault::new(
-                codes::NO_END,
-                Span::new(0, line.trim_end().len()),
-                format!("the program before runs into the head of program {name} without an end: lines {first} to {last} would not be run"),
-            )
-            .help("write M30 (M99 in a subprogram) before it; where it is the number of this program, write it first");
-            return Err(self.failed(loaded, at, line, fault));
-        }
-        if self.stack.len() > 1 {
-            let line = "";
-            return self.leave(Span::default()).map_err(|fault| self.failed(loaded, at, line, fault));
-        }
-        self.done = true;
-        Ok(())
+        self.own.started
     }
 
     fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
         self.recovery.faults.stage = Stage::Unread;
-        parser::parse_line(line, self.flavor, block)?;
+        parser::parse_line(line, self.own.flavor, block)?;
         self.recovery.faults.stage = Stage::Read;
         if block.is_empty() || block.skip.is_some_and(|level| self.is_skipped(level)) {
             return Ok(());
         }
-        let (column, length) = column_and_length(line, block.span);
-        let depth = self.depth() as u32;
-        self.location.move_to(&loaded.source.name, at.line, column, length, depth);
+        self.stands_at(&loaded.source.name, at, line, block.span);
         if let Some(number) = block.number {
-            self.sequence = number;
+            self.own.sequence = number;
         }
         for remark in block.remarks.drain(..) {
             match remark {
                 Remark::Message(text) => self.emit(Op::Message(text)),
-                Remark::Note(text) => self.note(format!("({text})")),
+                Remark::Note(text) => {
+                    let text = self.expanded(&text, block.span);
+                    self.note(format!("({text})"));
+                }
                 Remark::Abort(text) => return Err(alarm(&text, block.span)),
             }
         }
@@ -298,26 +272,6 @@ impl Interpreter {
         let bits = self.settings.skipped_levels;
         bits >> level & 1 == 1 || level <= 1 && bits & 0b11 != 0
     }
-
-    pub(crate) fn set_cursor(&mut self, to: Mark) {
-        if let Some(level) = self.stack.last_mut() {
-            level.cursor = to;
-        }
-    }
-
-    /// Counts a jump back and refuses one too many.
-    pub(crate) fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
-        self.passes.count(&self.settings.limits, span)
-    }
-
-    /// The end of the whole program.
-    pub(crate) fn end_of_program(&mut self) {
-        self.emit(Op::End);
-        self.done = true;
-        for level in self.stack.drain(..) {
-            self.coverage.end(level.loaded.file, level.cursor.line);
-        }
-    }
 }
 
 /// Name of a work offset as a key: upper case, no blanks.
@@ -329,27 +283,4 @@ pub(crate) fn offset_key(word: &str) -> String {
 pub(crate) fn alarm(text: &str, span: Span) -> Fault {
     Fault::new(codes::PROGRAM_ALARM, span, format!("the program raises an alarm: {}", text.trim()))
         .help("find out which of its conditions is not met")
-}
-
-impl Iterator for Interpreter {
-    type Item = Result<Command, Box<Diagnostic>>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            if let Some(command) = self.queue.pop_front() {
-                return Some(Ok(command));
-            }
-            if let Some(failure) = self.failure.take() {
-                return Some(Err(failure));
-            }
-            if self.done {
-                return None;
-            }
-            if let Err(diagnostic) = self.step() {
-                // Commands of the block before the fault stay in the queue and are given out first.
-                self.done = true;
-                self.failure = Some(diagnostic);
-            }
-        }
-    }
 }

@@ -1,62 +1,56 @@
 //! What the text that was not run is: programs, subprograms, branches, text behind the end.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use super::expr::Expr;
 use super::flavor::Flavor;
-use super::index::{Index, Section, has_end, has_return};
+use super::index::{Index, has_end, has_return};
 use super::interpreter::{Interpreter, Loaded};
 use super::parser::{self, Block, Value, Word};
 use super::pending::AXES;
 use super::statement::{Label, OWord, Statement};
-use crate::dialect::coverage::{Flow, Layout, Role, Stretch};
+use crate::channel::Section;
+use crate::channel::coverage::{Flow, Layout, Role, Stretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
-impl Interpreter {
-    /// The files that were read, the main program first.
-    pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded>> {
-        std::iter::once(&self.main).chain(self.files.values())
+/// The main file is a subprogram: it returns with M99 and has no other end, or defines the O word of its own name.
+pub(super) fn is_subprogram(main: &Loaded, flavor: Flavor) -> bool {
+    let (source, index) = (&main.source, &main.index);
+    let stem = Path::new(&*source.name).file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
+    if let Some(stem) = stem.filter(|_| flavor.is_linuxcnc())
+        && index.subs.contains_key(&format!("<{stem}>"))
+    {
+        return true;
     }
-
-    /// The main file is a subprogram: it returns with M99 and has no other end, or defines the O word of its own name.
-    pub(crate) fn main_is_subprogram(&self) -> bool {
-        let (source, index) = (&self.main.source, &self.main.index);
-        let stem = Path::new(&*source.name).file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
-        if let Some(stem) = stem.filter(|_| self.flavor.is_linuxcnc())
-            && index.subs.contains_key(&format!("<{stem}>"))
-        {
-            return true;
-        }
-        let Some(part) = index.parts.iter().find(|part| !part.outside) else { return false };
-        let (mut at, mut returns) = (Mark::START, false);
-        while let Some((line, next)) = source.line(at).filter(|_| at.line < part.lines[1]) {
-            if at.line >= part.lines[0] && has_end(line) {
-                if !has_return(line) {
-                    return false;
-                }
-                returns = true;
+    let Some(part) = index.parts.iter().find(|part| !part.outside) else { return false };
+    let (mut at, mut returns) = (Mark::START, false);
+    while let Some((line, next)) = source.line(at).filter(|_| at.line < part.lines[1]) {
+        if at.line >= part.lines[0] && has_end(line) {
+            if !has_return(line) {
+                return false;
             }
-            at = next;
+            returns = true;
         }
-        returns
+        at = next;
     }
+    returns
+}
 
-    pub(crate) fn leftover(&self) -> Vec<NotRun> {
-        let mut found = Vec::new();
-        for loaded in self.loaded() {
-            let targets = Targets::of(&loaded.source, self.flavor);
-            let layout = Layout {
-                source: &loaded.source,
-                parts: parts(&loaded.source, &loaded.index),
-                regions: regions(&loaded.source, &loaded.index),
-                role: &|line, at| role(line, at, &loaded.index, self.flavor, &targets),
-            };
-            found.extend(self.coverage.not_run(loaded.file, &layout));
-        }
-        found
+pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+    let flavor = channel.own.flavor;
+    let mut found = Vec::new();
+    for loaded in channel.loaded() {
+        let targets = Targets::of(&loaded.source, flavor);
+        let layout = Layout {
+            source: &loaded.source,
+            parts: parts(&loaded.source, &loaded.index),
+            regions: regions(&loaded.source, &loaded.index),
+            role: &|line, at| role(line, at, &loaded.index, flavor, &targets),
+        };
+        found.extend(channel.coverage.not_run(loaded.file, &layout));
     }
+    found
 }
 
 /// A part with M99 is a subprogram; every other is a program that an operator can choose.

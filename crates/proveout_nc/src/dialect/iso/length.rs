@@ -21,7 +21,7 @@ impl Interpreter {
     pub(crate) fn length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::ToolLength) else {
             // H is modal on a Fanuc and a Haas.
-            if p.has(b'H') && !self.flavor.is_linuxcnc() {
+            if p.has(b'H') && !self.own.flavor.is_linuxcnc() {
                 let h = self.offset_number(p, b'H', span)?;
                 if matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_)) {
                     self.take_length(h, 1.0, span)?;
@@ -46,7 +46,7 @@ impl Interpreter {
                 if tcp {
                     self.settings.check_kinematics(KinematicsKind::Tcp, &g_name(code), span)?;
                 }
-                if tcp && (self.lengths.contains_key(&h) || self.has_programmed_length()) {
+                if tcp && (self.own.lengths.contains_key(&h) || self.has_programmed_length()) {
                     let message =
                         format!("{} with a length that the program writes itself is not supported", g_name(code));
                     return Err(
@@ -72,8 +72,8 @@ impl Interpreter {
         if p.has(b'H') {
             return self.offset_number(p, b'H', span);
         }
-        if self.flavor.is_linuxcnc() {
-            return match self.technology.spindle_tool {
+        if self.own.flavor.is_linuxcnc() {
+            return match self.technology.in_spindle {
                 Some(ToolName::Number(number)) => Ok(number),
                 Some(ToolName::Empty) => Ok(0),
                 _ => Err(Fault::new(
@@ -84,7 +84,7 @@ impl Interpreter {
                 .help("write H, or change a tool first")),
             };
         }
-        self.technology.h.ok_or_else(|| {
+        self.own.h.ok_or_else(|| {
             Fault::new(codes::MISSING_VALUE, span, format!("{} has no H, and none stands before it", g_name(code)))
                 .help("write H1")
         })
@@ -95,16 +95,16 @@ impl Interpreter {
         let name = char::from(letter).to_string();
         let number = whole(value, &name, 99_999.0, span)?;
         if letter == b'H' {
-            self.technology.h = Some(number);
+            self.own.h = Some(number);
         } else {
-            self.technology.d = Some(number);
+            self.own.d = Some(number);
         }
         Ok(number)
     }
 
     /// Takes the offset with this number: what the program wrote under it, or the tool's own length.
     fn take_length(&mut self, h: u32, sign: f64, span: Span) -> Result<(), Fault> {
-        if let Some(&(Some(geometry), wear)) = self.lengths.get(&h) {
+        if let Some(&(Some(geometry), wear)) = self.own.lengths.get(&h) {
             self.set_length(Length::Programmed(h), [0.0, 0.0, sign * (geometry + wear)]);
             return Ok(());
         }
@@ -121,7 +121,7 @@ impl Interpreter {
     }
 
     pub(crate) fn set_length(&mut self, length: Length, shift: [f64; 3]) {
-        self.technology.length_canceled_by = None;
+        self.own.length_canceled_by = None;
         let edge = |length: Length| if let Length::Edge(edge) = length { edge } else { 0 };
         self.emit(Op::Offset(Offset::ToolEdge { edge: edge(length) }));
         let before = std::mem::replace(&mut self.modal.length, length);
@@ -167,7 +167,7 @@ impl Interpreter {
         let mut shift = self.modal.frames.length;
         if p.has(b'H') {
             let h = whole(p.take(b'H').unwrap_or(0.0), "H", 99_999.0, span)?;
-            let Some(&(Some(geometry), wear)) = self.lengths.get(&h) else {
+            let Some(&(Some(geometry), wear)) = self.own.lengths.get(&h) else {
                 return Err(Fault::new(
                     codes::UNSUPPORTED_WORD,
                     span,
@@ -190,8 +190,8 @@ impl Interpreter {
     /// G40 G41 G42 G41.1 G42.1, and D alone.
     pub(crate) fn compensation_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::CutterComp) else {
-            if p.any_free(b"D") && !self.flavor.is_linuxcnc() {
-                let before = self.technology.d;
+            if p.any_free(b"D") && !self.own.flavor.is_linuxcnc() {
+                let before = self.own.d;
                 let number = self.offset_number(p, b'D', span)?;
                 if self.modal.comp != CompSide::Off && before != Some(number) {
                     self.tell_compensation(Some(number), None);
@@ -227,17 +227,18 @@ impl Interpreter {
         }
         let offset = if p.has(b'D') {
             Some(self.offset_number(p, b'D', span)?)
-        } else if self.flavor.is_linuxcnc() {
+        } else if self.own.flavor.is_linuxcnc() {
             None
         } else {
-            self.technology.d
+            self.own.d
         };
         self.tell_compensation(offset, None);
         Ok(())
     }
 
     fn tell_compensation(&mut self, offset: Option<u32>, radius: Option<f64>) {
-        let written = offset.and_then(|d| self.radii.get(&d)).and_then(|&(geometry, wear)| geometry.map(|g| g + wear));
+        let written =
+            offset.and_then(|d| self.own.radii.get(&d)).and_then(|&(geometry, wear)| geometry.map(|g| g + wear));
         self.emit(Op::CutterComp(CutterComp { side: self.modal.comp, offset, radius: radius.or(written) }));
     }
 
@@ -255,7 +256,7 @@ impl Interpreter {
         };
         let add = self.modal.incremental;
         let (table, wear) =
-            (if list < 12.0 { &mut self.lengths } else { &mut self.radii }, list == 11.0 || list == 13.0);
+            (if list < 12.0 { &mut self.own.lengths } else { &mut self.own.radii }, list == 11.0 || list == 13.0);
         let entry = table.entry(number).or_insert((None, 0.0));
         let slot = if wear { &mut entry.1 } else { entry.0.get_or_insert(0.0) };
         *slot = if add { *slot + value } else { value };
@@ -276,10 +277,10 @@ impl Interpreter {
     /// G10 L1 P Z R of `LinuxCNC`.
     pub(crate) fn write_tool_table(&mut self, number: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if let Some(radius) = self.length_of(p, b'R') {
-            self.radii.insert(number, (Some(radius), 0.0));
+            self.own.radii.insert(number, (Some(radius), 0.0));
         }
         if let Some(length) = self.length_of(p, b'Z') {
-            self.lengths.insert(number, (Some(length), 0.0));
+            self.own.lengths.insert(number, (Some(length), 0.0));
         }
         for letter in *b"IJQ" {
             p.take(letter);
@@ -293,6 +294,6 @@ impl Interpreter {
 
     /// The control has macro B.
     pub(crate) fn is_fanuc(&self) -> bool {
-        self.flavor == Flavor::Fanuc
+        self.own.flavor == Flavor::Fanuc
     }
 }

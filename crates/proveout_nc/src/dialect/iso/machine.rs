@@ -74,7 +74,9 @@ impl Interpreter {
         if axes == 0 {
             return Ok(());
         }
-        if self.modal.incremental && !self.flavor.is_linuxcnc() {
+        if self.modal.incremental && self.own.flavor == Flavor::Haas {
+            self.assume("G53 under G91 goes to machine coordinates, as it does under G90");
+        } else if self.modal.incremental && !self.own.flavor.is_linuxcnc() {
             return Err(Fault::new(
                 codes::POSITION_UNKNOWN,
                 span,
@@ -84,9 +86,9 @@ impl Interpreter {
         }
         let rapid = match self.modal.motion {
             Some(MotionMode::Rapid) => true,
-            Some(MotionMode::Linear) => self.flavor == Flavor::Fanuc,
-            None if !self.flavor.is_linuxcnc() => true,
-            _ if self.flavor == Flavor::Fanuc => true,
+            Some(MotionMode::Linear) => self.own.flavor == Flavor::Fanuc,
+            None if !self.own.flavor.is_linuxcnc() => true,
+            _ if self.own.flavor == Flavor::Fanuc => true,
             _ => {
                 return Err(
                     Fault::new(codes::CONFLICT, span, "G53 needs G0 or G1 in force").help("write G0 or G1 with G53")
@@ -96,7 +98,7 @@ impl Interpreter {
         let mut end = AxisValues::NONE;
         for (axis, &letter) in AXES.iter().enumerate().filter(|(axis, _)| axes >> axis & 1 == 1) {
             let rotary = (3..6).contains(&axis);
-            let value = if rotary { p.take(letter).map(f64::to_radians) } else { self.length_of(p, letter) };
+            let value = if rotary { self.rotary_of(p, letter) } else { self.length_of(p, letter) };
             end.put(axis, value.unwrap_or(0.0));
         }
         self.nothing_held(span)?;
@@ -106,23 +108,34 @@ impl Interpreter {
         }
         let exact_stop = p.g(Group::ExactStop).is_some();
         self.machine_motion(end, axes, rapid, exact_stop);
+        self.known_in_machine(&end, axes);
         self.length_in_doubt("G53", axes);
         Ok(())
+    }
+
+    /// A machine coordinate is that of the axis: the place of the tip is known from it, in Z where no tool length of the table
+    /// is in force.
+    fn known_in_machine(&mut self, end: &AxisValues, axes: u16) {
+        if self.modal.in_table() {
+            return;
+        }
+        let length = matches!(self.modal.length, Length::Edge(edge) if edge > 0);
+        self.position.stands_in_machine(end, if length { axes & 0b011 } else { axes & 0b111 });
     }
 
     /// A Fanuc has canceled the tool length in Z, and its set-up says what brings it back.
     fn length_in_doubt(&mut self, word: &'static str, axes: u16) {
         let length = matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_));
         let runs = self.settings.reference_points.is_some();
-        if runs && self.flavor == Flavor::Fanuc && length && !self.modal.in_table() && axes & 0b100 != 0 {
-            self.technology.length_canceled_by = Some(word);
+        if runs && self.own.flavor == Flavor::Fanuc && length && !self.modal.in_table() && axes & 0b100 != 0 {
+            self.own.length_canceled_by = Some(word);
         }
     }
 
     /// Tells, before a motion of Z, that its tool length depends on the set-up of the control.
     pub(crate) fn tell_length(&mut self, axes: u16) {
         let moves = axes & 0b100 != 0 || axes != 0 && self.modal.cycle.is_some();
-        if let Some(word) = self.technology.length_canceled_by.take_if(|_| moves) {
+        if let Some(word) = self.own.length_canceled_by.take_if(|_| moves) {
             self.assume(format!(
                 "the tool length that {word} has canceled in Z is back without G43; the control does so only where it is set up to \
                  (parameter 5001, bit 6): write G43 with its H before Z moves"
@@ -143,7 +156,7 @@ impl Interpreter {
         if self.modal.tcp && axes != 0 {
             let word = if self.modal.vectors {
                 "G43.5"
-            } else if self.flavor == Flavor::Haas {
+            } else if self.own.flavor == Flavor::Haas {
                 "G234"
             } else {
                 "G43.4"
@@ -176,7 +189,7 @@ impl Interpreter {
         let named = p.axes();
         self.nothing_held(span)?;
         self.begin_motion();
-        if named == 0 && self.flavor == Flavor::Fanuc {
+        if named == 0 && self.own.flavor == Flavor::Fanuc {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis"))
                 .help(format!("write G91 {word} Z0")));
         }
@@ -192,11 +205,16 @@ impl Interpreter {
             }
         }
         let end = self.reference_point(word, first, axes, span)?;
-        if word == "G28" && self.flavor == Flavor::Haas && self.modal.length != Length::Off {
+        if word == "G28" && self.own.flavor == Flavor::Haas && self.modal.length != Length::Off {
             self.set_length(Length::Off, [0.0; 3]);
             self.set_tcp(false, false);
         }
         self.machine_motion(end, axes, true, false);
+        // Where no machine is known the point is a stand-in, and what follows must not count on it.
+        let stated = (0..3).all(|axis| self.variables.numbered(first + axis).is_some() || axes >> axis & 1 == 0);
+        if stated || self.settings.reference_points.is_some() {
+            self.known_in_machine(&end, axes);
+        }
         self.length_in_doubt(word, axes);
         Ok(())
     }
@@ -223,8 +241,8 @@ impl Interpreter {
             for &axis in &open {
                 end.put(axis, 0.0);
             }
-            if !open.is_empty() && !self.noted_references.contains(&first) {
-                self.noted_references.push(first);
+            if !open.is_empty() && !self.own.noted_references.contains(&first) {
+                self.own.noted_references.push(first);
                 self.note(format!(
                     "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
                 ));

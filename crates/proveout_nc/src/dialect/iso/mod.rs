@@ -3,7 +3,7 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
 //! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! and [`cycles`] with [`boring`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! and [`cycles`] with [`boring`]; words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
 
 mod arcs;
 mod block;
@@ -18,13 +18,17 @@ mod index;
 mod interpreter;
 mod leftover;
 mod length;
+mod listed;
 mod machine;
 mod modal;
 mod motion;
+mod nurbs;
 mod offsets;
 mod parser;
 mod pending;
+mod polar;
 mod recover;
+mod remarks;
 mod statement;
 mod system;
 mod technology;
@@ -34,54 +38,66 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
+use flavor::Flavor;
 
 use super::Reader;
-use crate::Command;
+use super::listed::Unlisted;
+use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::{Mark, Source};
+
+/// The reader does this word by itself; words that end or call programs are left out.
+pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
+    let flavor = match dialect {
+        Dialect::Haas => Flavor::Haas,
+        Dialect::LinuxCnc => Flavor::LinuxCnc,
+        _ => Flavor::Fanuc,
+    };
+    match word {
+        Builtin::G(code) => {
+            !matches!(code, 650 | 660 | 670) && matches!(words::classify(flavor, code), words::Class::Known(_))
+        }
+        Builtin::M(code) => {
+            use words::Function::{CoolantOff, CoolantOn, Orient, Override, Rigid, Spindle, Stop, ToolChange};
+            let function = words::function(flavor, code);
+            !matches!(code, 2 | 30)
+                && matches!(function, Stop | Spindle | ToolChange | CoolantOn | CoolantOff | Override | Orient | Rigid)
+        }
+    }
+}
 
 /// The reader of a program.
 pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
     let told = flavor::tell(dialect, &source);
-    Box::new(Interpreter::new(source, folder, settings, told))
+    Box::new(interpreter::begin(source, folder, settings, told))
 }
 
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
-
-    fn is_subprogram(&self) -> bool {
-        self.main_is_subprogram()
+/// Words that neither the reader nor the control file gives a meaning.
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let told = flavor::tell(dialect, source);
+    let flavor = told.flavor;
+    let mut block = parser::Block::default();
+    let mut at = Mark::START;
+    while let Some((line, next)) = source.line(at) {
+        match parser::parse_line(line, flavor, &mut block) {
+            Err(fault) => found.fault(fault, at, line),
+            Ok(()) => {
+                for word in &block.words {
+                    if let Some((key, now)) = block::unlisted_word(flavor, !told.certain, &settings.control, word) {
+                        found.word(key, word.span, at, line, now);
+                    }
+                }
+            }
+        }
+        at = next;
     }
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> {
-    let flavor = flavor::tell(dialect, source).flavor;
+pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
+    let told = flavor::tell(dialect, source);
+    let flavor = told.flavor;
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
@@ -96,7 +112,9 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source) -> Vec<Diagnostic> 
         match parser::parse_line(line, flavor, &mut block) {
             Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
             Ok(()) => {
-                let refused = block.words.iter().filter_map(|word| block::refused_word(flavor, word));
+                let refused = block.words.iter();
+                let refused =
+                    refused.filter_map(|word| block::refused_word(flavor, !told.certain, &settings.control, word));
                 faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
             }
         }

@@ -1,8 +1,9 @@
 //! What stays in force from block to block.
 
 use super::flavor::Flavor;
+use crate::control::{Centers, Control, StartFeed, StartMotion};
 use crate::frame::Frame;
-use crate::{CompSide, Feed, PathMode, SpindleDirection, ToolName};
+use crate::{CompSide, PathMode};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MotionMode {
@@ -14,6 +15,8 @@ pub(crate) enum MotionMode {
     Thread,
     /// G5, G5.1 of `LinuxCNC`.
     Spline,
+    /// G5.2, G5.3 of `LinuxCNC`.
+    Nurbs,
     /// G38.2 to G38.5: the code times ten. The mode holds for one block.
     Probe,
 }
@@ -152,17 +155,27 @@ pub(crate) enum Plane {
 }
 
 impl Modal {
-    /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit.
-    pub(crate) fn new() -> Self {
+    /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit. What the control states goes before.
+    pub(crate) fn new(control: &Control) -> Self {
+        let start = &control.start;
+        let (motion, motion_code) = match start.motion {
+            Some(StartMotion::Rapid) => (Some(MotionMode::Rapid), 0),
+            Some(StartMotion::Linear) => (Some(MotionMode::Linear), 10),
+            Some(StartMotion::None) | None => (None, 800),
+        };
         Self {
-            motion: None,
-            motion_code: 800,
+            motion,
+            motion_code,
             cycle: None,
-            normal: 2,
-            incremental: false,
-            absolute_centers: false,
-            inch: None,
-            feed_mode: FeedMode::PerTime,
+            normal: start.normal.unwrap_or(2),
+            incremental: start.incremental.unwrap_or(false),
+            absolute_centers: control.centers == Centers::Absolute,
+            inch: start.inch,
+            feed_mode: match start.feed {
+                Some(StartFeed::PerRevolution) => FeedMode::PerRevolution,
+                Some(StartFeed::InverseTime) => FeedMode::InverseTime,
+                Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
+            },
             return_to_r: false,
             path_mode: None,
             offset: "G54".to_owned(),
@@ -209,43 +222,4 @@ pub(crate) struct CycleValues {
     pub(crate) ijk: [Option<f64>; 3],
     /// Level of the tool when the first cycle of the sequence began.
     pub(crate) initial: Option<f64>,
-}
-
-/// State of spindle, tool and feed.
-#[derive(Clone, Debug)]
-pub(crate) struct Technology {
-    pub(crate) feed: Option<f64>,
-    /// Feed last handed out.
-    pub(crate) told_feed: Option<Feed>,
-    pub(crate) direction: SpindleDirection,
-    pub(crate) speed: Option<f64>,
-    pub(crate) flood: bool,
-    pub(crate) mist: bool,
-    pub(crate) selected: Option<ToolName>,
-    pub(crate) spindle_tool: Option<ToolName>,
-    /// H and D in force.
-    pub(crate) h: Option<u32>,
-    pub(crate) d: Option<u32>,
-    pub(crate) overrides: bool,
-    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
-    pub(crate) length_canceled_by: Option<&'static str>,
-}
-
-impl Technology {
-    pub(crate) fn new() -> Self {
-        Self {
-            feed: None,
-            told_feed: None,
-            direction: SpindleDirection::Off,
-            speed: None,
-            flood: false,
-            mist: false,
-            selected: None,
-            spindle_tool: None,
-            h: None,
-            d: None,
-            overrides: true,
-            length_canceled_by: None,
-        }
-    }
 }

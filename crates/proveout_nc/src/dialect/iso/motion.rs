@@ -5,11 +5,12 @@ use super::modal::{MotionMode, Plane};
 use super::pending::{AXES, Pending};
 use super::technology::LINEAR;
 use super::words::Group;
+use crate::channel::unknown_axes;
 use crate::codes;
+use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
-use crate::state::MissingAxes;
-use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SplineMotion, ThreadMotion};
+use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -21,10 +22,23 @@ impl Interpreter {
             return self.cycle_block(p, span);
         }
         let axes = p.axes();
+        if self.modal.motion == Some(MotionMode::Nurbs) {
+            return self.nurbs_block(p, span);
+        }
+        let unset = self.modal.motion.is_none() && self.settings.control.start.motion.is_none();
+        if unset && axes != 0 && !self.own.flavor.is_linuxcnc() {
+            self.motion_at_power_on();
+        }
         let Some(mode) = self.modal.motion else { return Ok(()) };
         let vector = self.modal.vectors && p.any_free(b"IJK");
         let arc = matches!(mode, MotionMode::Clockwise | MotionMode::CounterClockwise);
-        if axes == 0 && !vector && !(arc && p.any_free(b"IJKR")) {
+        if mode == MotionMode::Probe && axes == 0 {
+            let message = format!("{} names no axis", super::block::g_name(self.modal.motion_code));
+            return Err(
+                Fault::new(codes::MISSING_VALUE, span, message).help("write the point that is probed for: G38.2 Z-5")
+            );
+        }
+        if !(axes != 0 || p.has_polar() || vector || arc && p.any_free(b"IJKR")) {
             return Ok(());
         }
         self.before_motion(axes, p, span)?;
@@ -35,7 +49,16 @@ impl Interpreter {
             MotionMode::Thread => self.thread(p, span),
             MotionMode::Spline => self.spline(p, span),
             MotionMode::Probe => self.probe(p, self.modal.motion_code, span),
+            MotionMode::Nurbs => Ok(()),
         }
+    }
+
+    /// Axis words before any G0 or G1. A Haas begins with G0 (*Mill operator's manual*, list of G codes), a Fanuc with what bit 0
+    /// of parameter 3402 says, G0 where it is not set.
+    fn motion_at_power_on(&mut self) {
+        self.modal.motion = Some(MotionMode::Rapid);
+        self.modal.motion_code = 0;
+        self.assume("no G0 or G1 stands before the first axis word: it is read as G0, which is in force at power-on unless the control is set up to begin with G1");
     }
 
     /// What is settled before a block moves linear axes.
@@ -51,12 +74,16 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
                 .help("write G255 before the rotary axes turn, and G254 behind it"));
         }
-        if !self.noted_integers && !self.flavor.is_linuxcnc() && !self.settings.least_increments {
+        if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
+            self.refuse_whole_numbers(axes, p, span)?;
+        }
+        let assumed = self.settings.whole_numbers == WholeNumbers::Assumed;
+        if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
             let whole = |letter: &u8| !p.has_point(*letter) && p.peek(*letter).is_some_and(|v| v != 0.0);
             if let Some(&letter) =
                 AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, l)| l).find(|l| whole(l))
             {
-                self.noted_integers = true;
+                self.own.noted_integers = true;
                 let (letter, value) = (char::from(letter), p.peek(letter).unwrap_or(0.0));
                 self.note(format!(
                     "{letter}{value} without a decimal point is read as {value} units, not as {value} least increments"
@@ -64,6 +91,23 @@ impl Interpreter {
             }
         }
         Ok(())
+    }
+
+    /// Numbers without a decimal point that are not zero, on a control that does not say how it reads them.
+    fn refuse_whole_numbers(&self, axes: u16, p: &Pending, span: Span) -> Result<(), Fault> {
+        let letters =
+            AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter).chain(b"IJKR");
+        let mut whole = letters
+            .filter_map(|&letter| p.peek(letter).filter(|v| *v != 0.0 && !p.has_point(letter)).map(|v| (letter, v)));
+        match whole.next() {
+            None => Ok(()),
+            Some((letter, value)) => {
+                let message =
+                    format!("{}{value} has no decimal point, and what it counts is not known", char::from(letter));
+                Err(Fault::new(codes::BAD_VALUE, span, message)
+                    .help("write the point, or say in the control file what numbers without one count (numbers.without_point)"))
+            }
+        }
     }
 
     fn straight(&mut self, p: &mut Pending, rapid: bool, span: Span) -> Result<(), Fault> {
@@ -74,7 +118,7 @@ impl Interpreter {
             return Ok(());
         }
         let exact_stop = p.g(Group::ExactStop).is_some();
-        self.surface_speed(end.get(0), span)?;
+        self.surface_speed(end.get(0));
         if rapid && vector.is_none() {
             return self.rapid(end, programmed, exact_stop, span);
         }
@@ -110,13 +154,6 @@ impl Interpreter {
         })
     }
 
-    /// Hands a straight motion out and takes its end as the position.
-    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
-        self.position.move_to(motion.end, motion.end_base);
-        self.begin_motion();
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
-    }
-
     /// Work coordinates at the end of the block: programmed axes replaced, the others as they are; and the programmed axes.
     pub(crate) fn targets(&mut self, p: &mut Pending, span: Span) -> Result<(AxisValues, u16), Fault> {
         let mut end = self.position.work;
@@ -125,13 +162,16 @@ impl Interpreter {
         if self.modal.polar && axes & LINEAR != 0 {
             programmed = self.polar_target(p, &mut end, span)?;
         }
+        if p.has_polar() {
+            programmed |= self.polar_words(p, &mut end, span)?;
+        }
         for (axis, &letter) in AXES.iter().enumerate() {
             if axes >> axis & 1 == 0 || !p.any_free(&[letter]) {
                 continue;
             }
             let rotary = (3..6).contains(&axis);
             let value = if rotary {
-                p.take(letter).unwrap_or(0.0).to_radians()
+                self.rotary_of(p, letter).unwrap_or(0.0)
             } else {
                 self.length_of(p, letter).unwrap_or(0.0)
             };
@@ -198,7 +238,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<(), Fault> {
         for axis in 0..3 {
-            if let Some(value) = self.held.get(axis)
+            if let Some(value) = self.own.held.get(axis)
                 && programmed >> axis & 1 == 0
             {
                 end.put(axis, value);
@@ -209,13 +249,13 @@ impl Interpreter {
         if tilted && programmed & LINEAR != 0 && end.xyz().is_none() {
             for axis in 0..3 {
                 if let Some(value) = end.get(axis).filter(|_| programmed >> axis & 1 == 1) {
-                    self.held.put(axis, value);
+                    self.own.held.put(axis, value);
                 }
             }
             self.note("the rapid motion is made together with the next one, which tells the rest of the position on the plane");
             return Ok(());
         }
-        self.held = AxisValues::NONE;
+        self.own.held = AxisValues::NONE;
         let motion = self.complete(end, programmed, exact_stop, span)?;
         self.go(motion, true);
         Ok(())
@@ -223,10 +263,10 @@ impl Interpreter {
 
     /// A rapid motion that was held back has never been made.
     pub(crate) fn nothing_held(&self, span: Span) -> Result<(), Fault> {
-        if self.held.is_empty() {
+        if self.own.held.is_empty() {
             return Ok(());
         }
-        let letters: String = self.held.iter().map(|(letter, _)| letter).collect();
+        let letters: String = self.own.held.iter().map(|(letter, _)| letter).collect();
         let message = format!(
             "the rapid motion of {letters} on the tilted plane has no known end: the other coordinates are not set"
         );
@@ -243,28 +283,14 @@ impl Interpreter {
         span: Span,
     ) -> Result<Motion, Fault> {
         self.nothing_held(span)?;
-        let end_base = self.position.base_of(&end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
-        Ok(Motion {
-            end,
-            end_base,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: false,
-            exact_stop,
-        })
-    }
-
-    pub(crate) fn start_point(&self, what: &str, span: Span) -> Result<[f64; 3], Fault> {
-        self.position.work.xyz().ok_or_else(|| {
-            Fault::new(codes::POSITION_UNKNOWN, span, format!("the start of {what} is not known to the program"))
-                .help("program X, Y and Z before it")
-        })
+        let mut motion = self.motion_to(end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
+        motion.exact_stop = exact_stop;
+        Ok(motion)
     }
 
     /// G33 and G33.1: `LinuxCNC` with the pitch in K, Fanuc in F.
     fn thread(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let letter = if self.flavor.is_linuxcnc() { b'K' } else { b'F' };
+        let letter = if self.own.flavor.is_linuxcnc() { b'K' } else { b'F' };
         let pitch = p.take(letter).map(|v| v * self.modal.unit());
         let Some(pitch) = pitch.filter(|v| *v > 0.0) else {
             let message = format!("the thread has no pitch `{}` above zero", char::from(letter));
@@ -273,22 +299,16 @@ impl Interpreter {
         let (end, programmed) = self.targets(p, span)?;
         let start = self.position.work;
         let motion = self.complete(end, programmed, false, span)?;
-        self.thread_to(motion, pitch, None);
+        self.go_thread(motion, pitch, None);
         if self.modal.motion_code == 331 {
             let back = self.complete(start, programmed, false, span)?;
             let reversed = match self.technology.direction {
-                crate::SpindleDirection::CounterClockwise => crate::SpindleDirection::Clockwise,
-                _ => crate::SpindleDirection::CounterClockwise,
+                SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
+                _ => SpindleDirection::CounterClockwise,
             };
-            self.thread_to(back, pitch, Some(reversed));
+            self.go_thread(back, pitch, Some(reversed));
         }
         Ok(())
-    }
-
-    pub(crate) fn thread_to(&mut self, motion: Motion, pitch: f64, direction: Option<crate::SpindleDirection>) {
-        self.position.move_to(motion.end, motion.end_base);
-        self.begin_motion();
-        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
     }
 
     /// G31, G38.2 to G38.5.
@@ -334,7 +354,9 @@ impl Interpreter {
         let first = match first {
             (Some(x), Some(y)) => [x, y],
             (x, y) if quadratic && (x.is_some() || y.is_some()) => [x.unwrap_or(0.0), y.unwrap_or(0.0)],
-            (None, None) if !quadratic => self.spline_end.map(|v| v.map(|c| -c)).ok_or_else(|| missing("I and J"))?,
+            (None, None) if !quadratic => {
+                self.own.spline_end.map(|v| v.map(|c| -c)).ok_or_else(|| missing("I and J"))?
+            }
             _ => return Err(missing("I and J")),
         };
         let (end, programmed) = self.targets(p, span)?;
@@ -351,7 +373,7 @@ impl Interpreter {
                 [third(start), third(to)]
             }
         };
-        self.spline_end = second;
+        self.own.spline_end = second;
         let control_base = control.map(|point| self.position.point_in_base(point));
         self.position.move_to(motion.end, motion.end_base);
         self.begin_motion();
@@ -363,11 +385,4 @@ impl Interpreter {
 pub(crate) fn unknown_axis(letter: char, span: Span) -> Fault {
     Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
         .help(format!("program `{letter}` with an absolute coordinate (G90) first"))
-}
-
-pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
-    let message =
-        format!("in the turned frame this motion needs the position of {}, which the program has not set", missing.0);
-    Fault::new(codes::POSITION_UNKNOWN, span, message)
-        .help("program X, Y and Z in the first block after machine coordinates, a tool change or a change of the plane")
 }

@@ -17,9 +17,9 @@ impl Interpreter {
     pub(crate) fn load_offset(&mut self, word: &str) {
         let key = offset_key(word);
         let WorkOffset { translation: [x, y, z], rotary: [a, b, c] } =
-            self.offsets.get(&key).copied().unwrap_or_default();
+            self.own.offsets.get(&key).copied().unwrap_or_default();
         self.modal.frames.settable = [x, y, z, a, b, c];
-        self.modal.frames.turn = self.turns.get(&key).copied().unwrap_or(0.0);
+        self.modal.frames.turn = self.own.turns.get(&key).copied().unwrap_or(0.0);
     }
 
     /// Hands the frame out.
@@ -35,7 +35,7 @@ impl Interpreter {
 
     /// Takes changed frames into effect: the tool stays where it is.
     pub(crate) fn frames_changed(&mut self, word: &str) {
-        let total = self.modal.frames.total(self.flavor);
+        let total = self.modal.frames.total(self.own.flavor);
         if total == *self.position.frame() {
             return;
         }
@@ -58,9 +58,10 @@ impl Interpreter {
     pub(crate) fn offset_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::WorkOffset) else { return Ok(()) };
         // `G54 P1` is another spelling of `G54.1 P1`.
-        let numbered = code == 541 || code == 1540 || code == 540 && self.flavor == Flavor::Fanuc && p.any_free(b"P");
+        let numbered =
+            code == 541 || code == 1540 || code == 540 && self.own.flavor == Flavor::Fanuc && p.any_free(b"P");
         let word = if numbered {
-            let highest = if self.flavor == Flavor::Haas { 99.0 } else { 300.0 };
+            let highest = if self.own.flavor == Flavor::Haas { 99.0 } else { 300.0 };
             let number = p.take(b'P').ok_or_else(|| {
                 Fault::new(codes::MISSING_VALUE, span, format!("{} has no P", g_name(code)))
                     .help("write G54.1 P1 or G154 P1")
@@ -81,7 +82,7 @@ impl Interpreter {
         self.modal.offset.clone_from(&word);
         if !self.has_begun() {
             // The offset in force at the start is told by the first motion.
-            let total = self.modal.frames.total(self.flavor);
+            let total = self.modal.frames.total(self.own.flavor);
             self.position.set_frame(total);
             return Ok(());
         }
@@ -99,7 +100,7 @@ impl Interpreter {
         let mut values = [None; 6];
         for (axis, slot) in values.iter_mut().enumerate() {
             if p.any_free(&[AXES[axis]]) {
-                *slot = if axis < 3 { self.length_of(p, AXES[axis]) } else { p.take(AXES[axis]).map(f64::to_radians) };
+                *slot = if axis < 3 { self.length_of(p, AXES[axis]) } else { self.rotary_of(p, AXES[axis]) };
             }
         }
         if values.iter().flatten().any(|v| !v.is_finite()) {
@@ -120,7 +121,7 @@ impl Interpreter {
             };
         }
         let values = self.shift_values(p, &word, span)?;
-        let linuxcnc = self.flavor.is_linuxcnc();
+        let linuxcnc = self.own.flavor.is_linuxcnc();
         let frames = &mut self.modal.frames;
         match code {
             // On a LinuxCNC G52 writes the registers of G92.
@@ -169,7 +170,7 @@ impl Interpreter {
             }
         }
         let mut without = self.position.clone();
-        without.set_frame(bare.total(self.flavor));
+        without.set_frame(bare.total(self.own.flavor));
         for (axis, value) in values.iter().enumerate() {
             let Some(value) = value else { continue };
             let Some(now) = without.work.get(axis) else {
@@ -197,14 +198,14 @@ impl Interpreter {
             return Err(Fault::new(codes::MISSING_VALUE, span, "G10 has no L").help("write G10 L2 P1 X0 Y0 Z0"));
         };
         let number = whole(
-            number.unwrap_or(if list == 20.0 && self.flavor.is_linuxcnc() { 0.0 } else { 1.0 }),
+            number.unwrap_or(if list == 20.0 && self.own.flavor.is_linuxcnc() { 0.0 } else { 1.0 }),
             "P",
             999.0,
             span,
         )?;
-        match (list, self.flavor) {
+        match (list, self.own.flavor) {
             (2.0, _) => {
-                let word = match (number, self.flavor) {
+                let word = match (number, self.own.flavor) {
                     (0, Flavor::LinuxCnc) => self.modal.offset.clone(),
                     (0, _) => return self.write_external(p, span),
                     (1..=6, _) => format!("G{}", 53 + number),
@@ -237,14 +238,14 @@ impl Interpreter {
     fn write_offset(&mut self, word: &str, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let values = self.shift_values(p, "G10", span)?;
         let key = offset_key(word);
-        if self.flavor.is_linuxcnc()
+        if self.own.flavor.is_linuxcnc()
             && let Some(turn) = p.take(b'R')
         {
-            self.turns.insert(key.clone(), turn);
+            self.own.turns.insert(key.clone(), turn);
         }
         // G91 adds on a Fanuc and a Haas; LinuxCNC writes absolute values.
-        let add = self.modal.incremental && !self.flavor.is_linuxcnc();
-        let offset = self.offsets.entry(key).or_default();
+        let add = self.modal.incremental && !self.own.flavor.is_linuxcnc();
+        let offset = self.own.offsets.entry(key).or_default();
         for (axis, value) in values.into_iter().enumerate() {
             let Some(value) = value else { continue };
             let slot = if axis < 3 { &mut offset.translation[axis] } else { &mut offset.rotary[axis - 3] };
@@ -267,7 +268,7 @@ impl Interpreter {
             }
         };
         let key = offset_key(&word);
-        if self.turns.get(&key).is_some_and(|turn| *turn != 0.0) || self.modal.frames.turn != 0.0 {
+        if self.own.turns.get(&key).is_some_and(|turn| *turn != 0.0) || self.modal.frames.turn != 0.0 {
             return Err(Fault::new(
                 codes::UNSUPPORTED_WORD,
                 span,
@@ -278,8 +279,8 @@ impl Interpreter {
         let mut bare = self.modal.frames.clone();
         bare.settable = [0.0; 6];
         let mut without = self.position.clone();
-        without.set_frame(bare.total(self.flavor));
-        let mut offset = self.offsets.get(&key).copied().unwrap_or_default();
+        without.set_frame(bare.total(self.own.flavor));
+        let mut offset = self.own.offsets.get(&key).copied().unwrap_or_default();
         for (axis, value) in values.into_iter().enumerate() {
             let Some(value) = value else { continue };
             let Some(now) = without.work.get(axis) else {
@@ -288,7 +289,7 @@ impl Interpreter {
             let slot = if axis < 3 { &mut offset.translation[axis] } else { &mut offset.rotary[axis - 3] };
             *slot = now - value;
         }
-        self.offsets.insert(key, offset);
+        self.own.offsets.insert(key, offset);
         self.offset_changed(&word);
         Ok(())
     }
@@ -306,9 +307,9 @@ impl Interpreter {
         let continuous = |tolerance| PathMode::Continuous { tolerance, orientation_tolerance: None };
         let mode = match code {
             // LinuxCNC: exact path, corners are met but not stopped at when they are smooth.
-            610 if self.flavor.is_linuxcnc() => continuous(Some(0.0)),
+            610 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
             610 | 611 => PathMode::ExactStop,
-            640 if self.flavor.is_linuxcnc() => {
+            640 if self.own.flavor.is_linuxcnc() => {
                 let tolerance = bound(self.length_of(p, b'P'))?;
                 if let Some(q) = p.take(b'Q') {
                     self.note(format!("G64 Q{q}: straight blocks within this distance are joined"));
@@ -330,7 +331,7 @@ impl Interpreter {
         if (code == 630) != self.modal.tapping {
             // G63 fixes the overrides until another word of the group.
             self.modal.tapping = code == 630;
-            let enabled = self.technology.overrides && code != 630;
+            let enabled = self.own.overrides && code != 630;
             self.emit(Op::Override(Override { enabled, feed: 1.0 }));
         }
         self.modal.path_mode = Some(mode);

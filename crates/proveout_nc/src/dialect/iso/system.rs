@@ -45,18 +45,18 @@ impl Interpreter {
     /// Value of a system parameter; none where the number is none.
     pub(crate) fn system_number(&self, number: u32, span: Span) -> Result<Option<f64>, Fault> {
         let name = format!("#{number}");
-        if let Some((word, axis)) = offset_word(self.flavor, number) {
+        if let Some((word, axis)) = offset_word(self.own.flavor, number) {
             if axis < 6 {
-                let offset = self.offsets.get(&word).copied().unwrap_or_default();
+                let offset = self.own.offsets.get(&word).copied().unwrap_or_default();
                 let value = if axis < 3 { offset.translation[axis] } else { offset.rotary[axis - 3] };
                 return Ok(Some(self.shown(axis, value)));
             }
-            if self.flavor.is_linuxcnc() && axis == 9 {
-                return Ok(Some(self.turns.get(&word).copied().unwrap_or(0.0)));
+            if self.own.flavor.is_linuxcnc() && axis == 9 {
+                return Ok(Some(self.own.turns.get(&word).copied().unwrap_or(0.0)));
             }
             return Err(unknown_system(&name, span));
         }
-        if self.flavor.is_linuxcnc() {
+        if self.own.flavor.is_linuxcnc() {
             return self.linuxcnc_number(number, &name, span);
         }
         let modal = &self.modal;
@@ -102,13 +102,13 @@ impl Interpreter {
                     98.0
                 }
             }
-            4107 => f64::from(self.technology.d.unwrap_or(0)),
-            4109 => self.technology.feed.unwrap_or(0.0),
-            4111 => f64::from(self.technology.h.unwrap_or(0)),
-            4114 => f64::from(self.sequence),
+            4107 => f64::from(self.own.d.unwrap_or(0)),
+            4109 => self.own.feed.unwrap_or(0.0),
+            4111 => f64::from(self.own.h.unwrap_or(0)),
+            4114 => f64::from(self.own.sequence),
             4119 => self.technology.speed.unwrap_or(0.0),
             4120 => tool(&self.technology.selected),
-            3026 => tool(&self.technology.spindle_tool),
+            3026 => tool(&self.technology.in_spindle),
             1000..=9999 | 10_000.. => return Err(unknown_system(&name, span)),
             _ => return Ok(None),
         };
@@ -128,7 +128,7 @@ impl Interpreter {
                 "G59.3" => 9.0,
                 word => word.trim_start_matches('G').parse::<f64>().unwrap_or(54.0) - 53.0,
             },
-            5400 => match self.technology.spindle_tool {
+            5400 => match self.technology.in_spindle {
                 Some(ToolName::Number(number)) => f64::from(number),
                 _ => 0.0,
             },
@@ -171,7 +171,7 @@ impl Interpreter {
                 let number: f64 = digits.parse().unwrap_or(54.0);
                 if number < 100.0 { number * 10.0 } else { number }
             }
-            "feed" => self.technology.feed.unwrap_or(0.0),
+            "feed" => self.own.feed.unwrap_or(0.0),
             "rpm" => self.technology.speed.unwrap_or(0.0),
             "spindle_on" => truth(direction != SpindleDirection::Off),
             "spindle_cw" => truth(direction == SpindleDirection::Clockwise),
@@ -180,11 +180,13 @@ impl Interpreter {
             "units_per_minute" => truth(modal.feed_mode == FeedMode::PerTime),
             "units_per_rev" => truth(modal.feed_mode == FeedMode::PerRevolution),
             "inverse_time" => truth(modal.feed_mode == FeedMode::InverseTime),
-            "current_tool" => tool(&self.technology.spindle_tool),
+            "current_tool" => tool(&self.technology.in_spindle),
             "selected_tool" => tool(&self.technology.selected),
             "call_level" => self.depth() as f64,
             "task" => 1.0,
-            "line" => f64::from(self.sequence),
+            // Zero until a subprogram returns a value.
+            "value" | "value_returned" => 0.0,
+            "line" => f64::from(self.own.sequence),
             "vmajor" | "vminor" | "current_pocket" | "selected_pocket" | "tool_offset" | "remap_level"
             | "speed_override" | "feed_override" | "adaptive_feed" | "feed_hold" | "value_undefined" => {
                 return Err(unknown_system(&format!("#<{name}>"), span));
@@ -208,12 +210,12 @@ impl Interpreter {
             .help(help.to_owned()))
         };
         let value = value.unwrap_or(0.0);
-        if let Some((word, axis)) = offset_word(self.flavor, number) {
-            if axis >= 6 || self.flavor.is_linuxcnc() {
+        if let Some((word, axis)) = offset_word(self.own.flavor, number) {
+            if axis >= 6 || self.own.flavor.is_linuxcnc() {
                 return refuse("write work offsets with G10 L2");
             }
             let stored = if axis < 3 { value * self.modal.unit() } else { value.to_radians() };
-            let offset: &mut WorkOffset = self.offsets.entry(word.clone()).or_default();
+            let offset: &mut WorkOffset = self.own.offsets.entry(word.clone()).or_default();
             if axis < 3 {
                 offset.translation[axis] = stored;
             } else {
@@ -222,7 +224,7 @@ impl Interpreter {
             self.offset_changed(&word);
             return Ok(true);
         }
-        if self.flavor.is_linuxcnc() {
+        if self.own.flavor.is_linuxcnc() {
             return match number {
                 5161..=5169 | 5181..=5189 | 1..=5000 => Ok(false),
                 _ => refuse("write offsets with G10, G92 and G28.1"),

@@ -2,14 +2,16 @@
 
 use super::block::{NOTED_G, g_name, kinematics_switch};
 use super::calls::whole;
-use super::flavor::Flavor;
 use super::interpreter::Interpreter;
+use super::listed::LISTED;
 use super::modal::FeedMode;
 use super::pending::Pending;
 use super::words::{self, Function, Group};
+use crate::channel::direction_of;
 use crate::codes;
+use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
-use crate::{Coolant, Feed, Op, Override, Spindle, SpindleDirection, ToolAction, ToolName};
+use crate::{Feed, Op, Override, SpindleDirection, ToolName};
 
 /// The analog output that selects the kinematics in the documentation of `LinuxCNC` and in the configurations that come with it.
 const KINEMATICS_OUTPUT: f64 = 3.0;
@@ -25,15 +27,15 @@ impl Interpreter {
                 .help("write F100"));
         }
         // F0 is no feed: a motion that needs one is refused.
-        self.technology.feed = (value > 0.0).then_some(value);
+        self.own.feed = (value > 0.0).then_some(value);
         if self.modal.feed_mode != FeedMode::InverseTime && value > 0.0 {
-            self.tell_feed(value, false);
+            self.tell_feed_word(value, false);
         }
         Ok(())
     }
 
     /// Hands the feed out when it differs from the last one.
-    fn tell_feed(&mut self, value: f64, rotary_only: bool) {
+    fn tell_feed_word(&mut self, value: f64, rotary_only: bool) {
         // Without a linear axis the number is degrees, in every unit of length.
         let unit = if rotary_only { 1.0 } else { self.modal.unit() };
         let feed = match self.modal.feed_mode {
@@ -41,31 +43,39 @@ impl Interpreter {
             FeedMode::PerRevolution => Feed::PerRevolution(value * unit),
             FeedMode::InverseTime => Feed::InverseTime(60.0 / value),
         };
-        let inverse = self.modal.feed_mode == FeedMode::InverseTime;
-        if inverse || self.technology.told_feed != Some(feed) {
-            self.technology.told_feed = Some(feed);
-            self.emit(Op::Feed(feed));
-        }
+        self.set_feed(Some(feed));
     }
 
     /// Before a motion in feed of these axes.
     pub(crate) fn need_feed(&mut self, axes: u16, span: Span) -> Result<(), Fault> {
-        if let Some(feed) = self.technology.feed {
-            self.tell_feed(feed, axes & !0b111000 == 0 && axes != 0);
+        if let Some(feed) = self.own.feed {
+            self.tell_feed_word(feed, axes & !0b111000 == 0 && axes != 0);
             return Ok(());
         }
+        if self.modal.feed_mode == FeedMode::PerTime
+            && let Some(mm_min) = self.default_feed()
+        {
+            let feed = mm_min / self.modal.unit();
+            self.own.feed = Some(feed);
+            self.tell_feed_word(feed, axes & !0b111000 == 0 && axes != 0);
+            return Ok(());
+        }
+        Err(self.no_feed(span))
+    }
+
+    pub(crate) fn no_feed(&self, span: Span) -> Fault {
         let (message, help) = if self.modal.feed_mode == FeedMode::InverseTime {
             ("G93 needs F in every block with a motion in feed", "write F in this block")
         } else {
             ("the motion has no feed", "write F before or in this block")
         };
-        Err(Fault::new(codes::NO_FEED, span, message).help(help))
+        Fault::new(codes::NO_FEED, span, message).help(help)
     }
 
     /// S, G96, G97, and the speed limit of G92 S.
     pub(crate) fn speed_words(&mut self, p: &mut Pending, one_shot: Option<u32>, span: Span) -> Result<(), Fault> {
         let mode = p.g(Group::SpindleMode);
-        let limit = if mode == Some(960) && self.flavor.is_linuxcnc() { p.take(b'D') } else { None };
+        let limit = if mode == Some(960) && self.own.flavor.is_linuxcnc() { p.take(b'D') } else { None };
         let Some(speed) = p.take(b'S') else {
             if mode == Some(960) {
                 return Err(
@@ -77,10 +87,7 @@ impl Interpreter {
             }
             return Ok(());
         };
-        if !(speed >= 0.0 && speed.is_finite()) {
-            let message = format!("the spindle speed must not be negative and is {speed}");
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write S1000 and the direction with M3 or M4"));
-        }
+        let speed = Self::checked_speed(speed, span)?;
         if one_shot == Some(920) && p.axes() == 0 {
             if let Some((_, highest)) = &mut self.modal.surface {
                 *highest = speed;
@@ -96,76 +103,75 @@ impl Interpreter {
             return Ok(());
         }
         self.modal.surface = None;
-        let changed = self.technology.speed != Some(speed);
-        self.technology.speed = Some(speed);
-        let turns = self.technology.direction != SpindleDirection::Off;
-        if changed && turns && !p.m().iter().any(|m| matches!(m, 3..=5)) {
-            self.tell_spindle();
-        }
+        self.set_speed(speed, p.m().iter().any(|m| matches!(m, 3..=5)));
         Ok(())
-    }
-
-    pub(crate) fn tell_spindle(&mut self) {
-        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
-        self.emit(Op::Spindle(spindle));
     }
 
     /// G96: the speed for the radius X at the end of a motion.
-    pub(crate) fn surface_speed(&mut self, x: Option<f64>, span: Span) -> Result<(), Fault> {
-        let Some((surface, highest)) = self.modal.surface else { return Ok(()) };
-        let Some(x) = x else { return Ok(()) };
+    pub(crate) fn surface_speed(&mut self, x: Option<f64>) {
+        let Some((surface, highest)) = self.modal.surface else { return };
+        let Some(x) = x else { return };
         let speed = (1000.0 * surface / (std::f64::consts::TAU * x.abs())).min(highest);
         if !speed.is_finite() {
-            return Err(Fault::new(codes::BAD_VALUE, span, "G96 has no highest speed, and X is zero")
-                .help("write G96 D2000 S200, or G92 S2000 behind G96"));
-        }
-        if self.technology.speed != Some(speed) {
-            self.technology.speed = Some(speed);
-            if self.technology.direction != SpindleDirection::Off {
-                self.tell_spindle();
+            // The spindle would turn as fast as it can: what that is the machine says.
+            if !std::mem::replace(&mut self.own.noted_surface_speed, true) {
+                self.assume(
+                    "G96 has no highest speed at X0: the speed before stays, where the spindle would turn as fast as it can; write G92 S, or D on a LinuxCNC",
+                );
             }
+            return;
         }
-        Ok(())
+        self.set_speed(speed, false);
     }
 
     pub(crate) fn tool_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(tool) = p.take(b'T') else { return Ok(()) };
         let number = whole(tool, "T", 99_999_999.0, span)?;
         let tool = if number == 0 { ToolName::Empty } else { ToolName::Number(number) };
-        self.technology.selected = Some(tool.clone());
-        self.emit(Op::Tool(ToolAction::Select(tool)));
+        self.select_tool(tool);
+        Ok(())
+    }
+
+    /// `T1 T2 M6`: the first tool goes into the spindle, the second is made ready.
+    pub(crate) fn second_tool_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let Some(number) = p.second_tool() else { return Ok(()) };
+        if !p.has_m(6) {
+            return Err(
+                Fault::new(codes::CONFLICT, span, "`T` stands twice in a block without M6").help("take one out")
+            );
+        }
+        let number = whole(number, "T", 99_999_999.0, span)?;
+        let tool = if number == 0 { ToolName::Empty } else { ToolName::Number(number) };
+        self.assume("of two T words with M6 the first tool goes into the spindle, and the second is made ready");
+        self.select_tool(tool);
         Ok(())
     }
 
     pub(crate) fn functions_before(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let early = self.flavor.is_linuxcnc();
+        let early = self.own.flavor.is_linuxcnc();
         let list: Vec<u32> = p.m().to_vec();
         for m in list {
+            if m >= LISTED {
+                self.listed_word(m, p, span)?;
+                continue;
+            }
             if m >= NOTED_G {
                 self.note_with_values(&g_name(m - NOTED_G), p);
                 continue;
             }
-            match words::function(self.flavor, m) {
+            match words::function(self.own.flavor, m) {
                 Function::Spindle if m != 5 => {
-                    self.technology.direction =
-                        if m == 3 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+                    self.technology.direction = direction_of(f64::from(m));
                     if self.modal.surface.is_none() || self.technology.speed.is_some() {
                         self.tell_spindle();
                     }
                 }
                 Function::Spindle if early => self.spindle_off(),
-                Function::CoolantOff if early => self.coolant_off(),
+                Function::CoolantOff if early => self.coolant(m),
                 Function::ToolChange => self.tool_change(span)?,
-                Function::CoolantOn => {
-                    if m == 7 {
-                        self.technology.mist = true;
-                    } else {
-                        self.technology.flood = true;
-                    }
-                    self.tell_coolant();
-                }
+                Function::CoolantOn => self.coolant(m),
                 Function::Override => {
-                    self.technology.overrides = m == 48;
+                    self.own.overrides = m == 48;
                     self.emit(Op::Override(Override { enabled: m == 48, feed: 1.0 }));
                 }
                 Function::Orient => {
@@ -206,20 +212,16 @@ impl Interpreter {
     }
 
     fn tool_change(&mut self, span: Span) -> Result<(), Fault> {
-        let tool = self.technology.selected.clone().ok_or_else(|| {
-            Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
-        })?;
+        let tool = self.selected_tool(span)?;
         self.nothing_held(span)?;
         self.change_to(tool);
         Ok(())
     }
 
     fn change_to(&mut self, tool: ToolName) {
-        self.technology.spindle_tool = Some(tool.clone());
-        self.emit(Op::Tool(ToolAction::Change(tool)));
-        // The change moves the machine to where its tool changer is; on a LinuxCNC X and Y stay.
-        let stays = self.flavor.is_linuxcnc() && !self.modal.in_table() && !self.position.frame().is_rotated();
-        self.position.forget(if stays { 0b100 } else { LINEAR });
+        // On a LinuxCNC X and Y stay.
+        let stays = self.own.flavor.is_linuxcnc() && !self.modal.in_table() && !self.position.frame().is_rotated();
+        self.change_tool(tool, if stays { 0b100 } else { LINEAR });
     }
 
     /// M61 Q, M70, M72.
@@ -232,9 +234,9 @@ impl Interpreter {
                 let number = whole(number, "Q", 99_999.0, span)?;
                 self.change_to(if number == 0 { ToolName::Empty } else { ToolName::Number(number) });
             }
-            70 => self.kept_modal = Some(Box::new(self.modal.clone())),
+            70 => self.own.kept_modal = Some(Box::new(self.modal.clone())),
             _ => {
-                let Some(kept) = self.kept_modal.clone() else {
+                let Some(kept) = self.own.kept_modal.clone() else {
                     return Err(Fault::new(codes::STRUCTURE, span, "M72 has no M70 before it").help("write M70"));
                 };
                 // Offsets stay: M70 keeps the modal words, not the values of the coordinate systems.
@@ -254,34 +256,22 @@ impl Interpreter {
                 if let Some(mode) = self.modal.path_mode {
                     self.emit(Op::PathMode(mode));
                 }
-                self.technology.feed = None;
+                self.own.feed = None;
             }
         }
         Ok(())
     }
 
-    fn tell_coolant(&mut self) {
-        let coolant = Coolant { flood: self.technology.flood, mist: self.technology.mist };
-        self.emit(Op::Coolant(coolant));
-    }
-
     pub(crate) fn spindle_off(&mut self) {
-        self.technology.direction = SpindleDirection::Off;
-        self.tell_spindle();
-    }
-
-    fn coolant_off(&mut self) {
-        self.technology.flood = false;
-        self.technology.mist = false;
-        self.tell_coolant();
+        self.spindle(SpindleDirection::Off);
     }
 
     pub(crate) fn functions_after(&mut self, p: &Pending) {
-        let early = self.flavor.is_linuxcnc();
+        let early = self.own.flavor.is_linuxcnc();
         for &m in p.m() {
             match m {
                 5 if !early => self.spindle_off(),
-                9 if !early => self.coolant_off(),
+                9 if !early => self.coolant(9),
                 0 | 1 => self.emit(Op::Stop { optional: m == 1 }),
                 60 if early => self.emit(Op::Stop { optional: false }),
                 _ => {}
@@ -297,10 +287,28 @@ impl Interpreter {
 
     /// mm of a length as written.
     pub(crate) fn mm(&self, value: f64, point: bool) -> f64 {
-        if point || !self.settings.least_increments || self.flavor == Flavor::LinuxCnc {
-            return value * self.modal.unit();
+        match self.settings.whole_numbers {
+            WholeNumbers::Increments { inch, .. }
+                if !point && self.has_increments() && self.modal.inch == Some(true) =>
+            {
+                value * inch * 25.4
+            }
+            WholeNumbers::Increments { mm, .. } if !point && self.has_increments() => value * mm,
+            _ => value * self.modal.unit(),
         }
-        // 0.001 mm or 0.0001 inch.
-        value * if self.modal.inch == Some(true) { 25.4e-4 } else { 1e-3 }
+    }
+
+    /// Radian of the word of a rotary axis as written.
+    pub(crate) fn rotary_of(&self, p: &mut Pending, letter: u8) -> Option<f64> {
+        let point = p.has_point(letter);
+        p.take(letter).map(|value| match self.settings.whole_numbers {
+            WholeNumbers::Increments { deg, .. } if !point && self.has_increments() => (value * deg).to_radians(),
+            _ => value.to_radians(),
+        })
+    }
+
+    /// A `LinuxCNC` reads every number as it stands.
+    fn has_increments(&self) -> bool {
+        !self.own.flavor.is_linuxcnc()
     }
 }

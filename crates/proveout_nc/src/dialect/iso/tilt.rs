@@ -121,7 +121,7 @@ impl Interpreter {
         self.modal.plane = Plane::Defined;
         // Coordinates before and behind are not those of the same axes.
         self.position.forget(LINEAR);
-        let total = self.modal.frames.total(self.flavor);
+        let total = self.modal.frames.total(self.own.flavor);
         self.position.set_frame(total);
         self.tell_frame("G68.2");
         Ok(())
@@ -231,7 +231,7 @@ impl Interpreter {
             Frame::rotation(2, degrees(c)).then(&Frame::rotation(1, degrees(b))).then(&Frame::rotation(0, degrees(a)));
         self.modal.plane = Plane::Dynamic;
         self.position.forget(LINEAR);
-        let total = self.modal.frames.total(self.flavor);
+        let total = self.modal.frames.total(self.own.flavor);
         self.position.set_frame(total);
         self.tell_frame("G254");
         self.tell_tcp();

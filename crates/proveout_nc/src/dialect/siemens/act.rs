@@ -4,13 +4,12 @@
 //! (M3 M4 M6 M7 M8 M19 and machine-builder functions), compensation, motion or dwell, functions behind it (M5 M9 M0 M1),
 //! cycle or subprogram call, end of program.
 
-use super::interpreter::{Interpreter, missing_subprogram};
+use super::interpreter::Interpreter;
 use super::parser::{Block, Call, WordKind};
 use super::pending::Pending;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
-use crate::{Op, ToolAction};
 
 use super::block::LINEAR;
 
@@ -49,12 +48,13 @@ impl Interpreter {
         }
         if let Some(on) = p.transformation {
             if on {
-                self.settings.check_kinematics(KinematicsKind::Tcp, "TRAORI", span)?;
+                let word = p.transformation_word.as_deref().unwrap_or("TRAORI");
+                self.settings.check_kinematics(KinematicsKind::Tcp, word, span)?;
             }
-            let before = self.technology.tcp();
-            self.technology.transformed = on;
+            let before = self.own.tcp();
+            self.own.transformed = on;
             self.tell_tcp();
-            if before != self.technology.tcp() {
+            if before != self.own.tcp() {
                 self.position.forget(LINEAR);
             }
         }
@@ -63,8 +63,7 @@ impl Interpreter {
             self.speed_word(p, span)?;
         }
         if let Some(tool) = &p.tool {
-            self.technology.selected = Some(tool.clone());
-            self.emit(Op::Tool(ToolAction::Select(tool.clone())));
+            self.select_tool(tool.clone());
         }
         if let Some(edge) = p.edge {
             self.edge(edge);
@@ -84,8 +83,7 @@ impl Interpreter {
                 let before = self.block_feed(p, span)?;
                 self.motion_with_corner(p, span)?;
                 if let Some(before) = before {
-                    self.technology.feed = before;
-                    self.tell_feed();
+                    self.set_feed(before);
                 }
             }
         }
@@ -94,7 +92,7 @@ impl Interpreter {
         }
         self.calls(p, block)?;
         if p.functions.iter().any(|m| matches!(m, 2 | 17 | 30)) {
-            self.end_of_program();
+            self.end_or_return();
         }
         Ok(())
     }
@@ -110,7 +108,13 @@ impl Interpreter {
         {
             let call = Call { name: format!("L{number}"), arguments: None };
             if !self.call_subprogram(&call, passes, block.span)? {
-                return Err(missing_subprogram(&call.name, block.span));
+                self.missing(&call.name, block.span)?;
+            }
+        }
+        if let Some(name) = &p.listed_call {
+            let call = Call { name: name.clone(), arguments: None };
+            if !self.call_subprogram(&call, 1, block.span)? {
+                self.missing(&call.name, block.span)?;
             }
         }
         if let Some(word) = p.call.and_then(|at| block.words.get(at)) {
@@ -125,7 +129,7 @@ impl Interpreter {
         } else if p.has_axis()
             && p.frame.is_none()
             && !p.machine
-            && let Some(modal) = self.modal_call.clone()
+            && let Some(modal) = self.own.modal_call.clone()
             && modal.level == self.depth()
         {
             self.run_call(&modal.call, 1, block.span)?;
@@ -136,6 +140,9 @@ impl Interpreter {
     pub(super) fn run_call(&mut self, call: &Call, passes: u32, span: Span) -> Result<(), Fault> {
         if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
             return Ok(());
+        }
+        if self.settings.control.missing_subprogram.is_some() {
+            return self.missing(&call.name, span);
         }
         Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
             .help(format!("it is no word of the 840D reader, and no {}.SPF lies beside the program", call.name)))

@@ -5,29 +5,29 @@ use std::f64::consts::TAU;
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Pending, Reference};
-use crate::arc::{self, ArcFault, PlaneArc};
+use crate::arc::{self, PlaneArc};
+use crate::channel::arc_fault;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
-use crate::{ArcMotion, AxisValues, Op};
+use crate::{AxisValues, Motion};
 
 impl Interpreter {
     pub(super) fn arc(&mut self, p: &Pending, mut end: AxisValues, span: Span) -> Result<(), Fault> {
-        let Some(start) = self.position.work.xyz() else {
-            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "the start of the arc is not known to the program")
-                .help("program X, Y and Z before the arc"));
-        };
-        if self.modal.interpolation == Interpolation::Intermediate {
+        let [u, v, w] = self.modal.plane_axes();
+        let in_space = self.modal.interpolation == Interpolation::Intermediate;
+        let start =
+            if in_space { self.start_point("the arc", span)? } else { self.arc_start("the arc", [u, v, w], span)? };
+        if in_space {
             return self.intermediate_arc(p, start, end, span);
         }
-        let [u, v, w] = self.modal.plane_axes();
         let flat = |q: [f64; 3]| [q[u], q[v]];
-        let mut end_point = end.xyz().unwrap_or(start);
+        let end_point: [f64; 3] = std::array::from_fn(|axis| end.get(axis).unwrap_or(start[axis]));
         let mut programmed = p.programmed;
         let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
-        let tolerance = self.settings.arc_tolerance_mm;
+        let tolerance = self.settings.arc_tolerance;
         let result = if self.modal.interpolation == Interpolation::Tangential {
-            let Some(tangent) = self.tangent else {
+            let Some(tangent) = self.own.tangent else {
                 return Err(Fault::new(
                     codes::POSITION_UNKNOWN,
                     span,
@@ -59,8 +59,6 @@ impl Interpreter {
             if p.has_center() {
                 let center = flat(self.arc_center(p, start, span)?);
                 let turned = arc::end_after(flat(start), center, angle, clockwise);
-                end_point[u] = turned[0];
-                end_point[v] = turned[1];
                 end.put(u, turned[0]);
                 end.put(v, turned[1]);
                 programmed |= 1 << u | 1 << v;
@@ -82,14 +80,15 @@ impl Interpreter {
             return Err(Fault::new(codes::ARC_GEOMETRY, span, "the arc has no center and no radius")
                 .help("write I J K, CR= or AR="));
         };
-        let mut arc = result.map_err(|fault| arc_fault(fault, tolerance, span))?;
+        let mut arc = result.map_err(|fault| arc_fault(fault, tolerance, "program a full circle with I J K", span))?;
         arc.sweep += TAU * self.extra_turns(p, span)?;
         let mut center = start;
         center[u] = arc.center[0];
         center[v] = arc.center[1];
         let mut normal = [0.0; 3];
         normal[w] = if clockwise { -1.0 } else { 1.0 };
-        self.go_arc(p, end, programmed, center, normal, arc, end_point, span)
+        let motion = self.complete(p, end, programmed, span)?;
+        self.go_around(motion, [center, normal], &arc, span)
     }
 
     pub(super) fn extra_turns(&self, p: &Pending, span: Span) -> Result<f64, Fault> {
@@ -162,65 +161,16 @@ impl Interpreter {
         let angle = frame::dot(normal, frame::cross(from, to)).atan2(frame::dot(from, to));
         let sweep = if angle > 0.0 { angle } else { angle + TAU } + TAU * self.extra_turns(p, span)?;
         let plane_arc = PlaneArc { center: [0.0; 2], radius: frame::norm(from), sweep };
-        self.go_arc(p, end, p.programmed, center, normal, plane_arc, end_point, span)
+        let motion = self.complete(p, end, p.programmed, span)?;
+        self.go_around(motion, [center, normal], &plane_arc, span)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the parts of one arc")]
-    pub(super) fn go_arc(
-        &mut self,
-        p: &Pending,
-        end: AxisValues,
-        programmed: u16,
-        center: [f64; 3],
-        normal: [f64; 3],
-        arc: PlaneArc,
-        end_point: [f64; 3],
-        span: Span,
-    ) -> Result<(), Fault> {
-        let motion = self.complete(p, end, programmed, span)?;
-        let active = *self.position.frame();
-        let Some(scale) = active.uniform_scale() else {
-            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
-                .help("use equal scale factors for X, Y and Z, or write the path with G1"));
-        };
-        // A mirror reverses the sense of rotation about the image of the normal.
-        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
-        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
-        let outward = frame::sub(end_point, center);
-        self.tangent = frame::unit(frame::cross(normal, outward));
-        let op = ArcMotion {
-            center,
-            center_base: self.position.point_in_base(center),
-            normal,
-            normal_base,
-            radius: arc.radius * scale,
-            sweep: arc.sweep,
-            motion,
-        };
-        self.position.move_to(op.motion.end, op.motion.end_base);
-        self.moved();
-        self.emit(Op::Arc(op));
+    /// Hands the arc out and keeps the direction at its end.
+    fn go_around(&mut self, motion: Motion, circle: [[f64; 3]; 2], arc: &PlaneArc, span: Span) -> Result<(), Fault> {
+        let [center, normal] = circle;
+        let end = motion.end.xyz().unwrap_or(center);
+        self.go_arc(motion, center, normal, arc, span)?;
+        self.own.tangent = frame::unit(frame::cross(normal, frame::sub(end, center)));
         Ok(())
-    }
-}
-
-fn arc_fault(fault: ArcFault, tolerance: f64, span: Span) -> Fault {
-    match fault {
-        ArcFault::NoRadius => Fault::new(codes::ARC_GEOMETRY, span, "the center of the arc lies on its start or end, or the radius is zero")
-            .help("correct the center or the radius"),
-        ArcFault::Radii(start, end) => Fault::new(
-            codes::ARC_RADIUS,
-            span,
-            format!("the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"),
-        )
-        .help("correct the center or the end point"),
-        ArcFault::TooSmall(radius, half) => Fault::new(
-            codes::ARC_RADIUS,
-            span,
-            format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end"),
-        )
-        .help("correct the radius or the end point"),
-        ArcFault::SamePoint => Fault::new(codes::ARC_GEOMETRY, span, "start and end of the arc are the same point")
-            .help("program a full circle with I J K"),
     }
 }

@@ -7,9 +7,12 @@ use super::modal::{FeedMode, Interpolation, OrientationAngles, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::words::{self, Class};
+use crate::channel::doubt::Stage;
 use crate::codes;
+use crate::control::words::WordKey;
+use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::doubt::Stage;
+use crate::dialect::listed::{refused_by, unlisted};
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
 /// Bits of X, Y and Z.
@@ -101,7 +104,7 @@ impl Interpreter {
             b'G' => return self.g_word(p, value, span),
             b'M' => {
                 let code = self.integer('M', value, 99_999_999, span)?;
-                p.functions.push(code);
+                self.m_word(p, code, span)?;
             }
             b'I' | b'J' | b'K' => {
                 let at = usize::from(letter - b'I');
@@ -144,7 +147,10 @@ impl Interpreter {
             (b'A'..=b'C', 2) => p.angles[usize::from(letter - b'A')] = Some(self.number(value, span)?),
             (b'I'..=b'K', 1) => p.intermediate[usize::from(letter - b'I')] = Some(self.coordinate(value, span)?),
             (b'S', 1) => p.speed = Some(self.number(value, span)?),
-            (b'M', 1) => p.functions.push(self.integer('M', value, 99_999_999, span)?),
+            (b'M', 1) => {
+                let code = self.integer('M', value, 99_999_999, span)?;
+                self.m_word(p, code, span)?;
+            }
             (b'T', 1) => p.tool = Some(self.tool_name(value, span)?),
             (b'S' | b'M' | b'H', _) => {
                 // Another spindle than the one of the tool, or a function to the machine.
@@ -182,6 +188,15 @@ impl Interpreter {
 
     fn g_word(&mut self, p: &mut Pending, value: &Value, span: Span) -> Result<(), Fault> {
         let code = self.integer('G', value, 9999, span)?;
+        if let Some((at, listed)) = self.settings.control.words.g(code * 10) {
+            let listed = listed.clone();
+            return self.listed_word(p, at, &listed, span);
+        }
+        self.own_g(p, code, span)
+    }
+
+    /// A G word as the reader alone takes it.
+    pub(super) fn own_g(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
         let modal = &mut self.modal;
         match code {
             0 => modal.interpolation = Interpolation::Rapid,
@@ -216,11 +231,11 @@ impl Interpreter {
             60 => self.path_mode(PathMode::ExactStop),
             64 | 641..=645 => {
                 modal.exact_stop = false;
-                let tolerance = self.contour_tolerance;
-                let orientation_tolerance = self.orientation_tolerance;
+                let tolerance = self.own.contour_tolerance;
+                let orientation_tolerance = self.own.orientation_tolerance;
                 self.path_mode(PathMode::Continuous { tolerance, orientation_tolerance });
                 if code == 641 {
-                    p.rounding = p.rounding.or(Some(self.rounding));
+                    p.rounding = p.rounding.or(Some(self.own.rounding));
                 }
             }
             70 => modal.units = Units::InchLengths,
@@ -241,6 +256,10 @@ impl Interpreter {
     }
 
     fn name(&mut self, p: &mut Pending, name: &str, span: Span, at: usize) -> Result<(), Fault> {
+        if let Some((at, listed)) = self.settings.control.words.name(name) {
+            let listed = listed.clone();
+            return self.listed_word(p, at, &listed, span);
+        }
         if let Some(frame) = FrameWord::from_name(name) {
             if p.frame.is_some() {
                 return Err(Fault::new(
@@ -290,6 +309,10 @@ impl Interpreter {
     }
 
     fn call_word(&mut self, p: &mut Pending, call: &Call, span: Span, at: usize) -> Result<(), Fault> {
+        if let Some((at, listed)) = self.settings.control.words.name(&call.name) {
+            let listed = listed.clone();
+            return self.listed_word(p, at, &listed, span);
+        }
         let arguments = call.arguments.as_deref().unwrap_or_default();
         match call.name.as_str() {
             "MSG" => {
@@ -369,14 +392,33 @@ fn unknown_word(span: Span, line: &str) -> Fault {
 }
 
 /// The fault of a word that no state of the control makes valid.
-pub(crate) fn refused_word(word: &Word) -> Option<Fault> {
+pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
     let span = word.span;
+    let listed = match &word.kind {
+        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
+            if (0.0..1e6).contains(code) =>
+        {
+            control.words.g(*code as u32 * 10)
+        }
+        WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
+            if (0.0..1e9).contains(code) =>
+        {
+            let code = *code as u32;
+            if control.refuses_unlisted && control.words.m(code).is_none() && !is_function(code) {
+                return Some(unlisted(control, &format!("M{code}"), span));
+            }
+            control.words.m(code)
+        }
+        WordKind::Name(name) | WordKind::Call(Call { name, .. }) => control.words.name(name),
+        _ => None,
+    };
+    if let Some((_, listed)) = listed {
+        let Meaning::Refuse(remedy) = &listed.meaning else { return None };
+        return Some(refused_by(control, &listed.word, span, remedy));
+    }
     match &word.kind {
         WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) } => {
-            let known = matches!(
-                *code as i64,
-                0..=4 | 9 | 17..=19 | 25 | 26 | 58 | 59 | 110..=112 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
-            );
+            let known = does_g(*code as i64);
             if known || *code < 0.0 || code.fract() != 0.0 || words::is_noted_g(*code as u32) {
                 return None;
             }
@@ -392,6 +434,50 @@ pub(crate) fn refused_word(word: &Word) -> Option<Fault> {
         },
         _ => None,
     }
+}
+
+/// A word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, &'static str)> {
+    match &word.kind {
+        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
+            if (0.0..1e4).contains(code) =>
+        {
+            let code = *code as u32;
+            if does_g(i64::from(code)) || words::is_noted_g(code) || control.words.g(code * 10).is_some() {
+                return None;
+            }
+            let known = words::refused_g(code).is_some();
+            Some((WordKey::G(code * 10), if known { "refused: not supported" } else { "refused: unknown" }))
+        }
+        WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
+            if (0.0..1e8).contains(code) =>
+        {
+            let code = *code as u32;
+            if is_function(code) || control.words.m(code).is_some() {
+                return None;
+            }
+            let now = if control.refuses_unlisted { "refused: unknown" } else { "a note, without effect" };
+            Some((WordKey::M(code), now))
+        }
+        WordKind::Name(name) | WordKind::Call(Call { name, .. }) => {
+            let refused = matches!(words::classify_name(name), Class::Refused(_)) && control.words.name(name).is_none();
+            refused.then(|| (WordKey::Name(name.clone()), "refused: not supported"))
+        }
+        _ => None,
+    }
+}
+
+/// G words that are done.
+pub(super) fn does_g(code: i64) -> bool {
+    matches!(
+        code,
+        0..=4 | 9 | 17..=19 | 25 | 26 | 58 | 59 | 110..=112 | 33 | 63 | 331 | 332 | 40..=42 | 450 | 451 | 53..=57 | 60 | 64 | 70 | 71 | 90 | 91 | 93..=95 | 97 | 153 | 500 | 505..=599 | 641..=645 | 700 | 710
+    )
+}
+
+/// M words that are done.
+pub(super) fn is_function(code: u32) -> bool {
+    matches!(code, 0..=9 | 17 | 30)
 }
 
 fn g_fault(code: u32, span: Span) -> Fault {

@@ -66,7 +66,7 @@ impl Interpreter {
             }
             let (normal, linear) = (self.modal.normal, self.modal.frames.without_swivel().linear);
             let square = linear.iter().enumerate().all(|(row, factors)| row == normal || factors[normal].abs() < 1e-9);
-            if !square && !state.plane_in_frame && !self.technology.swiveled {
+            if !square && !state.plane_in_frame && !self.own.swiveled {
                 return refuse(
                     "`CUT2D` in a frame that tilts the working plane is not supported".to_owned(),
                     "use CUT2DF, which compensates in the plane of the frame",
@@ -88,7 +88,7 @@ impl Interpreter {
     pub(crate) fn tell_compensation(&mut self) {
         let side = self.modal.compensation.side;
         // D0 switches all data of the tool off, its radius too. Other edges have the radius of the tool.
-        let radius = (side != CompSide::Off && self.technology.edge == Some(0)).then_some(0.0);
+        let radius = (side != CompSide::Off && self.own.edge == Some(0)).then_some(0.0);
         self.emit(Op::CutterComp(CutterComp { side, offset: None, radius }));
     }
 }

@@ -99,20 +99,20 @@ impl Interpreter {
     /// The motion of a block, with what its end needs for a corner there or before it.
     pub(crate) fn motion_with_corner(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
         let kind = self.corner_of(p, span)?;
-        if kind.is_none() && !self.corner_waits {
+        if kind.is_none() && !self.own.corner_waits {
             return self.motion(p, span);
         }
         let start = self.position.work.xyz();
-        let moves_before = self.moves;
+        let moves_before = self.own.moves;
         self.motion(p, span)?;
-        if self.moves == moves_before {
+        if self.own.moves == moves_before {
             return Ok(());
         }
         let feed = match p.corner_feed.or(self.modal.corner_feed) {
             Some(value) => Some((self.feed_of(value, span)?, self.technology.feed)),
             None => None,
         };
-        self.corner_waits = kind.is_some();
+        self.own.corner_waits = kind.is_some();
         let (axes, frame) = (self.modal.plane_axes(), *self.position.frame());
         self.mark_corner(CornerMark { kind, start, axes, frame, feed });
         Ok(())
@@ -124,12 +124,12 @@ impl Interpreter {
         command: Command,
         mark: Option<Box<CornerMark>>,
     ) -> Result<(), Box<Diagnostic>> {
-        let Some(mut corner) = self.corner.take() else {
+        let Some(mut corner) = self.own.corner.take() else {
             match mark {
                 Some(mark) if mark.kind.is_some() => {
-                    self.corner = Some(Box::new(Corner { command, mark: *mark, held: Vec::new() }));
+                    self.own.corner = Some(Box::new(Corner { command, mark: *mark, held: Vec::new() }));
                 }
-                _ => self.ready.push_back(command),
+                _ => self.own.ready.push_back(command),
             }
             return Ok(());
         };
@@ -139,12 +139,12 @@ impl Interpreter {
                 return self.through_corners(command, mark);
             }
             corner.held.push(command);
-            self.corner = Some(corner);
+            self.own.corner = Some(corner);
             return Ok(());
         }
         let Some(mut mark) = mark else {
             self.no_corner(corner);
-            self.ready.push_back(command);
+            self.own.ready.push_back(command);
             return Ok(());
         };
         let mut next = command;
@@ -153,14 +153,14 @@ impl Interpreter {
                 let location = corner.command.location.clone();
                 let told = corner.held.iter().rev().find_map(|c| if let Op::Feed(f) = c.op { Some(f) } else { None });
                 let Corner { command, mark: own, held } = *corner;
-                self.ready.push_back(command);
-                self.ready.extend(held);
+                self.own.ready.push_back(command);
+                self.own.ready.extend(held);
                 if let Some((feed, _)) = own.feed {
-                    self.ready.push_back(Command { location: location.clone(), op: Op::Feed(feed) });
+                    self.own.ready.push_back(Command { location: location.clone(), op: Op::Feed(feed) });
                 }
-                self.ready.push_back(Command { location: location.clone(), op: piece });
+                self.own.ready.push_back(Command { location: location.clone(), op: piece });
                 if let Some(before) = own.feed.and_then(|(_, before)| told.or(before)) {
-                    self.ready.push_back(Command { location, op: Op::Feed(before) });
+                    self.own.ready.push_back(Command { location, op: Op::Feed(before) });
                 }
             }
             Ok(None) => self.no_corner(corner),
@@ -191,9 +191,9 @@ impl Interpreter {
             ),
         };
         let Corner { command, held, .. } = *corner;
-        self.ready.push_back(command);
-        self.ready.push_back(note);
-        self.ready.extend(held);
+        self.own.ready.push_back(command);
+        self.own.ready.push_back(note);
+        self.own.ready.extend(held);
     }
 }
 

@@ -4,9 +4,10 @@
 //! which act when their G word is programmed; `$P_IFRAME`, `$P_PFRAME` and `$P_BFRAME` are the settable, programmable and
 //! base frame in force and act at once; `$P_ACTFRAME` is their chain. Components: `TR` translation, `RT` rotation (RPY).
 
-use super::expr::{Binary, Expr};
+use super::expr::Expr;
 use super::interpreter::Interpreter;
 use crate::AxisValues;
+use crate::channel::expression::Operator;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
@@ -44,7 +45,7 @@ impl Interpreter {
     /// True when the name with its indices means a frame or a component of one.
     pub(crate) fn is_frame(&self, name: &str) -> bool {
         matches!(name, "$P_UIFR" | "$P_IFRAME" | "$P_PFRAME" | "$P_BFRAME" | "$P_CHBFRAME" | "$P_CHBFR" | "$P_ACTFRAME")
-            || self.frame_variables.contains_key(name)
+            || self.own.frame_variables.contains_key(name)
     }
 
     /// Splits indices into those of the frame itself and an axis with its component.
@@ -68,9 +69,10 @@ impl Interpreter {
             ("$P_UIFR", [index]) => {
                 let word = settable_word(self.variables.number(index, span)?)
                     .ok_or_else(|| unsupported(span, "`$P_UIFR` has the indices 0 to 99"))?;
-                Ok(self.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY))
+                Ok(self.own.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY))
             }
             _ => self
+                .own
                 .frame_variables
                 .get(name)
                 .copied()
@@ -82,7 +84,7 @@ impl Interpreter {
     /// Value of a frame expression.
     pub(crate) fn frame_value(&self, expr: &Expr, span: Span) -> Result<Frame, Fault> {
         match expr {
-            Expr::Binary(Binary::Chain, left, right) => {
+            Expr::Binary(Operator::Chain, left, right) => {
                 Ok(self.frame_value(left, span)?.then(&self.frame_value(right, span)?))
             }
             Expr::Call(name, arguments) => self.frame_function(name, arguments, span),
@@ -191,11 +193,11 @@ impl Interpreter {
             ("$P_UIFR", [index]) => {
                 let word = settable_word(self.variables.number(index, span)?)
                     .ok_or_else(|| unsupported(span, "`$P_UIFR` has the indices 0 to 99"))?;
-                self.offsets.insert(word, frame);
+                self.own.offsets.insert(word, frame);
                 return Ok(());
             }
-            (_, []) if self.frame_variables.contains_key(name) => {
-                self.frame_variables.insert(name.to_owned(), frame);
+            (_, []) if self.own.frame_variables.contains_key(name) => {
+                self.own.frame_variables.insert(name.to_owned(), frame);
                 return Ok(());
             }
             _ => return Err(unsupported(span, format!("`{name}` cannot be written here"))),

@@ -9,9 +9,10 @@
 //! Z, the new Y, the newest X (Siemens, *NC programming*, "Programmable rotation", RPY, the standard setting of MD10600).
 
 use super::eval::Val;
-use super::interpreter::Interpreter;
+use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
 use super::pending::{FrameWord, Pending};
+use crate::channel::Language;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
@@ -23,7 +24,7 @@ impl Interpreter {
     pub(crate) fn take_frames(&mut self, word: &str) {
         let total = self.modal.frames.total();
         self.position.set_frame(total);
-        self.tangent = None;
+        self.own.tangent = None;
         self.emit(Op::Frame(FrameChange {
             word: word.to_owned(),
             rotation: total.linear,
@@ -34,7 +35,7 @@ impl Interpreter {
 
     pub(crate) fn work_offset(&mut self, code: u32) {
         let word = format!("G{code}");
-        self.modal.frames.settable = self.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY);
+        self.modal.frames.settable = self.own.offsets.get(&word).copied().unwrap_or(Frame::IDENTITY);
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));
         if self.modal.frames.total() != *self.position.frame() {
             self.take_frames(&word);
@@ -138,7 +139,7 @@ impl Interpreter {
             return Err(Fault::new(codes::BAD_VALUE, span, format!("ADIS= must not be negative and is {rounding}"))
                 .help("write ADIS=0.1"));
         }
-        self.rounding = rounding;
+        self.own.rounding = rounding;
         if let PathMode::Continuous { orientation_tolerance, .. } = self.modal.path_mode {
             let tolerance = Some(rounding * self.modal.units.length());
             self.path_mode(PathMode::Continuous { tolerance, orientation_tolerance });
@@ -156,8 +157,8 @@ impl Interpreter {
             );
         }
         match name {
-            "CTOL" => self.contour_tolerance = given.map(|v| v * self.modal.units.length()),
-            "OTOL" => self.orientation_tolerance = given.map(f64::to_radians),
+            "CTOL" => self.own.contour_tolerance = given.map(|v| v * self.modal.units.length()),
+            "OTOL" => self.own.orientation_tolerance = given.map(f64::to_radians),
             _ => {
                 self.note(format!("{name}={value}"));
                 return Ok(());
@@ -165,8 +166,8 @@ impl Interpreter {
         }
         if let PathMode::Continuous { .. } = self.modal.path_mode {
             let mode = PathMode::Continuous {
-                tolerance: self.contour_tolerance,
-                orientation_tolerance: self.orientation_tolerance,
+                tolerance: self.own.contour_tolerance,
+                orientation_tolerance: self.own.orientation_tolerance,
             };
             self.path_mode(mode);
         }
@@ -216,14 +217,14 @@ impl Interpreter {
         if values.iter().all(Option::is_none) || deselected {
             self.modal.frames.swivel = Frame::IDENTITY;
             self.modal.frames.programmable = Frame::IDENTITY;
-            let tcp_before = self.technology.tcp();
-            self.technology.swiveled = false;
+            let tcp_before = self.own.tcp();
+            self.own.swiveled = false;
             if frames_before != self.modal.frames.total() {
                 self.take_frames(NAME);
             } else {
                 self.note("CYCLE800()");
             }
-            if tcp_before != self.technology.tcp() {
+            if tcp_before != self.own.tcp() {
                 self.tell_tcp();
                 self.position.forget(0b111);
             }
@@ -295,18 +296,18 @@ impl Interpreter {
         if direction != 0.0 {
             self.swivel_motion();
         }
-        self.technology.swiveled = true;
+        self.own.swiveled = true;
         self.tell_tcp();
         Ok(())
     }
 
     /// Turns the tool upright on the plane with the linear axes at rest.
     fn swivel_motion(&mut self) {
-        if self.technology.tcp() {
-            let was = (self.technology.transformed, self.technology.swiveled);
-            (self.technology.transformed, self.technology.swiveled) = (false, false);
+        if self.own.tcp() {
+            let was = (self.own.transformed, self.own.swiveled);
+            (self.own.transformed, self.own.swiveled) = (false, false);
             self.tell_tcp();
-            (self.technology.transformed, self.technology.swiveled) = was;
+            (self.own.transformed, self.own.swiveled) = was;
         }
         self.position.forget(0b111000);
         let frame = *self.position.frame();
@@ -320,7 +321,7 @@ impl Interpreter {
             machine_coordinates: false,
             exact_stop: true,
         };
-        self.moved();
+        Siemens::moving(self);
         self.emit(Op::Rapid(motion));
     }
 

@@ -6,18 +6,11 @@
 use std::collections::BTreeMap;
 
 use super::parser::{self, Block, Statement};
+use crate::channel::Section;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::scan::Scanner;
 use crate::source::{Mark, Source};
-
-/// Lines of one program or subprogram.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Section {
-    pub(crate) start: Mark,
-    /// Byte behind the last line.
-    pub(crate) end: usize,
-}
 
 /// A stretch of the text: a program or subprogram.
 #[derive(Clone, Debug)]

@@ -1,47 +1,38 @@
 //! What the text that was not run is: programs, subprograms, branches, text behind the end.
 
-use std::sync::Arc;
-
 use super::expr::Expr;
 use super::interpreter::{Interpreter, Loaded};
 use super::parser::{self, Block, Jump, Statement, Value, WordKind};
 use super::words::{self, Class};
 use crate::AxisValues;
-use crate::dialect::coverage::{Flow, Layout, Role, Stretch};
+use crate::channel::coverage::{Flow, Layout, Role, Stretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
-impl Interpreter {
-    /// The files that were read, the main program first.
-    pub(super) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded>> {
-        std::iter::once(&self.main).chain(self.files.values())
-    }
+/// The main file is a subprogram: by its ending, its header line or PROC.
+pub(super) fn is_subprogram(main: &Loaded) -> bool {
+    let ending = main.source.name.to_ascii_lowercase().ends_with(".spf");
+    ending || main.index.parts.first().is_some_and(|part| part.subprogram)
+}
 
-    /// The main file is a subprogram: by its ending, its header line or PROC.
-    pub(super) fn main_is_subprogram(&self) -> bool {
-        let ending = self.main.source.name.to_ascii_lowercase().ends_with(".spf");
-        ending || self.main.index.parts.first().is_some_and(|part| part.subprogram)
+pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+    let mut found = Vec::new();
+    for loaded in channel.loaded() {
+        let targets = Targets::of(&loaded.source);
+        let parts = loaded.index.parts.iter().map(|part| {
+            let name = part.name.clone().unwrap_or_else(|| "without a name".to_owned());
+            let kind = if part.subprogram { NotRunKind::Subprogram(name) } else { NotRunKind::Program(name) };
+            Stretch { lines: part.lines, kind }
+        });
+        let layout = Layout {
+            source: &loaded.source,
+            parts: parts.collect(),
+            regions: Vec::new(),
+            role: &|line, at| role(line, at, &targets),
+        };
+        found.extend(channel.coverage.not_run(loaded.file, &layout));
     }
-
-    pub(super) fn leftover(&self) -> Vec<NotRun> {
-        let mut found = Vec::new();
-        for loaded in self.loaded() {
-            let targets = Targets::of(&loaded.source);
-            let parts = loaded.index.parts.iter().map(|part| {
-                let name = part.name.clone().unwrap_or_else(|| "without a name".to_owned());
-                let kind = if part.subprogram { NotRunKind::Subprogram(name) } else { NotRunKind::Program(name) };
-                Stretch { lines: part.lines, kind }
-            });
-            let layout = Layout {
-                source: &loaded.source,
-                parts: parts.collect(),
-                regions: Vec::new(),
-                role: &|line, at| role(line, at, &targets),
-            };
-            found.extend(self.coverage.not_run(loaded.file, &layout));
-        }
-        found
-    }
+    found
 }
 
 /// Labels and block numbers that a jump of the text names; none where a target is computed, so that it can be any.

@@ -21,6 +21,7 @@ mod frames;
 mod index;
 mod interpreter;
 mod leftover;
+mod listed;
 mod modal;
 mod motion;
 mod parser;
@@ -35,61 +36,48 @@ mod words;
 
 use std::path::PathBuf;
 
-use interpreter::Interpreter;
-
 use super::Reader;
-use crate::Command;
-use crate::compensation::CompStyle;
+use super::listed::Unlisted;
+use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
-use crate::not_run::NotRun;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
-/// The reader of a program.
-pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
-    Box::new(Interpreter::new(source, folder, settings))
+/// The reader does this word by itself; words that end programs are left out.
+pub(crate) fn does_word(word: Builtin) -> bool {
+    match word {
+        Builtin::G(code) => code.is_multiple_of(10) && block::does_g(i64::from(code / 10)),
+        Builtin::M(code) => matches!(code, 0 | 1 | 3..=9),
+    }
 }
 
-impl Reader for Interpreter {
-    fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>> {
-        self.next()
-    }
+/// The reader of a program.
+pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Box<dyn Reader> {
+    Box::new(interpreter::begin(source, folder, settings))
+}
 
-    fn comp_style(&self) -> Option<CompStyle> {
-        Some(self.modal.compensation.style)
-    }
-
-    fn source_line(&self, file: &str, line: u32) -> Option<String> {
-        self.line_of(file, line)
-    }
-
-    fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.structure)
-    }
-
-    fn recover(&mut self) -> bool {
-        Self::recover(self)
-    }
-
-    fn follows(&self, fault: &Diagnostic) -> bool {
-        self.may_follow(fault)
-    }
-
-    fn sources(&self) -> Vec<&Source> {
-        self.loaded().map(|loaded| &loaded.source).collect()
-    }
-
-    fn not_run(&self) -> Vec<NotRun> {
-        self.leftover()
-    }
-
-    fn is_subprogram(&self) -> bool {
-        self.main_is_subprogram()
+/// Words that neither the reader nor the control file gives a meaning. Names that are no word of the reader may be subprograms:
+/// they are told where they are run.
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+    let mut block = parser::Block::default();
+    let mut at = Mark::START;
+    while let Some((line, next)) = source.line(at) {
+        match parser::parse_line(line, &mut block) {
+            Err(fault) => found.fault(fault, at, line),
+            Ok(()) => {
+                for word in &block.words {
+                    if let Some((key, now)) = block::unlisted_word(word, &settings.control) {
+                        found.word(key, word.span, at, line, now);
+                    }
+                }
+            }
+        }
+        at = next;
     }
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
-pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
+pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
@@ -97,7 +85,7 @@ pub(crate) fn line_faults(source: &Source) -> Vec<Diagnostic> {
         match parser::parse_line(line, &mut block) {
             Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
             Ok(()) => {
-                let refused = block.words.iter().filter_map(block::refused_word);
+                let refused = block.words.iter().filter_map(|word| block::refused_word(word, &settings.control));
                 faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
             }
         }

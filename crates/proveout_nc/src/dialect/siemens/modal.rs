@@ -1,8 +1,9 @@
 //! What stays in force from block to block.
 
 use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
+use crate::control::{Control, StartFeed, StartMotion};
 use crate::frame::Frame;
-use crate::{CompSide, Feed, OrientationInterpolation, PathMode, SpindleDirection, ToolName};
+use crate::{CompSide, OrientationInterpolation, PathMode};
 
 /// G group 1 and its relatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,14 +163,22 @@ impl Frames {
 }
 
 impl Modal {
-    /// State after reset: G1, G17, G71, G90, G94, G60, G500.
-    pub(crate) fn new(orientation: OrientationInterpolation) -> Self {
+    /// State after reset: G1, G17, G71, G90, G94, G60, G500. What the control states goes before.
+    pub(crate) fn new(orientation: OrientationInterpolation, control: &Control) -> Self {
+        let start = &control.start;
         Self {
-            interpolation: Interpolation::Linear,
-            normal: 2,
-            incremental: false,
-            units: Units::Metric,
-            feed_mode: FeedMode::PerTime,
+            interpolation: match start.motion {
+                Some(StartMotion::Rapid) => Interpolation::Rapid,
+                _ => Interpolation::Linear,
+            },
+            normal: start.normal.unwrap_or(2),
+            incremental: start.incremental.unwrap_or(false),
+            units: if start.inch == Some(true) { Units::Inch } else { Units::Metric },
+            feed_mode: match start.feed {
+                Some(StartFeed::PerRevolution) => FeedMode::PerRevolution,
+                Some(StartFeed::InverseTime) => FeedMode::InverseTime,
+                Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
+            },
             exact_stop: true,
             path_mode: PathMode::ExactStop,
             mode_before_cycle832: None,
@@ -195,51 +204,5 @@ impl Modal {
     /// First and second axis of the plane and its normal, right-handed.
     pub(crate) fn plane_axes(&self) -> [usize; 3] {
         [(self.normal + 1) % 3, (self.normal + 2) % 3, self.normal]
-    }
-}
-
-/// State of spindle, tool and feed: not touched by SAVE.
-#[derive(Clone, Debug)]
-pub(crate) struct Technology {
-    /// Feed value in force in the mode of the modal state.
-    pub(crate) feed: Option<Feed>,
-    /// Feed last handed out.
-    pub(crate) told_feed: Option<Feed>,
-    pub(crate) direction: SpindleDirection,
-    pub(crate) speed: Option<f64>,
-    pub(crate) flood: bool,
-    pub(crate) mist: bool,
-    pub(crate) selected: Option<ToolName>,
-    /// Tool in the spindle, as far as the program says.
-    pub(crate) in_spindle: Option<ToolName>,
-    /// Pitch of the last thread block, mm, with its sign.
-    pub(crate) pitch: Option<f64>,
-    pub(crate) edge: Option<u32>,
-    /// TRAORI.
-    pub(crate) transformed: bool,
-    /// CYCLE800 stands in a plane.
-    pub(crate) swiveled: bool,
-}
-
-impl Technology {
-    pub(crate) fn new() -> Self {
-        Self {
-            feed: None,
-            told_feed: None,
-            direction: SpindleDirection::Off,
-            speed: None,
-            flood: false,
-            mist: false,
-            selected: None,
-            in_spindle: None,
-            pitch: None,
-            edge: None,
-            transformed: false,
-            swiveled: false,
-        }
-    }
-
-    pub(crate) fn tcp(&self) -> bool {
-        self.transformed || self.swiveled
     }
 }

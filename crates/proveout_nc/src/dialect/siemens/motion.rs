@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::Interpreter;
+use super::interpreter::{Interpreter, Siemens};
 use super::modal::{Interpolation, OrientationAngles};
 use super::pending::{Coordinate, Pending, Reference};
+use crate::channel::{Language, unknown_axes};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
-use crate::state::MissingAxes;
 use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion, Op};
 
 /// Bits of A, B and C.
@@ -46,23 +46,20 @@ impl Interpreter {
         if is_thread {
             return self.thread_block(p, motion, span);
         }
-        self.tangent = match (start, end.xyz()) {
-            (Some(start), Some(end)) => frame::unit(frame::sub(end, start)).or(self.tangent),
+        self.own.tangent = match (start, end.xyz()) {
+            (Some(start), Some(end)) => frame::unit(frame::sub(end, start)).or(self.own.tangent),
             _ => None,
         };
         self.go(motion, interpolation == Interpolation::Rapid);
         Ok(())
     }
 
-    /// Hands a straight motion out and takes its end as the position.
-    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
-        self.position.move_to(motion.end, motion.end_base);
-        self.moved();
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
-    }
-
-    pub(crate) fn need_feed(&self, span: Span) -> Result<(), Fault> {
+    pub(crate) fn need_feed(&mut self, span: Span) -> Result<(), Fault> {
         if self.technology.feed.is_some() {
+            return Ok(());
+        }
+        if self.modal.feed_mode == super::modal::FeedMode::PerTime && self.default_feed().is_some() {
+            self.tell_feed();
             return Ok(());
         }
         let (message, help) = match self.modal.feed_mode {
@@ -140,63 +137,32 @@ impl Interpreter {
     }
 
     /// Base coordinates and orientation of the end of a motion.
-    pub(super) fn complete(
-        &self,
-        p: &Pending,
-        mut end: AxisValues,
-        programmed: u16,
-        span: Span,
-    ) -> Result<Motion, Fault> {
-        let mut end_base =
-            self.position.base_of(&end, programmed).map_err(|missing| self.unknown_axes(&missing, span))?;
-        let tool_axis = if p.has_orientation() { Some(self.tool_axis(p, span)?) } else { None };
-        let tool_axis_base = match tool_axis {
-            None => None,
-            Some(axis) => {
-                let frame = self.position.frame();
-                if frame.uniform_scale().is_none() {
-                    return Err(Fault::new(
-                        codes::ORIENTATION,
-                        span,
-                        "a tool vector cannot be turned by a frame with unequal scales",
-                    )
-                    .help("use equal scale factors for X, Y and Z"));
-                }
-                frame::unit(frame.apply_vector(axis))
-            }
-        };
-        if tool_axis.is_some() {
-            // The rotary axes follow the vector; the program does not know where they stand.
-            for axis in 3..6 {
-                end.clear(axis);
-                end_base.clear(axis);
-            }
+    pub(super) fn complete(&self, p: &Pending, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+        let mut motion = self.motion_to(end, programmed).map_err(|missing| unknown_axes(&missing, span))?;
+        motion.exact_stop = p.exact_stop;
+        if !p.has_orientation() {
+            return Ok(motion);
         }
-        Ok(Motion {
-            end,
-            end_base,
-            tool_axis,
-            tool_axis_base,
-            programmed,
-            machine_coordinates: false,
-            exact_stop: p.exact_stop,
-        })
-    }
-
-    fn unknown_axes(&self, missing: &MissingAxes, span: Span) -> Fault {
-        let letters = &missing.0;
-        Fault::new(
-            codes::POSITION_UNKNOWN,
-            span,
-            format!("in the turned frame this motion needs the position of {letters}, which the program has not set"),
-        )
-        .help("program X, Y and Z in the first block after machine coordinates, a tool change or a transformation")
+        let axis = self.tool_axis(p, span)?;
+        let frame = self.position.frame();
+        if frame.uniform_scale().is_none() {
+            let message = "a tool vector cannot be turned by a frame with unequal scales";
+            return Err(Fault::new(codes::ORIENTATION, span, message).help("use equal scale factors for X, Y and Z"));
+        }
+        motion.tool_axis_base = frame::unit(frame.apply_vector(axis));
+        motion.tool_axis = Some(axis);
+        // The rotary axes follow the vector; the program does not know where they stand.
+        for axis in 3..6 {
+            motion.end.clear(axis);
+            motion.end_base.clear(axis);
+        }
+        Ok(motion)
     }
 
     /// Unit tool axis from A3= B3= C3= or A2= B2= C2=.
     fn tool_axis(&self, p: &Pending, span: Span) -> Result<[f64; 3], Fault> {
         let wrong = |message: &str, help: &str| Err(Fault::new(codes::ORIENTATION, span, message).help(help));
-        if !self.technology.transformed {
+        if !self.own.transformed {
             return wrong("a tool vector is programmed and TRAORI is not active", "write TRAORI before it");
         }
         if p.programmed & ROTARY != 0 {
@@ -270,8 +236,8 @@ impl Interpreter {
                 if rotary { coordinate.value.to_radians() } else { coordinate.value * self.modal.units.length() },
             );
         }
-        self.position.moved_in_machine(&end, p.programmed, self.technology.tcp());
-        if self.technology.transformed {
+        self.position.moved_in_machine(&end, p.programmed, self.own.tcp());
+        if self.own.transformed {
             // Frames end at the basic coordinate system, which lies on this side of the transformation (Siemens, *Basic functions*,
             // K2, "Frames"): the control counts SUPA in the coordinates of the tip.
             self.note(format!(
@@ -279,8 +245,8 @@ impl Interpreter {
                  coordinates of the transformation: write TRAFOOF before them"
             ));
         }
-        self.tangent = None;
-        self.moved();
+        self.own.tangent = None;
+        Siemens::moving(self);
         let motion = Motion {
             end,
             end_base: end,

@@ -108,6 +108,10 @@ pub(crate) struct Pending {
     pub(crate) rounding: Option<f64>,
     /// M words in the order of the block.
     pub(crate) functions: Vec<u32>,
+    /// The word that switches the transformation, where it is not TRAORI.
+    pub(crate) transformation_word: Option<String>,
+    /// Subprogram that a word of the control file calls.
+    pub(crate) listed_call: Option<String>,
     /// Cycle or subprogram of the block: index of its word.
     pub(crate) call: Option<usize>,
     /// Passes of a subprogram, P.

@@ -9,6 +9,7 @@ use super::expr::Expr;
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, Units};
 use super::parser::{Block, Statement, Value, WordKind};
+use crate::channel::expression::Indexed;
 use crate::compensation::Corner;
 use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
@@ -33,7 +34,7 @@ impl Interpreter {
         for name in ["$P_SEARCH", "$P_SIM", "$P_ISTEST", "$P_DRYRUN"] {
             put(name, 0.0);
         }
-        put("$P_TOOL", f64::from(self.technology.edge.unwrap_or(1)));
+        put("$P_TOOL", f64::from(self.own.edge.unwrap_or(1)));
         let tool = self.technology.in_spindle.as_ref();
         match tool {
             Some(ToolName::Number(number)) => put("$P_TOOLNO", f64::from(*number)),
@@ -166,7 +167,7 @@ fn visit_block(block: &Block, visitor: &mut impl FnMut(&Expr)) {
 fn visit(expr: &Expr, visitor: &mut impl FnMut(&Expr)) {
     visitor(expr);
     match expr {
-        Expr::Param(inner) | Expr::Unary(_, inner) => visit(inner, visitor),
+        Expr::Param(Indexed(inner)) | Expr::Unary(_, inner) => visit(inner, visitor),
         Expr::Binary(_, left, right) => {
             visit(left, visitor);
             visit(right, visitor);

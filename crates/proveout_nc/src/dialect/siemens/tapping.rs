@@ -3,15 +3,16 @@
 //! Parameters after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), CYCLE84 and CYCLE840; G331 and G332 after
 //! *Programming Manual Fundamentals*, "Tapping without compensating chuck". A positive pitch is a right-hand thread.
 
-use super::drilling::Planes;
+use super::drilling::{Planes, wait};
 use super::eval::Val;
 use super::frames::number;
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Pending, Reference};
+use crate::channel::{Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{Feed, Motion, Op, Spindle, SpindleDirection, ThreadMotion};
+use crate::{Feed, Motion, Op, Spindle, SpindleDirection};
 
 /// Coarse pitches of metric threads (ISO 261) by nominal diameter, mm.
 const METRIC_COARSE: [(f64, f64); 24] = [
@@ -44,14 +45,6 @@ const METRIC_COARSE: [(f64, f64); 24] = [
 /// Most infeeds of one thread.
 const MAX_TAPPING_STEPS: f64 = 1000.0;
 
-fn opposite(direction: SpindleDirection) -> SpindleDirection {
-    match direction {
-        SpindleDirection::Clockwise => SpindleDirection::CounterClockwise,
-        SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
-        SpindleDirection::Off => SpindleDirection::Off,
-    }
-}
-
 impl Interpreter {
     /// A block of G33, G331 or G332: one linear axis, its pitch in I, J or K.
     pub(crate) fn thread_block(&mut self, p: &Pending, motion: Motion, span: Span) -> Result<(), Fault> {
@@ -75,14 +68,14 @@ impl Interpreter {
                 return Err(Fault::new(codes::BAD_VALUE, span, "the pitch is a number other than zero")
                     .help("write for example K1.5"));
             }
-            self.technology.pitch = Some(coordinate.value * self.modal.units.length());
+            self.own.pitch = Some(coordinate.value * self.modal.units.length());
         }
-        let Some(pitch) = self.technology.pitch else {
+        let Some(pitch) = self.own.pitch else {
             let letter = ['I', 'J', 'K'][axis];
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{word}` has no pitch"))
                 .help(format!("write the pitch with {letter}")));
         };
-        let turn = if pitch > 0.0 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        let turn = direction_of_thread(pitch);
         let direction = match interpolation {
             Interpolation::TapIn => Some(turn),
             Interpolation::TapOut => Some(opposite(turn)),
@@ -92,15 +85,9 @@ impl Interpreter {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{word}` has no spindle speed"))
                 .help("write S before or in the block"));
         }
+        self.own.tangent = None;
         self.go_thread(motion, pitch.abs(), direction);
         Ok(())
-    }
-
-    fn go_thread(&mut self, motion: Motion, pitch: f64, direction: Option<SpindleDirection>) {
-        self.position.move_to(motion.end, motion.end_base);
-        self.tangent = None;
-        self.moved();
-        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
     }
 
     /// Pitch from MPIT (nominal diameter) or PIT (mm), with its sign.
@@ -158,24 +145,18 @@ impl Interpreter {
             Fault::new(codes::ARGUMENTS, span, "`CYCLE84` has no spindle speed (SST)").help("write the speed, 1/min")
         })?;
         let back = value(11)?.filter(|v| *v > 0.0).unwrap_or(speed);
-        let turn = if pitch > 0.0 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
-        self.along(planes.start, true, span)?;
+        let turn = direction_of_thread(pitch);
+        self.course(&[planes.approach()], span)?;
         if let Some(angle) = value(9)? {
             self.note(format!("CYCLE84 orients the spindle at {angle} degrees"));
         }
         for (depth, up) in self.tapping_steps(planes, values, span)? {
             self.tap(depth, pitch.abs(), turn, speed, span)?;
-            self.wait(value(5)?);
+            self.course(&[wait(value(5)?)], span)?;
             self.tap(up, pitch.abs(), opposite(turn), back, span)?;
         }
-        self.technology.direction = match value(6)?.unwrap_or(5.0) {
-            3.0 => SpindleDirection::Clockwise,
-            4.0 => SpindleDirection::CounterClockwise,
-            _ => SpindleDirection::Off,
-        };
-        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
-        self.emit(Op::Spindle(spindle));
-        self.along(planes.retraction, true, span)
+        self.spindle(direction_of(value(6)?.unwrap_or(5.0)));
+        self.course(&[planes.out()], span)
     }
 
     /// Depths of CYCLE84, each with the coordinate to come back to: one (VARI 0), or infeeds of DAM with a retraction by VRT
@@ -214,9 +195,7 @@ impl Interpreter {
     /// Motion along the drilling axis coupled to the spindle.
     fn tap(&mut self, to: f64, pitch: f64, turn: SpindleDirection, speed: f64, span: Span) -> Result<(), Fault> {
         self.emit(Op::Spindle(Spindle { direction: turn, speed_rpm: Some(speed) }));
-        let motion = self.along_motion(to, span)?;
-        self.go_thread(motion, pitch, Some(turn));
-        Ok(())
+        self.course(&[Stroke::Thread { to, pitch, turn }], span)
     }
 
     /// CYCLE840(RTP, RFP, SDIS, DP, DPR, DTB, SDR, SDAC, ENC, MPIT, PIT): tapping in a compensating chuck.
@@ -238,22 +217,20 @@ impl Interpreter {
             }
         };
         let turn = match (value(7)?, self.technology.direction) {
-            (Some(3.0), _) => SpindleDirection::Clockwise,
-            (Some(4.0), _) => SpindleDirection::CounterClockwise,
+            (Some(m @ (3.0 | 4.0)), _) => direction_of(m),
             (_, SpindleDirection::Off) => SpindleDirection::Clockwise,
             (_, running) => running,
         };
         let back = match value(6)? {
-            Some(3.0) => SpindleDirection::Clockwise,
-            Some(4.0) => SpindleDirection::CounterClockwise,
+            Some(m @ (3.0 | 4.0)) => direction_of(m),
             _ => opposite(turn),
         };
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         self.tap(planes.depth, pitch, turn, speed, span)?;
-        self.wait(value(5)?);
+        self.course(&[wait(value(5)?)], span)?;
         self.tap(planes.start, pitch, back, speed, span)?;
         self.technology.direction = turn;
         self.emit(Op::Spindle(Spindle { direction: turn, speed_rpm: Some(speed) }));
-        self.along(planes.retraction, true, span)
+        self.course(&[planes.out()], span)
     }
 }

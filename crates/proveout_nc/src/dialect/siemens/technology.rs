@@ -2,14 +2,13 @@
 
 use super::block::LINEAR;
 use super::interpreter::Interpreter;
+use super::listed::LISTED;
 use super::modal::{FeedMode, Interpolation};
 use super::pending::Pending;
+use crate::channel::direction_of;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{
-    Coolant, Dwell, Feed, Offset, Op, OrientationInterpolation, Override, PathMode, Spindle, SpindleDirection, Tcp,
-    ToolAction,
-};
+use crate::{Dwell, Feed, Offset, Op, OrientationInterpolation, Override, PathMode, SpindleDirection, Tcp};
 
 impl Interpreter {
     pub(super) fn feed_mode(&mut self, mode: FeedMode) {
@@ -36,7 +35,7 @@ impl Interpreter {
         // ORIMKS interpolates the machine axes whatever else is said.
         let interpolation =
             if self.modal.machine_vectors { OrientationInterpolation::Axes } else { self.modal.orientation };
-        self.emit(Op::Tcp(Tcp { on: self.technology.tcp(), interpolation }));
+        self.emit(Op::Tcp(Tcp { on: self.own.tcp(), interpolation }));
     }
 
     pub(super) fn feed_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
@@ -47,8 +46,8 @@ impl Interpreter {
             }
             return Ok(());
         };
-        self.technology.feed = Some(self.feed_of(value, span)?);
-        self.tell_feed();
+        let feed = self.feed_of(value, span)?;
+        self.set_feed(Some(feed));
         Ok(())
     }
 
@@ -65,52 +64,24 @@ impl Interpreter {
         })
     }
 
-    /// Hands the feed out when it differs from the last one.
-    pub(crate) fn tell_feed(&mut self) {
-        let inverse = self.modal.feed_mode == FeedMode::InverseTime;
-        if let Some(feed) = self.technology.feed
-            && (inverse || self.technology.told_feed != Some(feed))
-        {
-            self.technology.told_feed = Some(feed);
-            self.emit(Op::Feed(feed));
-        }
-    }
-
     pub(super) fn speed_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
         let Some(speed) = p.speed else { return Ok(()) };
-        if !(speed >= 0.0 && speed.is_finite()) {
-            return Err(Fault::new(
-                codes::BAD_VALUE,
-                span,
-                format!("the spindle speed must not be negative and is {speed}"),
-            )
-            .help("write S1000 and the direction with M3 or M4"));
-        }
-        let changed = self.technology.speed != Some(speed);
-        self.technology.speed = Some(speed);
-        let turns = self.technology.direction != SpindleDirection::Off;
-        if changed && turns && !p.functions.iter().any(|m| matches!(m, 3..=5)) {
-            self.tell_spindle();
-        }
+        let turns_it = p.functions.iter().any(|m| matches!(m, 3..=5));
+        self.set_speed(Self::checked_speed(speed, span)?, turns_it);
         Ok(())
-    }
-
-    pub(super) fn tell_spindle(&mut self) {
-        let spindle = Spindle { direction: self.technology.direction, speed_rpm: self.technology.speed };
-        self.emit(Op::Spindle(spindle));
     }
 
     pub(super) fn edge(&mut self, edge: u32) {
         self.emit(Op::Offset(Offset::ToolEdge { edge }));
-        let before = self.technology.edge.replace(edge);
+        let before = self.own.edge.replace(edge);
         if before.unwrap_or(1) != edge {
             self.edge_changed_radius();
         }
         if before != Some(edge) {
             // The tool stands still and its tip is now another point.
-            let turned = self.technology.tcp() || self.position.frame().is_rotated();
+            let turned = self.own.tcp() || self.position.frame().is_rotated();
             self.position.forget(if turned { LINEAR } else { 1 << self.modal.normal });
-            self.tangent = None;
+            self.own.tangent = None;
         }
     }
 
@@ -118,52 +89,25 @@ impl Interpreter {
         for &m in &p.functions {
             match m {
                 0 | 1 | 2 | 5 | 9 | 17 | 30 => {}
-                3 | 4 => {
-                    self.technology.direction =
-                        if m == 3 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
-                    self.tell_spindle();
-                }
+                3 | 4 => self.spindle(direction_of(f64::from(m))),
                 6 => {
-                    let tool = self.technology.selected.clone().ok_or_else(|| {
-                        Fault::new(codes::NO_TOOL, span, "M6 stands before any T").help("select the tool with T first")
-                    })?;
-                    self.technology.in_spindle = Some(tool.clone());
-                    self.emit(Op::Tool(ToolAction::Change(tool)));
-                    // The change moves the machine to where its tool changer is.
-                    self.position.forget(LINEAR);
-                    self.tangent = None;
+                    let tool = self.selected_tool(span)?;
+                    self.change_tool(tool, LINEAR);
+                    self.own.tangent = None;
                 }
-                7 | 8 => {
-                    if m == 7 {
-                        self.technology.mist = true
-                    } else {
-                        self.technology.flood = true
-                    }
-                    self.tell_coolant();
-                }
+                m if m >= LISTED => self.tell_listed((m - LISTED) as usize, ""),
+                7 | 8 => self.coolant(m),
                 _ => self.note(format!("M{m}")),
             }
         }
         Ok(())
     }
 
-    pub(super) fn tell_coolant(&mut self) {
-        let coolant = Coolant { flood: self.technology.flood, mist: self.technology.mist };
-        self.emit(Op::Coolant(coolant));
-    }
-
     pub(super) fn functions_after(&mut self, p: &Pending) {
         for &m in &p.functions {
             match m {
-                5 => {
-                    self.technology.direction = SpindleDirection::Off;
-                    self.tell_spindle();
-                }
-                9 => {
-                    self.technology.flood = false;
-                    self.technology.mist = false;
-                    self.tell_coolant();
-                }
+                5 => self.spindle(SpindleDirection::Off),
+                9 => self.coolant(m),
                 0 | 1 => self.emit(Op::Stop { optional: m == 1 }),
                 _ => {}
             }
@@ -208,8 +152,8 @@ impl Interpreter {
     pub(super) fn block_feed(&mut self, p: &Pending, span: Span) -> Result<Option<Option<Feed>>, Fault> {
         let Some(value) = p.block_feed else { return Ok(None) };
         let before = self.technology.feed;
-        self.technology.feed = Some(self.feed_of(value, span)?);
-        self.tell_feed();
+        let feed = self.feed_of(value, span)?;
+        self.set_feed(Some(feed));
         Ok(Some(before))
     }
 

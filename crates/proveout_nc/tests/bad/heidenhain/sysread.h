@@ -1,4 +1,4 @@
-; nc-unsupported-word
+; nc-unknown-variable
 BEGIN PGM BAD MM
 TOOL CALL 1 Z S100
 FN 18: SYSREAD Q1 = ID10 NR3

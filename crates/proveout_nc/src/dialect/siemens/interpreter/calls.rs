@@ -1,17 +1,16 @@
 //! Subprograms: finding, entering, leaving.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::super::eval::Val;
 use super::super::expr::Expr;
-use super::super::index::Section;
 use super::super::parser::{self, Block, Call, Parameter, Statement};
-use super::{Interpreter, Level, Loaded};
+use super::{CallLevel, Interpreter, Loaded};
 use crate::Op;
+use crate::channel::Section;
 use crate::codes;
-use crate::diagnostic::{Diagnostics, Fault, Span};
-use crate::source::{Mark, Source};
+use crate::diagnostic::{Fault, Span};
+use crate::source::Mark;
 
 impl Interpreter {
     /// The call with its arguments replaced by their values.
@@ -40,13 +39,7 @@ impl Interpreter {
         let Some((loaded, section)) = self.find_subprogram(&call.name, span)? else {
             return Ok(false);
         };
-        let limit = self.settings.limits.max_call_depth;
-        if self.stack.len() > limit as usize {
-            let message = format!("`{}` is called at depth {}; the limit is {limit}", call.name, self.stack.len());
-            return Err(
-                Fault::new(codes::NESTING_LIMIT, span, message).help("check for a subprogram that calls itself")
-            );
-        }
+        self.room_for_call(&format!("`{}` is called", call.name), span)?;
         let (parameters, save, first_line) = procedure_head(&loaded, section).map_err(|fault| {
             let message = format!("the head of the subprogram `{}` is broken: {}", call.name, fault.message);
             Fault { code: codes::SUBPROGRAM, message, help: fault.help, span }
@@ -77,40 +70,28 @@ impl Interpreter {
             }
         }
         let saved = save.then(|| Box::new(self.modal.clone()));
-        self.stack.push(Level {
-            loaded,
-            section,
-            cursor: first_line,
-            repetitions: Vec::new(),
-            passes_left: passes.saturating_sub(1),
-            first_line,
-            references,
-            saved,
-        });
+        let own = CallLevel { repetitions: Vec::new(), references, saved };
+        self.enter((loaded, section), first_line, passes, own);
         Ok(true)
     }
 
     /// Leaves a subprogram, or begins its next pass.
     pub(super) fn leave(&mut self) {
-        if let Some(level) = self.stack.last_mut()
-            && level.passes_left > 0
-        {
-            level.passes_left -= 1;
-            level.cursor = level.first_line;
+        if self.next_pass() {
             return;
         }
         let Some(level) = self.stack.pop() else { return };
         let locals = self.variables.leave();
-        for (inside, outside) in level.references {
+        for (inside, outside) in level.own.references {
             if let Some(value) = locals.get(&inside).and_then(|variable| variable.single()) {
                 // The target was read when the call was made, so that it can be assigned now.
                 let _ = self.assign_expr(&outside, value.clone(), Span::default());
             }
         }
-        if self.modal_call.as_ref().is_some_and(|modal| modal.level > self.depth()) {
-            self.modal_call = None;
+        if self.own.modal_call.as_ref().is_some_and(|modal| modal.level > self.depth()) {
+            self.own.modal_call = None;
         }
-        if let Some(saved) = level.saved {
+        if let Some(saved) = level.own.saved {
             let (path_mode, side) = (self.modal.path_mode, self.modal.compensation.side);
             self.modal = *saved;
             if self.modal.compensation.side != side {
@@ -131,39 +112,16 @@ impl Interpreter {
                 return Ok(Some((Arc::clone(&level.loaded), *section)));
             }
         }
-        for folder in self.folders.clone() {
-            let Ok(entries) = std::fs::read_dir(&folder) else { continue };
-            let mut found: Vec<PathBuf> = entries
-                .filter_map(|entry| Some(entry.ok()?.path()))
-                .filter(|path| {
-                    let stem = path.file_stem().map(|s| s.to_string_lossy().to_ascii_uppercase());
-                    let ending = path.extension().map(|s| s.to_string_lossy().to_ascii_uppercase());
-                    stem.as_deref() == Some(name) && matches!(ending.as_deref(), Some("SPF" | "MPF"))
-                })
-                .collect();
-            // SPF before MPF, then by name: the order of a folder decides nothing.
-            found.sort_by_key(|path| {
-                let main = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("MPF"));
-                (main, path.clone())
-            });
-            if let Some(path) = found.into_iter().next() {
-                if let Some(loaded) = self.files.get(&path) {
-                    return Ok(Some((Arc::clone(loaded), loaded.index.main)));
-                }
-                let failed = |text: String| Fault::new(codes::SUBPROGRAM, span, text).help("correct the subprogram");
-                let source =
-                    Source::read(&path).map_err(|d| failed(format!("the subprogram `{name}` cannot be read: {d}")))?;
-                let (loaded, faults) = Loaded::new(source, self.files.len() + 1);
-                if !faults.is_empty() {
-                    return Err(failed(format!("the subprogram `{name}` is broken: {}", Diagnostics(faults))));
-                }
-                let loaded = Arc::new(loaded);
-                let section = loaded.index.main;
-                self.files.insert(path, Arc::clone(&loaded));
-                return Ok(Some((loaded, section)));
-            }
-        }
-        Ok(None)
+        // SPF before MPF.
+        let found = self.file_beside(|path| {
+            let stem = path.file_stem()?.to_string_lossy().to_ascii_uppercase();
+            let ending = path.extension()?.to_string_lossy().to_ascii_uppercase();
+            (stem == name && matches!(&*ending, "SPF" | "MPF")).then_some(ending == "MPF")
+        });
+        let Some(path) = found else { return Ok(None) };
+        let loaded = self.load(path, "subprogram", name, span)?;
+        let section = loaded.index.main;
+        Ok(Some((loaded, section)))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Jumps, repetitions, and the limit of passes.
+//! Jumps and repetitions.
 
 use std::sync::Arc;
 
@@ -12,27 +12,10 @@ use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
 
 impl Interpreter {
-    pub(super) fn set_cursor(&mut self, to: Mark) {
-        if let Some(level) = self.stack.last_mut() {
-            level.cursor = to;
-        }
-    }
-
-    /// Continues behind a line.
-    pub(crate) fn continue_after(&mut self, loaded: &Loaded, line: Mark) {
-        let next = loaded.source.line(line).map_or(line, |(_, next)| next);
-        self.set_cursor(next);
-    }
-
     pub(super) fn partner(loaded: &Loaded, at: Mark, span: Span) -> Result<Mark, Fault> {
         loaded.index.partners.get(&at.offset).copied().ok_or_else(|| {
             Fault::new(codes::STRUCTURE, span, "the other end of this control structure is missing").help("write it")
         })
-    }
-
-    /// Counts a jump back and refuses one too many.
-    pub(super) fn count_pass(&mut self, span: Span) -> Result<(), Fault> {
-        self.passes.count(&self.settings.limits, span)
     }
 
     pub(super) fn jump(&mut self, loaded: &Arc<Loaded>, at: Mark, jump: &Jump) -> Result<(), Fault> {
@@ -59,11 +42,7 @@ impl Interpreter {
             return Err(Fault::new(codes::JUMP_TARGET, jump.span, format!("the jump target `{name}` is not {way}"))
                 .help("write the label with a colon, or jump in the other direction"));
         };
-        if target.offset <= at.offset {
-            self.count_pass(jump.span)?;
-        }
-        self.set_cursor(target);
-        Ok(())
+        self.jump_to(at, target, jump.span)
     }
 
     pub(super) fn find_target(&mut self, loaded: &Arc<Loaded>, at: Mark, name: &str, forward: bool) -> Option<Mark> {
@@ -73,11 +52,11 @@ impl Interpreter {
         }
         let number: u32 = name.strip_prefix('N')?.parse().ok()?;
         let key = (Arc::clone(&loaded.source.name), at.offset, number, forward);
-        if let Some(mark) = self.block_numbers.get(&key) {
+        if let Some(mark) = self.own.block_numbers.get(&key) {
             return Some(*mark);
         }
         let mark = index::find_block_number(&loaded.source, section, number, at, forward)?;
-        self.block_numbers.insert(key, mark);
+        self.own.block_numbers.insert(key, mark);
         Some(mark)
     }
 
@@ -130,10 +109,10 @@ impl Interpreter {
         let Some(level) = self.stack.last_mut() else { return Ok(()) };
         let resume = level.cursor;
         // A repetition that was left by a jump is given up when its REPEAT is reached again.
-        if let Some(old) = level.repetitions.iter().position(|r| r.resume == resume) {
-            level.repetitions.truncate(old);
+        if let Some(old) = level.own.repetitions.iter().position(|r| r.resume == resume) {
+            level.own.repetitions.truncate(old);
         }
-        level.repetitions.push(Repetition { first: from, end, remaining: count, resume });
+        level.own.repetitions.push(Repetition { first: from, end, remaining: count, resume });
         level.cursor = from;
         self.count_pass(span)
     }

@@ -1,7 +1,4 @@
 //! Runs a program line by line: control structures, jumps, subprograms.
-//!
-//! Commands leave one by one; what is kept is the text, the index of its structure, the variables and the modal state, never
-//! the executed blocks.
 
 mod assign;
 mod calls;
@@ -14,42 +11,29 @@ use std::sync::Arc;
 use super::corners::{Corner, CornerMark};
 use super::eval::{self, Val, Variables};
 use super::expr::Expr;
-use super::index::{Index, Section};
-use super::modal::{Modal, Technology};
+use super::index::Index;
+use super::modal::Modal;
 use super::parser::{self, Block, Call, Statement};
-use super::recover::Recovery;
-use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
-use crate::dialect::coverage::Coverage;
-use crate::dialect::doubt::Stage;
-use crate::dialect::passes::Passes;
+use super::{leftover, recover};
+use crate::channel::doubt::{Doubt, Stage};
+use crate::channel::{self, Channel, Failed, Language, Lines};
+use crate::compensation::CompStyle;
+use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::frame::Frame;
+use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::state::Position;
-use crate::{Command, Location, Op, Settings, WorkOffset};
+use crate::{Command, Settings, WorkOffset};
 
 pub(crate) use calls::missing_subprogram;
 
 /// A program file with its structure.
-#[derive(Debug)]
-pub(crate) struct Loaded {
-    pub(crate) source: Source,
-    pub(super) index: Index,
-    /// Its number among the files of the run.
-    pub(crate) file: usize,
-}
-
-impl Loaded {
-    /// The file, and what is wrong with its structure.
-    pub(crate) fn new(source: Source, file: usize) -> (Self, Vec<Diagnostic>) {
-        let mut faults = Vec::new();
-        let index = Index::new(&source, &mut faults);
-        (Self { source, index, file }, faults)
-    }
-}
+pub(crate) type Loaded = channel::Loaded<Index>;
+/// A Siemens program being executed.
+pub(crate) type Interpreter = Channel<Siemens>;
 
 /// Part of a program that a REPEAT with labels runs again.
 #[derive(Debug)]
-struct Repetition {
+pub(crate) struct Repetition {
     first: Mark,
     /// A pass is complete when the next line begins here.
     end: usize,
@@ -57,16 +41,10 @@ struct Repetition {
     resume: Mark,
 }
 
-/// One level of the call stack.
-#[derive(Debug)]
-pub(super) struct Level {
-    loaded: Arc<Loaded>,
-    section: Section,
-    cursor: Mark,
+/// What a call level keeps.
+#[derive(Debug, Default)]
+pub(crate) struct CallLevel {
     repetitions: Vec<Repetition>,
-    /// Passes of `L100 P3` still to do after this one.
-    passes_left: u32,
-    first_line: Mark,
     /// Parameters by reference: name inside and name outside.
     references: Vec<(String, Expr)>,
     saved: Option<Box<Modal>>,
@@ -80,43 +58,26 @@ pub(crate) struct ModalCall {
     pub(crate) level: usize,
 }
 
-#[derive(Debug)]
-pub(crate) struct Interpreter {
-    pub(crate) settings: Settings,
-    folders: Vec<PathBuf>,
-    pub(super) files: BTreeMap<PathBuf, Arc<Loaded>>,
-    pub(super) main: Arc<Loaded>,
-    pub(super) stack: Vec<Level>,
-    pub(super) block: Block,
-    queue: VecDeque<(Command, Option<Box<CornerMark>>)>,
+/// What an 840D keeps besides the modal state, and SAVE does not touch.
+#[derive(Debug, Default)]
+pub(crate) struct Siemens {
     /// Commands that have passed the corners.
     pub(crate) ready: VecDeque<Command>,
     /// The last motion asked for a chamfer or rounding at its end.
     pub(crate) corner_waits: bool,
+    /// A chamfer or rounding has failed: its blocks themselves were executed.
+    pub(super) corner_failed: bool,
     /// Motions handed out so far.
     pub(crate) moves: u64,
     /// A motion that waits for the block behind it.
     pub(crate) corner: Option<Box<Corner>>,
-    location: Location,
-    pub(super) done: bool,
-    /// What ended the run, to be told behind the commands before it.
-    failure: Option<Box<Diagnostic>>,
-    /// What is wrong with the structure of the main file.
-    pub(super) structure: Vec<Diagnostic>,
-    pub(super) recovery: Recovery,
-    pub(super) coverage: Coverage,
-    pub(super) passes: Passes,
     /// The FOR line is reached from its ENDFOR.
     pub(super) next_pass_of_for: bool,
     block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
-    pub(crate) variables: Variables,
     /// Settable frames by the G word that calls them.
     pub(crate) offsets: BTreeMap<String, Frame>,
     /// Variables of type FRAME; one scope for the whole run.
     pub(crate) frame_variables: BTreeMap<String, Frame>,
-    pub(crate) modal: Modal,
-    pub(crate) technology: Technology,
-    pub(crate) position: Position,
     /// Direction of motion at the end of the last motion, work coordinates: for CT.
     pub(crate) tangent: Option<[f64; 3]>,
     pub(crate) modal_call: Option<ModalCall>,
@@ -126,119 +87,49 @@ pub(crate) struct Interpreter {
     pub(crate) orientation_tolerance: Option<f64>,
     /// ADIS in the unit of the program.
     pub(crate) rounding: f64,
+    /// Pitch of the last thread block, mm, with its sign.
+    pub(crate) pitch: Option<f64>,
+    pub(crate) edge: Option<u32>,
+    /// TRAORI.
+    pub(crate) transformed: bool,
+    /// CYCLE800 stands in a plane.
+    pub(crate) swiveled: bool,
 }
 
-impl Interpreter {
-    /// `folder`: where the main program lies, if it is a file.
-    pub(crate) fn new(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Self {
-        let (loaded, structure) = Loaded::new(source, 0);
-        let loaded = Arc::new(loaded);
-        let section = loaded.index.main;
-        let location = Location { file: Arc::clone(&loaded.source.name), line: 0, column: 1, length: 0, depth: 0 };
-        let main = Arc::clone(&loaded);
-        let level = Level {
-            loaded,
-            section,
-            cursor: section.start,
-            repetitions: Vec::new(),
-            passes_left: 0,
-            first_line: section.start,
-            references: Vec::new(),
-            saved: None,
-        };
-        Self {
-            folders: folder.into_iter().chain(settings.subprogram_folders.iter().cloned()).collect(),
-            files: BTreeMap::new(),
-            main,
-            stack: vec![level],
-            block: Block::default(),
-            queue: VecDeque::new(),
-            ready: VecDeque::new(),
-            corner: None,
-            corner_waits: false,
-            moves: 0,
-            location,
-            done: false,
-            failure: None,
-            structure,
-            recovery: Recovery::default(),
-            coverage: Coverage::default(),
-            passes: Passes::default(),
-            next_pass_of_for: false,
-            block_numbers: BTreeMap::new(),
-            variables: Variables::new(&settings.variables, settings.limits.max_array_elements),
-            offsets: settings
-                .work_offsets
-                .iter()
-                .map(|(word, &offset)| (word.to_ascii_uppercase(), settable(offset)))
-                .collect(),
-            frame_variables: BTreeMap::new(),
-            modal: Modal::new(settings.orientation_interpolation),
-            technology: Technology::new(),
-            position: Position::new(),
-            tangent: None,
-            modal_call: None,
-            contour_tolerance: None,
-            orientation_tolerance: None,
-            rounding: 0.0,
-            settings: settings.clone(),
-        }
+impl Siemens {
+    pub(crate) fn tcp(&self) -> bool {
+        self.transformed || self.swiveled
+    }
+}
+
+/// The program, before its first block. `folder`: where it lies, if it is a file.
+pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Interpreter {
+    let offsets = settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), settable(offset)));
+    let own = Siemens { offsets: offsets.collect(), ..Siemens::default() };
+    let variables = Variables::new(&settings.variables, settings.limits.max_array_elements);
+    let modal = Modal::new(settings.orientation_interpolation, &settings.control);
+    let main = |index: &Index| (index.main, CallLevel::default());
+    let mut channel = Channel::new(source, folder, settings, own, main, variables, modal);
+    channel.position.begin_at(&settings.start_position);
+    channel
+}
+
+impl Language for Siemens {
+    type Index = Index;
+    type Level = CallLevel;
+    type Block = Block;
+    /// What the end of a motion needs for its corner.
+    type Mark = Option<Box<CornerMark>>;
+    type Variables = Variables;
+    type Modal = Modal;
+
+    fn index(&self, source: &Source, _main: bool, faults: &mut Vec<Diagnostic>) -> Index {
+        Index::new(source, faults)
     }
 
-    /// Hands a command out with the place of the block.
-    pub(crate) fn emit(&mut self, op: Op) {
-        self.queue.push_back((Command { location: self.location.clone(), op }, None));
-    }
-
-    /// Marks the motion handed out last, with what its end needs.
-    pub(crate) fn mark_corner(&mut self, mark: CornerMark) {
-        if let Some((_, slot)) = self.queue.back_mut() {
-            *slot = Some(Box::new(mark));
-        }
-    }
-
-    pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.emit(Op::Note(text.into()));
-    }
-
-    /// A line of a program that was read, for messages.
-    pub(crate) fn line_of(&self, file: &str, line: u32) -> Option<String> {
-        let mut programs = std::iter::once(&self.main).chain(self.files.values());
-        let program = programs.find(|program| &*program.source.name == file)?;
-        crate::compensation::line_of(&program.source, line)
-    }
-
-    /// Call level: 0 in the main program.
-    pub(crate) fn depth(&self) -> usize {
-        self.stack.len().saturating_sub(1)
-    }
-
-    /// A motion was made: loops that move are not idle.
-    pub(crate) fn moved(&mut self) {
-        self.passes.moved();
-        self.moves += 1;
-    }
-
-    /// Ends the program, or the subprogram.
-    pub(crate) fn end_of_program(&mut self) {
-        if self.stack.len() <= 1 {
-            self.emit(Op::End);
-            self.done = true;
-            for level in self.stack.drain(..) {
-                self.coverage.end(level.loaded.file, level.cursor.line);
-            }
-        } else {
-            self.leave();
-        }
-    }
-
-    /// Executes one line.
-    fn step(&mut self) -> Result<(), Box<Diagnostic>> {
-        let Some(level) = self.stack.last_mut() else {
-            self.done = true;
-            return Ok(());
-        };
-        if let Some(repetition) = level.repetitions.last_mut()
+    fn step(channel: &mut Interpreter) -> Result<(), Box<Diagnostic>> {
+        if let Some(level) = channel.stack.last_mut()
+            && let Some(repetition) = level.own.repetitions.last_mut()
             && repetition.end == level.cursor.offset
         {
             if repetition.remaining > 1 {
@@ -247,55 +138,134 @@ impl Interpreter {
                 let loaded = Arc::clone(&level.loaded);
                 let at = level.cursor;
                 let line = loaded.source.line(at).map_or("", |(line, _)| line);
-                return self
+                return channel
                     .count_pass(Span::new(0, line.len()))
-                    .map_err(|fault| self.failed(&loaded, at, line, fault));
+                    .map_err(|fault| channel.failed(&loaded, at, line, fault));
             }
             level.cursor = repetition.resume;
-            level.repetitions.pop();
+            level.own.repetitions.pop();
         }
-        let (at, section) = (level.cursor, level.section);
-        let loaded = Arc::clone(&level.loaded);
-        let line = loaded.source.line(at).filter(|_| at.offset < section.end);
-        let Some((line, next)) = line else {
-            // The end of the text ends the program as M30 and the subprogram as M17 do.
-            if self.stack.len() > 1 {
-                self.leave();
-            } else {
-                self.done = true;
+        channel.step_line()
+    }
+
+    /// Through the corners: a motion with a chamfer or rounding waits for the next one.
+    fn hand_out(channel: &mut Interpreter) -> Option<Command> {
+        loop {
+            if let Some(command) = channel.own.ready.pop_front() {
+                return Some(command);
             }
-            return Ok(());
-        };
-        level.cursor = next;
-        self.coverage.mark(loaded.file, at.line, next.line);
-        let mut block = std::mem::take(&mut self.block);
-        let result = self.run_line(&loaded, line, at, &mut block);
-        self.block = block;
-        match result {
-            Ok(()) => {
-                self.settle_doubt();
-                Ok(())
+            if let Some((command, mark)) = channel.queue.pop_front() {
+                if mark.is_none() && channel.own.corner.is_none() {
+                    return Some(command);
+                }
+                if let Err(fault) = channel.through_corners(command, mark) {
+                    channel.queue.clear();
+                    channel.done = true;
+                    channel.own.corner_failed = true;
+                    channel.failure = Some(fault);
+                }
+                continue;
             }
-            Err(fault) => Err(self.failed(&loaded, at, line, fault)),
+            let corner = channel.own.corner.take_if(|_| channel.done)?;
+            channel.no_corner(corner);
         }
     }
 
-    fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
-        self.recovery.faults.stage = Stage::Unread;
+    fn moving(channel: &mut Interpreter) {
+        channel.passes.moved();
+        channel.own.moves += 1;
+    }
+
+    fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
+        recover::may_follow(channel, fault)
+    }
+
+    fn settle_doubt(channel: &mut Interpreter) {
+        recover::settle_doubt(channel);
+    }
+
+    fn resume(channel: &mut Interpreter) -> Option<bool> {
+        channel.own.corner = None;
+        channel.own.corner_waits = false;
+        if !std::mem::take(&mut channel.own.corner_failed) {
+            return None;
+        }
+        channel.done = channel.stack.is_empty();
+        Some(true)
+    }
+
+    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+        Some(recover::go_on(channel, failed))
+    }
+
+    fn doubted(channel: &mut Interpreter, doubt: Doubt) {
+        if doubt.axes != 0 {
+            channel.own.tangent = None;
+        }
+    }
+
+    fn comp_style(channel: &Interpreter) -> Option<CompStyle> {
+        Some(channel.modal.compensation.style)
+    }
+
+    fn not_run(channel: &Interpreter) -> Vec<NotRun> {
+        leftover::not_run(channel)
+    }
+
+    fn is_subprogram(channel: &Interpreter) -> bool {
+        leftover::is_subprogram(&channel.main)
+    }
+}
+
+impl Lines for Siemens {
+    fn run_line(
+        channel: &mut Interpreter,
+        loaded: &Arc<Loaded>,
+        line: &str,
+        at: Mark,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
+        channel.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, block)?;
-        self.recovery.faults.stage = Stage::Read;
-        if block.is_empty() || block.skip.is_some_and(|level| self.settings.skipped_levels >> level & 1 == 1) {
+        channel.recovery.faults.stage = Stage::Read;
+        if block.is_empty() || block.skip.is_some_and(|level| channel.settings.skipped_levels >> level & 1 == 1) {
             return Ok(());
         }
-        let (column, length) = column_and_length(line, block.span);
-        let depth = self.depth() as u32;
-        self.location.move_to(&loaded.source.name, at.line, column, length, depth);
-        if line.contains('$') || !self.frame_variables.is_empty() {
-            self.refresh_system(block);
+        channel.stands_at(&loaded.source.name, at, line, block.span);
+        if line.contains('$') || !channel.own.frame_variables.is_empty() {
+            channel.refresh_system(block);
         }
         match block.statement.take() {
-            Some(statement) => self.statement(loaded, at, statement, block.span),
-            None => self.execute(block, line),
+            Some(statement) => channel.statement(loaded, at, statement, block.span),
+            None => channel.execute(block, line),
+        }
+    }
+
+    /// The end of the text ends the program as M30 and the subprogram as M17 do.
+    fn end_of_text(channel: &mut Interpreter, _: &Arc<Loaded>, _: Mark) -> Result<(), Box<Diagnostic>> {
+        if channel.stack.len() > 1 {
+            channel.leave();
+        } else {
+            channel.done = true;
+        }
+        Ok(())
+    }
+}
+
+impl Interpreter {
+    /// Marks the motion handed out last, with what its end needs.
+    pub(crate) fn mark_corner(&mut self, mark: CornerMark) {
+        if let Some((_, slot)) = self.queue.back_mut() {
+            *slot = Some(Box::new(mark));
+        }
+    }
+
+    /// Ends the program, or the subprogram.
+    pub(crate) fn end_or_return(&mut self) {
+        if self.stack.len() <= 1 {
+            self.end_of_program();
+        } else {
+            self.leave();
         }
     }
 
@@ -318,7 +288,7 @@ impl Interpreter {
                 }
             }
             Statement::For { variable, from, to } => {
-                let value = if std::mem::take(&mut self.next_pass_of_for) {
+                let value = if std::mem::take(&mut self.own.next_pass_of_for) {
                     self.variables.number(&variable, span)? + 1.0
                 } else {
                     self.variables.number(&from, span)?
@@ -330,7 +300,7 @@ impl Interpreter {
             }
             Statement::EndFor => {
                 self.count_pass(span)?;
-                self.next_pass_of_for = true;
+                self.own.next_pass_of_for = true;
                 self.set_cursor(Self::partner(loaded, at, span)?);
             }
             Statement::While(condition) => {
@@ -378,9 +348,9 @@ impl Interpreter {
                     self.define(kind, definition)?;
                 }
             }
-            Statement::Return => self.end_of_program(),
+            Statement::Return => self.end_or_return(),
             Statement::ModalCall(call) => {
-                self.modal_call = match call {
+                self.own.modal_call = match call {
                     None => None,
                     Some(call) => Some(ModalCall { call: self.with_values(&call, span)?, level: self.depth() }),
                 };
@@ -404,45 +374,4 @@ impl Interpreter {
 /// Settable frame of a work offset of the settings.
 fn settable(offset: WorkOffset) -> Frame {
     Frame { rotary: offset.rotary, ..Frame::translation(offset.translation) }
-}
-
-impl Iterator for Interpreter {
-    type Item = Result<Command, Box<Diagnostic>>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            if let Some(command) = self.ready.pop_front() {
-                return Some(Ok(command));
-            }
-            if let Some((command, mark)) = self.queue.pop_front() {
-                if mark.is_none() && self.corner.is_none() {
-                    return Some(Ok(command));
-                }
-                if let Err(fault) = self.through_corners(command, mark) {
-                    self.queue.clear();
-                    self.done = true;
-                    self.corner_failed();
-                    self.failure = Some(fault);
-                }
-                continue;
-            }
-            if self.done
-                && let Some(corner) = self.corner.take()
-            {
-                self.no_corner(corner);
-                continue;
-            }
-            if let Some(failure) = self.failure.take() {
-                return Some(Err(failure));
-            }
-            if self.done {
-                return None;
-            }
-            if let Err(diagnostic) = self.step() {
-                // Commands of the block before the fault stay in the queue and are given out first.
-                self.done = true;
-                self.failure = Some(diagnostic);
-            }
-        }
-    }
 }

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 
@@ -46,6 +47,15 @@ impl Doubt {
         self.values |= other.values;
     }
 
+    /// What is set anew: the axes with a position, the feed, the tool.
+    pub(crate) fn settle(&mut self, position: &AxisValues, feed: bool, tool: bool) {
+        for axis in (0..9).filter(|axis| position.get(*axis).is_some()) {
+            self.axes &= !(1 << axis);
+        }
+        self.feed &= !feed;
+        self.tool &= !tool;
+    }
+
     /// What text can set, in the languages of letters and keywords: single letters are addresses, longer words are keywords or
     /// names. Comments in `( )` and behind `;` set nothing.
     pub(crate) fn of_text(text: &str) -> Self {
@@ -71,7 +81,7 @@ impl Doubt {
                         doubt.tool = true;
                     }
                     b'R' | b'Q' => doubt.values = true,
-                    letter => doubt.axes |= crate::AxisValues::index(char::from(letter)).map_or(0, |axis| 1 << axis),
+                    letter => doubt.axes |= AxisValues::index(char::from(letter)).map_or(0, |axis| 1 << axis),
                 },
                 _ if word > 1 => {
                     doubt.mode = true;

@@ -221,6 +221,7 @@ mod tests {
                 NotRunKind::Program(name) => format!("program {name}"),
                 NotRunKind::Subprogram(name) => format!("sub {name}"),
                 NotRunKind::Branch => "branch".to_owned(),
+                NotRunKind::MissingSubprogram(name) => format!("missing {name}"),
                 NotRunKind::Outside => "outside".to_owned(),
             };
             format!("{}-{} {kind}{}", n.lines[0], n.lines[1], if n.moves { " moves" } else { "" })

@@ -1,0 +1,135 @@
+//! Motions from their programmed end: base coordinates, straight lines, arcs, threads.
+
+use super::{Channel, Language};
+use crate::arc::{ArcFault, PlaneArc};
+use crate::codes;
+use crate::control::ArcTolerance;
+use crate::diagnostic::{Fault, Span};
+use crate::state::MissingAxes;
+use crate::{ArcMotion, AxisValues, Motion, Op, SpindleDirection, ThreadMotion};
+
+impl<L: Language> Channel<L> {
+    /// The motion to an end in work coordinates of which these axes (bit mask) are programmed; the missing axes where a turned
+    /// frame needs more.
+    pub(crate) fn motion_to(&self, end: AxisValues, programmed: u16) -> Result<Motion, MissingAxes> {
+        Ok(Motion {
+            end,
+            end_base: self.position.base_of(&end, programmed)?,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed,
+            machine_coordinates: false,
+            exact_stop: false,
+        })
+    }
+
+    /// Hands a straight motion out and takes its end as the position.
+    pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
+        self.position.move_to(motion.end, motion.end_base);
+        L::moving(self);
+        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+    }
+
+    /// Hands a motion out that follows the spindle. `pitch`: mm, above zero. `direction`: none where the spindle turns as it is.
+    pub(crate) fn go_thread(&mut self, motion: Motion, pitch: f64, direction: Option<SpindleDirection>) {
+        self.position.move_to(motion.end, motion.end_base);
+        L::moving(self);
+        self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
+    }
+
+    /// An arc from its center and the axis about which it turns counter-clockwise, work coordinates, and the motion to its end.
+    pub(crate) fn arc_about(
+        &self,
+        center: [f64; 3],
+        normal: [f64; 3],
+        arc: &PlaneArc,
+        span: Span,
+        motion: impl FnOnce(&Self) -> Result<Motion, Fault>,
+    ) -> Result<ArcMotion, Fault> {
+        let active = *self.position.frame();
+        let Some(scale) = active.uniform_scale() else {
+            return Err(Fault::new(codes::ARC_GEOMETRY, span, "an arc under unequal scales is an ellipse")
+                .help("use equal scale factors for X, Y and Z, or write the path with straight lines"));
+        };
+        // A mirror reverses the sense of rotation about the image of the normal.
+        let sense = if active.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let normal_base = active.apply_vector(normal).map(|v| sense * v / scale + 0.0);
+        Ok(ArcMotion {
+            center,
+            center_base: self.position.point_in_base(center),
+            normal,
+            normal_base,
+            radius: arc.radius * scale,
+            sweep: arc.sweep,
+            motion: motion(self)?,
+        })
+    }
+
+    /// Hands an arc out: its center and the axis about which it turns counter-clockwise, work coordinates.
+    pub(crate) fn go_arc(
+        &mut self,
+        motion: Motion,
+        center: [f64; 3],
+        normal: [f64; 3],
+        arc: &PlaneArc,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let op = self.arc_about(center, normal, arc, span, |_| Ok(motion))?;
+        self.position.move_to(op.motion.end, op.motion.end_base);
+        L::moving(self);
+        self.emit(Op::Arc(op));
+        Ok(())
+    }
+
+    /// Start of an arc in the plane of the first two axes ([`crate::state::Position::arc_start`]).
+    pub(crate) fn arc_start(&self, what: &str, axes: [usize; 3], span: Span) -> Result<[f64; 3], Fault> {
+        match self.position.arc_start(axes) {
+            Some(start) => Ok(start),
+            None => self.start_point(what, span),
+        }
+    }
+
+    /// The point of the tool, which `what` begins at.
+    pub(crate) fn start_point(&self, what: &str, span: Span) -> Result<[f64; 3], Fault> {
+        self.position.work.xyz().ok_or_else(|| {
+            Fault::new(codes::POSITION_UNKNOWN, span, format!("the start of {what} is not known to the program"))
+                .help(format!("program X, Y and Z before {what}"))
+        })
+    }
+}
+
+/// A motion in a turned frame without the coordinates that it depends on.
+pub(crate) fn unknown_axes(missing: &MissingAxes, span: Span) -> Fault {
+    let letters = &missing.0;
+    let message =
+        format!("in the turned frame this motion needs the position of {letters}, which the program has not set");
+    Fault::new(codes::POSITION_UNKNOWN, span, message)
+        .help("program X, Y and Z in the first block after machine coordinates, a tool change or a change of the frame")
+}
+
+/// Why the words of an arc make no circle. `full_circle`: how the language writes one.
+pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &str, span: Span) -> Fault {
+    let (code, message, help) = match fault {
+        ArcFault::NoRadius => (
+            codes::ARC_GEOMETRY,
+            "the center of the arc lies on its start or end, or the radius is zero".to_owned(),
+            "correct the center or the radius",
+        ),
+        ArcFault::Radii(start, end) => (
+            codes::ARC_RADIUS,
+            format!(
+                "the arc has radius {start:.4} mm at its start and {end:.4} mm at its end; the limit of the difference is {tolerance} mm"
+            ),
+            "correct the center or the end point",
+        ),
+        ArcFault::TooSmall(radius, half) => (
+            codes::ARC_RADIUS,
+            format!("the radius {radius:.4} mm is smaller than half the distance {half:.4} mm from start to end"),
+            "correct the radius or the end point",
+        ),
+        ArcFault::SamePoint => {
+            (codes::ARC_GEOMETRY, "start and end of the arc are the same point".to_owned(), full_circle)
+        }
+    };
+    Fault::new(code, span, message).help(help)
+}

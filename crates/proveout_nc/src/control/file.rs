@@ -1,0 +1,387 @@
+//! The text of a control file as types, and its schema.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A control: what its programs mean beyond the standard of their language.
+///
+/// Keys that are left out are taken from the parent, and where no parent says them the reader of the language decides alone.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ControlFile {
+    /// Name for messages; when left out, that of the file.
+    pub(crate) name: Option<String>,
+    /// Control that this one differs from: the name of a built-in one, or the path of a file (beside this one, ending .toml).
+    pub(crate) inherits: Option<String>,
+    /// Language of the programs; needed where no parent names it.
+    pub(crate) dialect: Option<DialectFile>,
+    /// What is in force before the first word of the program.
+    #[serde(default)]
+    pub(crate) start: StartFile,
+    /// How numbers are read.
+    #[serde(default)]
+    pub(crate) numbers: NumbersFile,
+    /// How arcs are read.
+    #[serde(default)]
+    pub(crate) arcs: ArcsFile,
+    /// How drilling cycles are read.
+    #[serde(default)]
+    pub(crate) cycles: CyclesFile,
+    /// What the words of a dwell count, by their letter: G4 P500, and P in drilling cycles.
+    #[serde(default)]
+    pub(crate) dwell: BTreeMap<String, DwellFile>,
+    /// Feed.
+    #[serde(default)]
+    pub(crate) feed: FeedFile,
+    /// Tool orientation.
+    #[serde(default)]
+    pub(crate) orientation: OrientationFile,
+    /// Blocks with a slash.
+    #[serde(default)]
+    pub(crate) blocks: BlocksFile,
+    /// Values of variables that programs read and do not set themselves, system variables included: `#500`, `R5`, `$MC_X`, `Q10`,
+    /// and "ID270 NR1 IDX1" for FN 18: SYSREAD.
+    #[serde(default)]
+    pub(crate) variables: BTreeMap<String, f64>,
+    /// Subprograms.
+    #[serde(default)]
+    pub(crate) subprograms: SubprogramsFile,
+    /// Lines around a program.
+    #[serde(default)]
+    pub(crate) program: ProgramFile,
+    /// M words that neither the language nor this file knows.
+    #[serde(default)]
+    pub(crate) unlisted: UnlistedFile,
+    /// Meaning of words: M25, G70, G38.2; for a Sinumerik names of functions and cycles too, for APT the major words.
+    #[serde(default)]
+    pub(crate) words: BTreeMap<String, WordFile>,
+    /// Where the statements of this file come from: the path of a key ("start.plane", "words.M25", "start" for a table, "*" for all
+    /// others) and the source.
+    #[serde(default)]
+    pub(crate) source: BTreeMap<String, String>,
+}
+
+/// A language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum DialectFile {
+    /// Siemens Sinumerik 840D sl.
+    #[serde(rename = "siemens-840d")]
+    Siemens840d,
+    /// ISO with macro B, as a Fanuc and many others speak it.
+    Fanuc,
+    /// ISO of a Haas.
+    Haas,
+    /// RS274/NGC of `LinuxCNC`.
+    #[serde(rename = "linuxcnc")]
+    LinuxCnc,
+    /// Heidenhain Klartext.
+    Heidenhain,
+    /// Heidenhain DIN/ISO.
+    HeidenhainIso,
+    /// APT cutter location data.
+    Apt,
+}
+
+/// What is in force before the first word of the program.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StartFile {
+    /// Working plane.
+    pub(crate) plane: Option<PlaneFile>,
+    /// Unit of length.
+    pub(crate) unit: Option<UnitFile>,
+    /// Coordinates.
+    pub(crate) distance: Option<DistanceFile>,
+    /// What F counts.
+    pub(crate) feed: Option<StartFeedFile>,
+    /// Motion of a block with axis words alone.
+    pub(crate) motion: Option<MotionFile>,
+    /// Where linear axes stand, by their letter: coordinates of the work offset that is in force at the start.
+    #[serde(default)]
+    pub(crate) position_mm: BTreeMap<String, f64>,
+    /// Where rotary axes stand, by their letter.
+    #[serde(default)]
+    pub(crate) position_deg: BTreeMap<String, f64>,
+}
+
+/// A working plane.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+pub(crate) enum PlaneFile {
+    /// G17
+    XY,
+    /// G18
+    ZX,
+    /// G19
+    YZ,
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum UnitFile {
+    /// Millimeters.
+    Mm,
+    /// Inches.
+    Inch,
+}
+
+/// How coordinates count.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum DistanceFile {
+    /// G90
+    Absolute,
+    /// G91
+    Incremental,
+}
+
+/// What F counts.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum StartFeedFile {
+    /// G94
+    PerMinute,
+    /// G95
+    PerRevolution,
+    /// G93
+    InverseTime,
+}
+
+/// Motion of a block with axis words alone.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MotionFile {
+    /// None: such a block is refused before the first motion word.
+    None,
+    /// G0
+    Rapid,
+    /// G1
+    Linear,
+}
+
+/// How numbers are read.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct NumbersFile {
+    /// Numbers of axes and arcs without a decimal point.
+    pub(crate) without_point: Option<WithoutPointFile>,
+    /// Least increment of lengths where the unit is mm; 0.001 when left out.
+    pub(crate) increment_mm: Option<f64>,
+    /// Least increment of lengths where the unit is inch; 0.0001 when left out.
+    pub(crate) increment_inch: Option<f64>,
+    /// Least increment of rotary axes; 0.001 when left out.
+    pub(crate) increment_deg: Option<f64>,
+}
+
+/// Numbers without a decimal point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum WithoutPointFile {
+    /// X10 is 10 mm, inches or degrees.
+    Units,
+    /// X10 is ten least increments.
+    Increments,
+    /// X10 is refused, X0 is not.
+    Refuse,
+}
+
+/// How arcs are read.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ArcsFile {
+    /// Difference of the radii at start and end that is always taken.
+    pub(crate) tolerance_mm: Option<f64>,
+    /// Part of the radius that is taken beyond it.
+    pub(crate) tolerance_ratio: Option<f64>,
+    /// Most that the part may come to.
+    pub(crate) largest_difference_mm: Option<f64>,
+    /// What I, J and K are.
+    pub(crate) centers: Option<CentersFile>,
+}
+
+/// What I, J and K of an arc are.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CentersFile {
+    /// From the start to the center, with sign.
+    Incremental,
+    /// Coordinates of the center.
+    Absolute,
+    /// Distances without sign, within a quadrant.
+    Unsigned,
+}
+
+/// How drilling cycles are read.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CyclesFile {
+    /// G76.
+    pub(crate) g76: Option<FineBoringFile>,
+}
+
+/// What G76 does.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum FineBoringFile {
+    /// Fine boring; the shift off the wall (Q, or I and J) must be written.
+    NeedsShift,
+    /// Fine boring; without a shift the tool goes back through the middle.
+    ShiftMayBeLeftOut,
+    /// Another cycle, which the twin does not do: refused.
+    Refuse,
+}
+
+/// What the word of a dwell counts.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum DwellFile {
+    /// Seconds.
+    S,
+    /// Milliseconds.
+    Ms,
+    /// Milliseconds; with a decimal point seconds.
+    MsOrS,
+    /// Hundredths of a second.
+    Hundredths,
+}
+
+/// Feed.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FeedFile {
+    /// A motion in feed before the first F.
+    pub(crate) missing: Option<MissingFeedFile>,
+    /// With missing = "value": the feed that is taken, told as an assumption.
+    pub(crate) missing_mm_min: Option<f64>,
+}
+
+/// A motion in feed before the first F.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MissingFeedFile {
+    /// It is refused.
+    Refuse,
+    /// It runs at `missing_mm_min`.
+    Value,
+}
+
+/// Tool orientation.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OrientationFile {
+    /// Path of the tool axis between two blocks before the program says otherwise.
+    pub(crate) interpolation: Option<InterpolationFile>,
+}
+
+/// Path of the tool axis between two blocks.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum InterpolationFile {
+    /// In the plane of the two axes (ORIVECT).
+    GreatCircle,
+    /// As the rotary axes run (ORIAXES).
+    Axes,
+}
+
+/// Blocks with a slash.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BlocksFile {
+    /// Levels of blocks that are skipped: 0 for a slash alone, 1 to 9 for one with this number.
+    pub(crate) skipped_levels: Option<Vec<u8>>,
+}
+
+/// Subprograms.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SubprogramsFile {
+    /// Folders that are searched after that of the program; relative ones begin at this file.
+    pub(crate) folders: Option<Vec<String>>,
+    /// A call of one that is not there.
+    pub(crate) missing: Option<MissingSubprogramFile>,
+    /// With missing = "note": why it may be left out.
+    pub(crate) missing_reason: Option<String>,
+}
+
+/// A call of a subprogram that is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum MissingSubprogramFile {
+    /// It is refused.
+    Refuse,
+    /// It is named and left out, and the verdict is unchecked.
+    Note,
+}
+
+/// Lines around a program.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ProgramFile {
+    /// Patterns of lines that stand before the first block and are no blocks: `*` for any characters.
+    pub(crate) header: Option<Vec<String>>,
+    /// Patterns of lines that stand behind the last block.
+    pub(crate) trailer: Option<Vec<String>>,
+}
+
+/// M words that neither the language nor the file knows.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct UnlistedFile {
+    /// What is done with them.
+    pub(crate) m: Option<UnlistedMFile>,
+}
+
+/// M words that neither the language nor the file knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum UnlistedMFile {
+    /// Named in a note, without effect.
+    Note,
+    /// Refused.
+    Refuse,
+}
+
+/// Meaning of a word: exactly one of does, kinematics, call, macro, message, note, ignore and refuse.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WordFile {
+    /// What these words of the language do: "M3", or several: "M3 M8".
+    pub(crate) does: Option<String>,
+    /// It switches the kinematics of the control; refused where the machine does not list it.
+    pub(crate) kinematics: Option<KinematicsWordFile>,
+    /// It calls the subprogram of this number or name.
+    pub(crate) call: Option<String>,
+    /// It calls the macro of this number, with the words of the block as arguments.
+    #[serde(rename = "macro")]
+    pub(crate) macro_call: Option<String>,
+    /// It tells the operator this text.
+    pub(crate) message: Option<String>,
+    /// It has no effect on the twin, and is named with this text each time.
+    pub(crate) note: Option<String>,
+    /// It has no effect on the twin; the reason, which is told once.
+    pub(crate) ignore: Option<String>,
+    /// It is refused; what to do instead.
+    pub(crate) refuse: Option<String>,
+    /// Letters of the words of the block that belong to it: "PQ".
+    pub(crate) values: Option<String>,
+    /// Where the statement comes from.
+    pub(crate) source: Option<String>,
+}
+
+/// A switch of the kinematics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum KinematicsWordFile {
+    /// Tool center point control on.
+    TcpOn,
+    /// Tool center point control off.
+    TcpOff,
+}
+
+/// JSON Schema of a control file.
+pub fn control_schema() -> schemars::Schema {
+    schemars::schema_for!(ControlFile)
+}

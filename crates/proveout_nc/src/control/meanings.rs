@@ -1,0 +1,211 @@
+//! Words of a file with their meanings.
+
+use std::collections::BTreeMap;
+
+use super::error::ControlFileError;
+use super::file::{KinematicsWordFile, WordFile};
+use super::model::Control;
+use super::place::Text;
+use super::resolve::Family;
+use super::words::{Builtin, Listed, Meaning, WordKey, word_key};
+use crate::dialect::does_word;
+use crate::settings::Dialect;
+
+type Checked<T> = Result<T, Box<ControlFileError>>;
+
+/// Most words of one file.
+const MOST_WORDS: usize = 10_000;
+/// Most words that one word may stand for.
+const MOST_BUILTIN: usize = 4;
+
+/// Puts the words of a file into the table of the control.
+pub(super) fn apply(control: &mut Control, words: &BTreeMap<String, WordFile>, text: &Text<'_>) -> Checked<()> {
+    if words.len() > MOST_WORDS {
+        let message = format!("the file lists {} words; the limit is {MOST_WORDS}", words.len());
+        return Err(text.error("control-value", &["words"], message, "list fewer"));
+    }
+    let mut seen: BTreeMap<WordKey, &str> = BTreeMap::new();
+    for (word, file) in words {
+        let path = ["words", word.as_str()];
+        let key = key(word, control.dialect, text)?;
+        if let Some(other) = seen.insert(key.clone(), word) {
+            let message = format!("{word} and {other} are the same word");
+            return Err(text.error("control-contradiction", &path, message, "keep one"));
+        }
+        let meaning = meaning(word, file, control.dialect, text)?;
+        let values = values(word, file, &meaning, control.dialect, text)?;
+        control.words.put(&key, Listed { word: key.to_string(), meaning, values });
+    }
+    Ok(())
+}
+
+fn key(word: &str, dialect: Dialect, text: &Text<'_>) -> Checked<WordKey> {
+    let key = word_key(word);
+    let wanted = match Family::of(dialect) {
+        Some(Family::Apt) => "a major word of APT, such as INSERT",
+        Some(Family::Siemens) => "an M or G word, or a name: M25, G187, CYCLE999",
+        Some(Family::Heidenhain | Family::HeidenhainIso) => "an M word: M25",
+        _ => "an M or G word: M25, G187, G38.2",
+    };
+    let fits = match (&key, Family::of(dialect)) {
+        (Some(WordKey::Name(_)), Some(Family::Siemens | Family::Apt)) => true,
+        (Some(WordKey::Name(_)) | None, _) | (Some(_), Some(Family::Apt)) => false,
+        (Some(WordKey::G(_)), Some(Family::Heidenhain | Family::HeidenhainIso)) => false,
+        (Some(WordKey::G(code)), Some(Family::Siemens)) => code.is_multiple_of(10),
+        (Some(WordKey::G(_) | WordKey::M(_)), _) => true,
+    };
+    let flow = match &key {
+        Some(WordKey::M(2 | 17 | 30 | 97 | 98 | 99 | 198)) => Family::of(dialect) != Some(Family::Apt),
+        Some(WordKey::G(650 | 660 | 670)) => matches!(Family::of(dialect), Some(Family::MacroB)),
+        _ => false,
+    };
+    if flow {
+        let message = format!("{word} ends or calls programs, and keeps its meaning");
+        return Err(text.error("control-word", &["words", word], message, "take it out"));
+    }
+    match key {
+        Some(key) if fits => Ok(key),
+        _ => {
+            let message = format!("{word:?} is no word of the dialect {}", dialect.name());
+            Err(text.error("control-word", &["words", word], message, format!("write {wanted}")))
+        }
+    }
+}
+
+fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Checked<Meaning> {
+    let texts = [
+        ("does", file.does.as_ref()),
+        ("call", file.call.as_ref()),
+        ("macro", file.macro_call.as_ref()),
+        ("message", file.message.as_ref()),
+        ("note", file.note.as_ref()),
+        ("ignore", file.ignore.as_ref()),
+        ("refuse", file.refuse.as_ref()),
+    ];
+    let mut stated: Vec<&str> = texts.iter().filter(|(_, text)| text.is_some()).map(|(key, _)| *key).collect();
+    if file.kinematics.is_some() {
+        stated.push("kinematics");
+    }
+    if file.source.as_ref().is_some_and(|source| source.trim().is_empty()) {
+        let path = ["words", word, "source"];
+        return Err(text.error(
+            "control-empty-text",
+            &path,
+            "the source is empty",
+            "write where the meaning comes from",
+        ));
+    }
+    let [key] = stated[..] else {
+        let choices = "does, kinematics, call, macro, message, note, ignore or refuse";
+        let message = match &stated[..] {
+            [] => format!("{word} has no meaning"),
+            several => format!("{word} has several meanings: {}", several.join(", ")),
+        };
+        return Err(text.error(
+            "control-contradiction",
+            &["words", word],
+            message,
+            format!("give it one of {choices}"),
+        ));
+    };
+    let path = ["words", word, key];
+    let effect = match Family::of(dialect) {
+        Some(Family::Apt) => matches!(key, "note" | "ignore" | "message" | "refuse"),
+        Some(Family::Siemens) => key != "macro",
+        Some(Family::Heidenhain | Family::HeidenhainIso) => key != "macro" && key != "call",
+        Some(Family::LinuxCnc) => key != "macro",
+        _ => true,
+    };
+    if !effect {
+        let message = format!("a word of the dialect {} cannot mean this", dialect.name());
+        return Err(text.error("control-no-effect", &path, message, "give it another meaning"));
+    }
+    if let Some(kinematics) = file.kinematics {
+        return Ok(match kinematics {
+            KinematicsWordFile::TcpOn => Meaning::TcpOn,
+            KinematicsWordFile::TcpOff => Meaning::TcpOff,
+        });
+    }
+    let value = texts.into_iter().find_map(|(name, value)| value.filter(|_| name == key)).cloned().unwrap_or_default();
+    if value.trim().is_empty() {
+        let remedy = match key {
+            "ignore" => "write why the word has no effect",
+            "refuse" => "write what to do instead",
+            _ => "write it",
+        };
+        return Err(text.error("control-empty-text", &path, "the text is empty", remedy));
+    }
+    Ok(match key {
+        "does" => Meaning::Does(builtins(&value, dialect, &path, text)?),
+        "call" => Meaning::Call(program(&value, dialect, &path, text)?),
+        "macro" => Meaning::Macro(program(&value, dialect, &path, text)?),
+        "message" => Meaning::Message(value),
+        "note" => Meaning::Note(value),
+        "ignore" => Meaning::Ignore(value),
+        _ => Meaning::Refuse(value),
+    })
+}
+
+/// Words that the reader of the language does by itself, whatever the table says of them.
+fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Checked<Vec<Builtin>> {
+    let mut list = Vec::new();
+    for word in value.split_whitespace() {
+        let unknown = |what: &str| {
+            let message = format!("{word:?} is no function {what} the dialect {}", dialect.name());
+            text.error(
+                "control-unknown-function",
+                path,
+                message,
+                "write words that the README's table lists as supported",
+            )
+        };
+        let builtin = match word_key(word) {
+            Some(WordKey::G(code)) => Builtin::G(code),
+            Some(WordKey::M(code)) => Builtin::M(code),
+            _ => return Err(unknown("of an M or G word in")),
+        };
+        if !does_word(dialect, builtin) {
+            return Err(unknown("that is done in"));
+        }
+        if list.contains(&builtin) {
+            return Err(text.error("control-contradiction", path, format!("{word} stands twice"), "keep one"));
+        }
+        list.push(builtin);
+    }
+    if list.len() > MOST_BUILTIN {
+        let message = format!("one word stands for {} words; the limit is {MOST_BUILTIN}", list.len());
+        return Err(text.error("control-value", path, message, "call a subprogram"));
+    }
+    Ok(list)
+}
+
+/// Number or name of a subprogram: `9001` of `O9001` where the language has numbers.
+fn program(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Checked<String> {
+    let name = value.trim();
+    if !matches!(Family::of(dialect), Some(Family::MacroB | Family::LinuxCnc)) {
+        return Ok(name.to_owned());
+    }
+    let number = name.strip_prefix(['O', 'o']).unwrap_or(name).trim_start_matches('0');
+    let good = !number.is_empty() && number.len() <= 8 && number.bytes().all(|b| b.is_ascii_digit());
+    if good {
+        return Ok(number.to_owned());
+    }
+    Err(text.error("control-value", path, format!("{value:?} is no program number"), "write O9001"))
+}
+
+fn values(word: &str, file: &WordFile, meaning: &Meaning, dialect: Dialect, text: &Text<'_>) -> Checked<Vec<u8>> {
+    let Some(letters) = &file.values else { return Ok(Vec::new()) };
+    let path = ["words", word, "values"];
+    let taken = matches!(meaning, Meaning::Message(_) | Meaning::Note(_) | Meaning::Ignore(_) | Meaning::Call(_));
+    if !taken || !matches!(Family::of(dialect), Some(Family::MacroB | Family::LinuxCnc)) {
+        let message = "letters that belong to the word have no effect here";
+        return Err(text.error("control-no-effect", &path, message, "take them out"));
+    }
+    let letters = letters.trim().to_ascii_uppercase();
+    let good = letters.bytes().all(|b| b.is_ascii_uppercase() && !b"GMN".contains(&b)) && !letters.is_empty();
+    if !good {
+        let message = format!("{letters:?} are no letters of words");
+        return Err(text.error("control-value", &path, message, "write letters without G, M and N: \"PQ\""));
+    }
+    Ok(letters.bytes().collect())
+}

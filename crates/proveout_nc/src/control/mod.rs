@@ -1,0 +1,30 @@
+//! A control as data: what the builder of a machine and the set-up of its control decide about the words of a program.
+//!
+//! A file `controls/NAME.toml` says what M and G words mean, what is in force at the start, how numbers without a decimal point
+//! are read, how round an arc must be, and so on. A file may inherit from another one, in the end from one that names its
+//! language. Nothing that a file does not say is taken from anywhere else: what the reader of the language does alone holds.
+//!
+//! [`file`] is the text with its schema, [`place`] finds lines and columns for errors, [`inherit`] follows the parents,
+//! [`resolve`] and [`meanings`] turn files into a [`Control`], [`words`] is its table of words, [`builtin`] lists the files that
+//! come with the program. [`unknown`] collects the words of a program that a control has no meaning for.
+
+mod builtin;
+mod error;
+mod file;
+mod inherit;
+mod meanings;
+mod model;
+mod place;
+mod resolve;
+#[cfg(test)]
+mod tests;
+mod unknown;
+pub(crate) mod words;
+
+pub use builtin::builtin_controls;
+pub use error::ControlFileError;
+pub use file::control_schema;
+pub use model::{ArcTolerance, Control, WholeNumbers};
+pub(crate) use model::{Centers, FineBoring, StartFeed, StartMotion};
+pub use unknown::{UnknownWord, UnknownWords};
+pub(crate) use words::Meaning;

@@ -1,0 +1,230 @@
+//! What a control says, parents included.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use super::words::WordTable;
+use crate::settings::Dialect;
+use crate::{AxisValues, OrientationInterpolation};
+
+/// How numbers without a decimal point are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum WholeNumbers {
+    /// As millimeters, inches and degrees, with a note: nothing says how the control reads them.
+    #[default]
+    Assumed,
+    /// As millimeters, inches and degrees ("calculator type").
+    Units,
+    /// As least increments.
+    Increments {
+        /// Millimeters of one increment.
+        mm: f64,
+        /// Inches of one increment.
+        inch: f64,
+        /// Degrees of one increment.
+        deg: f64,
+    },
+    /// Not at all: the control may read them one way or the other.
+    Refused,
+}
+
+impl WholeNumbers {
+    /// Increment system IS-B: 0.001 mm, 0.0001 inch, 0.001 degrees.
+    pub const IS_B: Self = Self::Increments { mm: 1e-3, inch: 1e-4, deg: 1e-3 };
+}
+
+/// How far the radius at the end of an arc may be from that at its start.
+///
+/// A difference is taken up to `absolute_mm`, and up to `largest_mm` where it is not more than `relative` of the larger radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArcTolerance {
+    /// Difference that is always taken, mm.
+    pub absolute_mm: f64,
+    /// Part of the radius that is taken beyond it.
+    pub relative: f64,
+    /// Largest difference that the part may come to, mm.
+    pub largest_mm: f64,
+}
+
+impl ArcTolerance {
+    /// A difference of lengths alone.
+    pub const fn absolute(mm: f64) -> Self {
+        Self { absolute_mm: mm, relative: 0.0, largest_mm: mm }
+    }
+
+    /// Largest difference of the radii of an arc whose larger radius is this, mm.
+    pub(crate) fn of(self, radius: f64) -> f64 {
+        self.absolute_mm.max((self.relative * radius).min(self.largest_mm))
+    }
+}
+
+/// What I, J and K of an arc are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Centers {
+    /// From the start of the arc to its center, with sign; G90.1 of a `LinuxCNC` changes it.
+    #[default]
+    Incremental,
+    /// Coordinates of the center.
+    Absolute,
+    /// Distances from the start without a sign; the arc stays within a quadrant.
+    Unsigned,
+}
+
+/// What a word with a time counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DwellUnit {
+    Seconds,
+    Milliseconds,
+    /// Milliseconds, with a decimal point seconds.
+    MillisecondsOrSeconds,
+    Hundredths,
+}
+
+impl DwellUnit {
+    pub(crate) fn seconds(self, value: f64, point: bool) -> f64 {
+        match self {
+            Self::Seconds => value,
+            Self::MillisecondsOrSeconds if point => value,
+            Self::Milliseconds | Self::MillisecondsOrSeconds => value / 1000.0,
+            Self::Hundredths => value / 100.0,
+        }
+    }
+}
+
+/// What G76 without a shift does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum FineBoring {
+    /// It is refused.
+    #[default]
+    NeedsShift,
+    /// The tool goes back through the middle of the hole with the spindle stopped in its oriented position.
+    ShiftMayBeLeftOut,
+    /// The cycle is refused altogether.
+    Refused,
+}
+
+/// Motion in force at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StartMotion {
+    /// None: axis words need a motion word before them.
+    None,
+    Rapid,
+    Linear,
+}
+
+/// What F counts at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StartFeed {
+    PerMinute,
+    PerRevolution,
+    InverseTime,
+}
+
+/// What is in force before the first word; none where the control says nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Start {
+    /// Index of the axis normal to the working plane.
+    pub(crate) normal: Option<usize>,
+    pub(crate) inch: Option<bool>,
+    pub(crate) incremental: Option<bool>,
+    pub(crate) feed: Option<StartFeed>,
+    pub(crate) motion: Option<StartMotion>,
+}
+
+/// A control: what its file and the files that it inherits from say.
+///
+/// The default says nothing: programs are read as the reader of their language does alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// Name for messages; empty for the control that says nothing.
+    pub(crate) name: String,
+    /// Language of its programs.
+    pub(crate) dialect: Dialect,
+    pub(crate) words: WordTable,
+    /// M words that neither the reader nor the table knows are refused.
+    pub(crate) refuses_unlisted: bool,
+    pub(crate) start: Start,
+    /// Where the axes stand at the start, coordinates of the work offset that is then in force; mm, radian.
+    pub(crate) position: AxisValues,
+    pub(crate) whole_numbers: WholeNumbers,
+    pub(crate) arc_tolerance: ArcTolerance,
+    pub(crate) centers: Centers,
+    pub(crate) fine_boring: FineBoring,
+    /// By the letter of the word, A to Z.
+    pub(crate) dwell: [Option<DwellUnit>; 26],
+    /// Feed of a motion before the first F, mm/min; none: refused.
+    pub(crate) missing_feed_mm_min: Option<f64>,
+    pub(crate) orientation: OrientationInterpolation,
+    pub(crate) skipped_levels: u16,
+    pub(crate) variables: BTreeMap<String, f64>,
+    pub(crate) folders: Vec<PathBuf>,
+    /// Files that it was read from, built-in ones left out, the control itself first.
+    pub(crate) files: Vec<PathBuf>,
+    /// Why a subprogram that is missing may be left out; none: it is refused.
+    pub(crate) missing_subprogram: Option<String>,
+    /// Patterns of lines before and behind the program.
+    pub(crate) header: Vec<String>,
+    pub(crate) trailer: Vec<String>,
+}
+
+impl Default for Control {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            dialect: Dialect::Auto,
+            words: WordTable::default(),
+            refuses_unlisted: false,
+            start: Start::default(),
+            position: AxisValues::NONE,
+            whole_numbers: WholeNumbers::Assumed,
+            arc_tolerance: ArcTolerance::absolute(0.01),
+            centers: Centers::Incremental,
+            fine_boring: FineBoring::NeedsShift,
+            dwell: [None; 26],
+            missing_feed_mm_min: None,
+            orientation: OrientationInterpolation::GreatCircle,
+            skipped_levels: 0,
+            variables: BTreeMap::new(),
+            folders: Vec::new(),
+            files: Vec::new(),
+            missing_subprogram: None,
+            header: Vec::new(),
+            trailer: Vec::new(),
+        }
+    }
+}
+
+impl Control {
+    /// Name of the control; empty for the one that says nothing.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Language of its programs; [`Dialect::Auto`] for the control that says nothing.
+    pub fn dialect(&self) -> Dialect {
+        self.dialect
+    }
+
+    /// Files that it was read from, the control itself first; built-in ones are none.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// Unit of the word of a dwell, where the control states one.
+    pub(crate) fn dwell_unit(&self, letter: u8) -> Option<DwellUnit> {
+        self.dwell.get(usize::from(letter.wrapping_sub(b'A'))).copied().flatten()
+    }
+}
+
+impl std::fmt::Display for ArcTolerance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.absolute_mm)?;
+        if self.relative > 0.0 {
+            write!(f, " mm, or {} percent of the radius", 100.0 * self.relative)?;
+            if self.largest_mm.is_finite() {
+                write!(f, " up to {}", self.largest_mm)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,178 @@
+//! The words of a program that its control has no meaning for, as a table for a control file.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::Path;
+
+use super::words::{WordKey, word_key};
+use crate::codes;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::dialect::{self, listed::Unlisted};
+use crate::program::Program;
+use crate::settings::{Dialect, Settings};
+
+/// Lines that cannot be read of which the table shows the place.
+const SHOWN_LINES: usize = 5;
+/// Faults behind which the run goes on to find further names.
+const MOST_FAULTS: u32 = 200_000;
+
+/// A word of a program that its control has no meaning for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownWord {
+    /// As a control file lists it: `M25`, `G38.2`, `CYCLE999`.
+    pub word: String,
+    /// Places in the text.
+    pub count: u64,
+    /// File, line and column of the first one, from 1.
+    pub first: (String, u32, u32),
+    /// Text of its line.
+    pub line: String,
+    /// What the reader does with it as things stand.
+    pub now: &'static str,
+}
+
+/// All of them, in the order of G words, M words and names, and what of the text cannot be read at all.
+///
+/// Shown as text it is a table of TOML that can be put into a control file as it is: every word is refused until somebody has
+/// looked it up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownWords {
+    /// Name of the control; empty where none is named.
+    pub control: String,
+    /// The language that was read.
+    pub dialect: Dialect,
+    /// The words.
+    pub words: Vec<UnknownWord>,
+    /// Lines whose grammar cannot be read: words in them are not among the others.
+    pub unreadable: Vec<Diagnostic>,
+}
+
+impl UnknownWords {
+    /// Looks through a program file and the subprograms that its run reaches.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its dialect is not known.
+    pub fn of_file(path: impl AsRef<Path>, settings: &Settings) -> Result<Self, Diagnostics> {
+        Ok(Self::of(Program::open_leniently(path.as_ref(), settings)?, settings))
+    }
+
+    /// As [`UnknownWords::of_file`], for a text in memory.
+    ///
+    /// # Errors
+    /// The dialect is not known.
+    pub fn of_text(name: &str, text: impl Into<String>, settings: &Settings) -> Result<Self, Diagnostics> {
+        Ok(Self::of(Program::text_leniently(name, text.into(), settings)?, settings))
+    }
+
+    fn of(mut program: Program, settings: &Settings) -> Self {
+        let mut found: BTreeMap<WordKey, UnknownWord> = BTreeMap::new();
+        let mut places: BTreeSet<(String, u32, u32)> = BTreeSet::new();
+        let mut faults = 0;
+        // Names that are no subprogram either are known only where they are run.
+        loop {
+            match program.next() {
+                None => break,
+                Some(Ok(_)) => {}
+                Some(Err(fault)) => {
+                    if let Some(key) = name_of(&fault, program.dialect())
+                        && places.insert((fault.file.to_string(), fault.line, fault.column))
+                    {
+                        let first = (fault.file.to_string(), fault.line, fault.column);
+                        put(&mut found, key, first, &fault.source_line, "refused: unknown");
+                    }
+                    faults += 1;
+                    if faults > MOST_FAULTS || !program.recover() {
+                        break;
+                    }
+                }
+            }
+        }
+        let mut unreadable = Vec::new();
+        for source in program.sources() {
+            let mut unlisted = Unlisted::new(source);
+            dialect::unlisted_words(program.dialect(), source, settings, &mut unlisted);
+            for (key, column, line, text, now) in unlisted.words {
+                let first = (source.name.to_string(), line, column);
+                if places.insert(first.clone()) {
+                    put(&mut found, key, first, &text, now);
+                }
+            }
+            unreadable.extend(unlisted.faults);
+        }
+        Self {
+            control: settings.control.name().to_owned(),
+            dialect: program.dialect(),
+            words: found.into_values().collect(),
+            unreadable,
+        }
+    }
+}
+
+/// The name that a fault calls unknown.
+fn name_of(fault: &Diagnostic, dialect: Dialect) -> Option<WordKey> {
+    if fault.code != codes::UNKNOWN_WORD || dialect != Dialect::Siemens840d {
+        return None;
+    }
+    let name = fault.message.strip_prefix("unknown word `")?.split('`').next()?;
+    word_key(name).filter(|key| matches!(key, WordKey::Name(_)))
+}
+
+fn put(
+    found: &mut BTreeMap<WordKey, UnknownWord>,
+    key: WordKey,
+    first: (String, u32, u32),
+    line: &str,
+    now: &'static str,
+) {
+    let word = key.to_string();
+    let entry = found.entry(key).or_insert_with(|| UnknownWord {
+        word,
+        count: 0,
+        first: first.clone(),
+        line: line.trim().to_owned(),
+        now,
+    });
+    entry.count += 1;
+    if first < entry.first {
+        entry.first = first;
+        entry.line = line.trim().to_owned();
+    }
+}
+
+impl fmt::Display for UnknownWords {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reader = if self.control.is_empty() {
+            format!("the {} reader", self.dialect.name())
+        } else {
+            format!("the control \"{}\"", self.control)
+        };
+        if self.words.is_empty() {
+            writeln!(f, "# {reader} has a meaning for every word.")?;
+        } else {
+            writeln!(
+                f,
+                "# Words that {reader} has no meaning for. Each stays refused until `refuse` is replaced by one of"
+            )?;
+            writeln!(f, "# does, kinematics, call, macro, message, note, ignore (docs/controls.md).")?;
+        }
+        for UnknownWord { word, count, first: (file, line, column), line: text, now } in &self.words {
+            let times = if *count == 1 { "once".to_owned() } else { format!("{count} times, first") };
+            let key = if word.contains('.') { format!("\"{word}\"") } else { word.clone() };
+            let shown: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(100).collect();
+            writeln!(f, "\n# {times} in {}:{line}:{column} ({now}): {shown}", one_line(file))?;
+            writeln!(f, "[words.{key}]\nrefuse = \"not looked up yet\"")?;
+        }
+        if !self.unreadable.is_empty() {
+            writeln!(f, "\n# {} lines cannot be read, and words in them are not listed:", self.unreadable.len())?;
+            for fault in self.unreadable.iter().take(SHOWN_LINES) {
+                writeln!(f, "# {}", one_line(&fault.to_string()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A text that stays within its comment.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}

@@ -1,0 +1,109 @@
+//! Words whose meaning a control file gives.
+
+use super::interpreter::Interpreter;
+use super::modal::Plane;
+use super::parser::Block;
+use super::pending::{Full, Pending};
+use crate::codes;
+use crate::control::Meaning;
+use crate::control::words::{Builtin, Listed};
+use crate::diagnostic::{Fault, Span};
+use crate::dialect::listed::refused_by;
+use crate::machine_data::KinematicsKind;
+
+/// Words of the control file stand among the functions, from this number on by their place in its table.
+pub(crate) const LISTED: u32 = 2_000_000_000;
+
+impl Interpreter {
+    /// Collects a word of the control file.
+    pub(super) fn put_listed(&self, p: &mut Pending, at: usize, listed: &Listed, span: Span) -> Result<(), Fault> {
+        match &listed.meaning {
+            Meaning::Does(words) => words.iter().try_for_each(|word| match word {
+                Builtin::G(code) => self.put_g(p, *code, span),
+                Builtin::M(code) => self.put_m(p, *code, span),
+            }),
+            Meaning::Refuse(remedy) => Err(refused_by(&self.settings.control, &listed.word, span, remedy)),
+            _ => p.put_m(LISTED + at as u32).map_err(|Full| {
+                Fault::new(codes::BAD_VALUE, span, "the block has too many M words").help("write several blocks")
+            }),
+        }
+    }
+
+    fn listed(&self, m: u32) -> Option<&Listed> {
+        self.settings.control.words.at(m.checked_sub(LISTED)? as usize)
+    }
+
+    /// Does a word of the control file, as far as it acts before the motion of its block.
+    pub(super) fn listed_word(&mut self, m: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let Some(Listed { word, meaning, values }) = self.listed(m).cloned() else { return Ok(()) };
+        let mut shown = String::new();
+        for letter in values {
+            if p.any_free(&[letter])
+                && let Some(value) = p.take(letter)
+            {
+                shown.push_str(&format!(" {}{value}", char::from(letter)));
+            }
+        }
+        match meaning {
+            Meaning::TcpOn => self.listed_tcp(&word, true, span)?,
+            Meaning::TcpOff => self.listed_tcp(&word, false, span)?,
+            // Calls follow the motion.
+            _ => self.tell_listed((m - LISTED) as usize, &shown),
+        }
+        Ok(())
+    }
+
+    fn listed_tcp(&mut self, word: &str, on: bool, span: Span) -> Result<(), Fault> {
+        self.nothing_held(span)?;
+        if on {
+            self.settings.check_kinematics(KinematicsKind::Tcp, word, span)?;
+            if self.has_programmed_length() {
+                let message = format!("{word} with a length that the program writes itself is not supported");
+                return Err(
+                    Fault::new(codes::UNSUPPORTED_WORD, span, message).help("give the length in the tool library")
+                );
+            }
+            if self.modal.plane == Plane::Dynamic {
+                return Err(Fault::new(codes::CONFLICT, span, format!("{word} while G254 is in force"))
+                    .help("write G255 before it"));
+            }
+        }
+        self.set_tcp(on, false);
+        Ok(())
+    }
+
+    /// A word that calls a macro takes the whole block; true where one stands in it.
+    pub(super) fn listed_macro(&mut self, p: &mut Pending, block: &Block) -> Result<bool, Fault> {
+        let found = p.m().iter().find_map(|&m| self.listed(m).filter(|l| matches!(l.meaning, Meaning::Macro(_))));
+        let Some(Listed { word, meaning: Meaning::Macro(program), .. }) = found.cloned() else { return Ok(false) };
+        p.use_all();
+        self.call_macro(number_of(&program), &word, block)?;
+        Ok(true)
+    }
+
+    /// A word that calls a subprogram does so behind the motion of its block.
+    pub(super) fn listed_call(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let found = p.m().iter().find_map(|&m| match &self.listed(m)?.meaning {
+            Meaning::Call(program) => Some(number_of(program)),
+            _ => None,
+        });
+        match found {
+            Some(program) => self.call_sub(Some(program), Some(1.0), span),
+            None => Ok(()),
+        }
+    }
+
+    /// A subprogram that is not there: refused, or left out where the control says so. Where the tool then stands is not known.
+    pub(crate) fn missing(&mut self, name: &str, span: Span) -> Result<(), Fault> {
+        if !self.leave_out(name) {
+            return Err(super::calls::missing(name, span));
+        }
+        self.own.feed = None;
+        Ok(())
+    }
+}
+
+/// The control file allows digits only.
+fn number_of(program: &str) -> f64 {
+    program.parse().unwrap_or(0.0)
+}

@@ -1,0 +1,70 @@
+//! Words that a control file lists, as far as all languages do the same with them.
+
+use std::sync::Arc;
+
+use crate::codes;
+use crate::control::Control;
+use crate::control::words::WordKey;
+use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
+use crate::not_run::{NotRun, NotRunKind};
+use crate::source::{Mark, Source};
+
+/// A word that the control file refuses.
+pub(crate) fn refused_by(control: &Control, word: &str, span: Span, remedy: &str) -> Fault {
+    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is refused by the control \"{}\"", control.name))
+        .help(remedy)
+}
+
+/// An M word that neither the reader nor the control file knows.
+pub(crate) fn unlisted(control: &Control, word: &str, span: Span) -> Fault {
+    let message = format!("unknown word `{word}`: the control \"{}\" does not list it", control.name);
+    Fault::new(codes::UNKNOWN_WORD, span, message).help("give the word a meaning in the control file")
+}
+
+/// What a word does that is without effect, for its one note.
+pub(crate) fn ignored(control: &Control, word: &str, reason: &str) -> String {
+    format!("{word} is without effect on the control \"{}\": {reason}", control.name)
+}
+
+/// A subprogram that is not there, where the control says that it may be left out.
+pub(crate) fn left_out(control: &Control, name: &str) -> Option<String> {
+    let reason = control.missing_subprogram.as_deref()?;
+    Some(format!(
+        "the subprogram {name} is not there and is left out, as the control \"{}\" says: {reason}",
+        control.name
+    ))
+}
+
+/// The call of a subprogram that was left out.
+pub(crate) fn call_not_run(source: &Source, line: u32, name: &str) -> NotRun {
+    NotRun {
+        file: Arc::clone(&source.name),
+        lines: [line; 2],
+        kind: NotRunKind::MissingSubprogram(name.to_owned()),
+        moves: true,
+        text: source.text_of(line).unwrap_or_default().to_owned(),
+    }
+}
+
+/// Words of a file that the control has no meaning for, and lines that cannot be read.
+#[derive(Debug)]
+pub(crate) struct Unlisted<'a> {
+    source: &'a Source,
+    /// Word, column, line, text of the line, and what the reader does with it.
+    pub(crate) words: Vec<(WordKey, u32, u32, String, &'static str)>,
+    pub(crate) faults: Vec<Diagnostic>,
+}
+
+impl<'a> Unlisted<'a> {
+    pub(crate) fn new(source: &'a Source) -> Self {
+        Self { source, words: Vec::new(), faults: Vec::new() }
+    }
+
+    pub(crate) fn word(&mut self, key: WordKey, span: Span, at: Mark, line: &str, now: &'static str) {
+        self.words.push((key, column_and_length(line, span).0, at.line, line.to_owned(), now));
+    }
+
+    pub(crate) fn fault(&mut self, fault: Fault, at: Mark, line: &str) {
+        self.faults.push(fault.at(&self.source.name, at.line, line));
+    }
+}

@@ -1,0 +1,514 @@
+//! Every key of a control file changes what a program gives: a key without an effect does not exist.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use proveout_nc::{Control, JsonWriter, Kinematics, Program, Settings, control_schema};
+
+/// Commands as JSON lines, the fault that ends them, and what is not run.
+fn outcome(control: &str, program: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests");
+    let control = match Control::from_text("shop.toml", control, Some(&folder)) {
+        Ok(control) => control,
+        Err(e) => panic!("{e}\n{control}"),
+    };
+    let mut settings = Settings::of_control(control);
+    settings.kinematics = Some(Kinematics { machine: "M".to_owned(), tcp: true, tilted_plane: true });
+    let mut out = String::new();
+    let mut program = match Program::from_text("program", program, &settings) {
+        Ok(program) => program,
+        Err(faults) => return format!("{faults}"),
+    };
+    let mut writer = JsonWriter::new();
+    for command in program.by_ref() {
+        match command {
+            Ok(command) => {
+                for line in writer.values(&command) {
+                    out.push_str(&format!("{line}\n"));
+                }
+            }
+            Err(fault) => {
+                out.push_str(&format!("{fault}; {}\n", fault.help.as_deref().unwrap_or_default()));
+            }
+        }
+    }
+    for part in program.not_run() {
+        out.push_str(&format!("{part} {:?}\n", part.weight()));
+    }
+    out
+}
+
+struct Case {
+    key: &'static str,
+    /// Two controls that differ in the key alone.
+    controls: [&'static str; 2],
+    program: &'static str,
+    /// What only the second one gives.
+    gives: &'static str,
+}
+
+const fn case(
+    key: &'static str,
+    without: &'static str,
+    with: &'static str,
+    program: &'static str,
+    gives: &'static str,
+) -> Case {
+    Case { key, controls: [without, with], program, gives }
+}
+
+const FANUC: &str = "dialect = \"fanuc\"\n";
+
+const CASES: &[Case] = &[
+    case(
+        "name",
+        "dialect = \"fanuc\"\nwords.M25.refuse = \"x\"",
+        "name = \"Mill 7\"\ndialect = \"fanuc\"\nwords.M25.refuse = \"x\"",
+        "M25\n",
+        "the control \"Mill 7\"",
+    ),
+    case("inherits", "dialect = \"fanuc\"", "inherits = \"fanuc-30i\"", "G21 G0 X10 Y0 Z0\nM30\n", "no decimal point"),
+    case("dialect", "dialect = \"fanuc\"", "dialect = \"linuxcnc\"", "G0 X0 Y0 Z0\nG4 P2\nM2\n", "\"seconds\":2.0"),
+    case(
+        "start.plane",
+        FANUC,
+        "dialect = \"fanuc\"\nstart.plane = \"ZX\"",
+        "G21 G0 X0. Y0. Z0.\nG2 X10. K5. I5. Z0. F100\nM30\n",
+        "\"op\":\"arc\"",
+    ),
+    case("start.unit", FANUC, "dialect = \"fanuc\"\nstart.unit = \"inch\"", "G0 X1.\nM30\n", "25.4"),
+    case(
+        "start.distance",
+        FANUC,
+        "dialect = \"fanuc\"\nstart.distance = \"incremental\"\nstart.position_mm = { X = 5 }",
+        "G21 G0 X1.\nM30\n",
+        "\"X\":6.0",
+    ),
+    case(
+        "start.feed",
+        FANUC,
+        "dialect = \"fanuc\"\nstart.feed = \"per-revolution\"",
+        "G21 S1000 M3\nG1 X1. F0.1\nM30\n",
+        "mm_rev",
+    ),
+    case(
+        "start.motion",
+        FANUC,
+        "dialect = \"fanuc\"\nstart.motion = \"linear\"",
+        "G21 X1. Y1. F100.\nM30\n",
+        "\"op\":\"linear\"",
+    ),
+    case(
+        "start.position_mm",
+        FANUC,
+        "dialect = \"fanuc\"\nstart.position_mm = { X = 5, Z = 100 }",
+        "G21 G91 G0 X1. Z-1.\nM30\n",
+        "\"X\":6.0",
+    ),
+    case(
+        "start.position_deg",
+        FANUC,
+        "dialect = \"fanuc\"\nstart.position_deg = { B = 30 }",
+        "G21 G91 G0 B15.\nM30\n",
+        "\"B\":45",
+    ),
+    case(
+        "numbers.without_point",
+        FANUC,
+        "dialect = \"fanuc\"\nnumbers.without_point = \"increments\"",
+        "G21 G0 X1000\nM30\n",
+        "\"X\":1.0",
+    ),
+    case(
+        "numbers.increment_mm",
+        "dialect = \"fanuc\"\nnumbers.without_point = \"increments\"",
+        "dialect = \"fanuc\"\nnumbers = { without_point = \"increments\", increment_mm = 0.01 }",
+        "G21 G0 X1000\nM30\n",
+        "\"X\":10.0",
+    ),
+    case(
+        "numbers.increment_inch",
+        "dialect = \"fanuc\"\nnumbers.without_point = \"increments\"",
+        "dialect = \"fanuc\"\nnumbers = { without_point = \"increments\", increment_inch = 0.001 }",
+        "G20 G0 X1000\nM30\n",
+        "\"X\":25.4",
+    ),
+    case(
+        "numbers.increment_deg",
+        "dialect = \"fanuc\"\nnumbers.without_point = \"increments\"",
+        "dialect = \"fanuc\"\nnumbers = { without_point = \"increments\", increment_deg = 0.01 }",
+        "G21 G0 B1000\nM30\n",
+        "\"B\":10.0",
+    ),
+    case(
+        "arcs.tolerance_mm",
+        FANUC,
+        "dialect = \"fanuc\"\narcs.tolerance_mm = 0.1",
+        "G21 G0 X10. Y0. Z0.\nG3 X0. Y10.05 I-10. F100\nM30\n",
+        "\"op\":\"arc\"",
+    ),
+    case(
+        "arcs.tolerance_ratio",
+        FANUC,
+        "dialect = \"fanuc\"\narcs = { tolerance_ratio = 0.001, largest_difference_mm = 0.5 }",
+        "G21 G0 X100. Y0. Z0.\nG3 X0. Y100.09 I-100. F100\nM30\n",
+        "\"op\":\"arc\"",
+    ),
+    case(
+        "arcs.largest_difference_mm",
+        "dialect = \"fanuc\"\narcs = { tolerance_ratio = 0.001, largest_difference_mm = 0.05 }",
+        "dialect = \"fanuc\"\narcs = { tolerance_ratio = 0.001, largest_difference_mm = 0.5 }",
+        "G21 G0 X100. Y0. Z0.\nG3 X0. Y100.09 I-100. F100\nM30\n",
+        "\"op\":\"arc\"",
+    ),
+    case(
+        "arcs.centers",
+        FANUC,
+        "dialect = \"fanuc\"\narcs.centers = \"absolute\"",
+        "G21 G0 X20. Y10. Z0.\nG3 X10. Y20. I10. J10. F100\nM30\n",
+        "\"center\":[10.0,10.0",
+    ),
+    case(
+        "cycles.g76",
+        FANUC,
+        "dialect = \"fanuc\"\ncycles.g76 = \"shift-may-be-left-out\"",
+        "G21 G0 X0. Y0. Z50. S500 M3\nG98 G76 X10. Y0. Z-10. R2. F50\nG80\nM30\n",
+        "\"Z\":-10",
+    ),
+    case("dwell.P", FANUC, "dialect = \"fanuc\"\ndwell.P = \"s\"", "G4 P2\nM30\n", "\"seconds\":2.0"),
+    case(
+        "feed.missing",
+        FANUC,
+        "dialect = \"fanuc\"\nfeed = { missing = \"value\", missing_mm_min = 300 }",
+        "G21 G1 X1.\nM30\n",
+        "\"feed_mm_min\":300.0",
+    ),
+    case(
+        "feed.missing_mm_min",
+        "dialect = \"fanuc\"\nfeed = { missing = \"value\", missing_mm_min = 300 }",
+        "dialect = \"fanuc\"\nfeed = { missing = \"value\", missing_mm_min = 500 }",
+        "G21 G1 X1.\nM30\n",
+        "\"feed_mm_min\":500.0",
+    ),
+    case(
+        "orientation.interpolation",
+        "dialect = \"siemens-840d\"",
+        "dialect = \"siemens-840d\"\norientation.interpolation = \"axes\"",
+        "TRAORI\nM30\n",
+        "axes",
+    ),
+    case(
+        "blocks.skipped_levels",
+        FANUC,
+        "dialect = \"fanuc\"\nblocks.skipped_levels = [1]",
+        "G21 G0 X1.\n/G0 X2.\nM30\n",
+        "",
+    ),
+    case(
+        "variables.#500",
+        FANUC,
+        "dialect = \"fanuc\"\nvariables = { \"#500\" = 7.5 }",
+        "G21 G0 X#500\nM30\n",
+        "\"X\":7.5",
+    ),
+    case(
+        "subprograms.folders",
+        FANUC,
+        "dialect = \"fanuc\"\nsubprograms.folders = [\"subprograms\"]",
+        "M98 P4711\nM30\n",
+        "\"X\":47.11",
+    ),
+    case(
+        "subprograms.missing",
+        FANUC,
+        "dialect = \"fanuc\"\nsubprograms = { missing = \"note\", missing_reason = \"warm-up\" }",
+        "M98 P9999\nG21 G0 X1.\nM30\n",
+        "Unproven",
+    ),
+    case(
+        "subprograms.missing_reason",
+        "dialect = \"fanuc\"\nsubprograms = { missing = \"note\", missing_reason = \"a\" }",
+        "dialect = \"fanuc\"\nsubprograms = { missing = \"note\", missing_reason = \"warm-up of the spindle\" }",
+        "M98 P9999\nG21 G0 X1.\nM30\n",
+        "warm-up of the spindle",
+    ),
+    case(
+        "program.header",
+        FANUC,
+        "dialect = \"fanuc\"\nprogram.header = [\"$*.MIN%\"]",
+        "$PART.MIN%\nG21 G0 X1.\nM30\n",
+        "\"X\":1.0",
+    ),
+    case(
+        "program.trailer",
+        FANUC,
+        "dialect = \"fanuc\"\nprogram.trailer = [\"E*\"]",
+        "G21 G0 X1.\nM30\nEND OF FILE\n",
+        "END OF FILE is no block",
+    ),
+    case("unlisted.m", FANUC, "dialect = \"fanuc\"\nunlisted.m = \"refuse\"", "M777\nM30\n", "does not list it"),
+    case(
+        "words.M25.does",
+        FANUC,
+        "dialect = \"fanuc\"\nwords.M25.does = \"M3 M8\"",
+        "S100 M25\nM30\n",
+        "\"flood\":true",
+    ),
+    case(
+        "words.M25.kinematics",
+        FANUC,
+        "dialect = \"fanuc\"\nwords.M25.kinematics = \"tcp-on\"",
+        "G43 H1\nM25\nM30\n",
+        "\"op\":\"tcp\"",
+    ),
+    case(
+        "words.M25.call",
+        FANUC,
+        "dialect = \"fanuc\"\nwords.M25.call = \"O20\"",
+        "G21 M25\nM30\nO20\nG0 X3.\nM99\n",
+        "\"X\":3.0",
+    ),
+    case(
+        "words.M25.macro",
+        FANUC,
+        "dialect = \"fanuc\"\nwords.M25.macro = \"O20\"",
+        "G21\nM25 A3.\nM30\nO20\nG0 X#1\nM99\n",
+        "\"X\":3.0",
+    ),
+    case(
+        "words.M25.message",
+        FANUC,
+        "dialect = \"fanuc\"\nwords.M25.message = \"turn the part\"",
+        "M25\nM30\n",
+        "\"op\":\"message\"",
+    ),
+    case("words.M25.note", FANUC, "dialect = \"fanuc\"\nwords.M25.note = \"clamps\"", "M25\nM30\n", "M25: clamps"),
+    case(
+        "words.M25.ignore",
+        FANUC,
+        "dialect = \"fanuc\"\nwords.M25.ignore = \"chip conveyor\"",
+        "M25\nM25\nM30\n",
+        "chip conveyor",
+    ),
+    case("words.M25.refuse", FANUC, "dialect = \"fanuc\"\nwords.M25.refuse = \"use M26\"", "M25\nM30\n", "use M26"),
+    case(
+        "words.M25.values",
+        "dialect = \"fanuc\"\nwords.M25.note = \"clamps\"",
+        "dialect = \"fanuc\"\nwords.M25 = { note = \"clamps\", values = \"Q\" }",
+        "M25 Q7\nM30\n",
+        "M25 Q7: clamps",
+    ),
+];
+
+#[test]
+fn every_key_changes_what_a_program_gives() {
+    let mut wrong = Vec::new();
+    for Case { key, controls, program, gives } in CASES {
+        let [without, with] = controls.map(|control| outcome(control, program));
+        if without == with || !with.contains(gives) || !gives.is_empty() && without.contains(gives) {
+            wrong.push(format!(
+                "{key}: {gives}
+--- without
+{without}--- with
+{with}"
+            ));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{}",
+        wrong.join(
+            "
+"
+        )
+    );
+}
+
+#[test]
+fn every_key_of_the_schema_is_tried() {
+    let schema = control_schema().to_value();
+    let definition = |value: &serde_json::Value| {
+        let name = value["$ref"].as_str().and_then(|r| r.rsplit('/').next())?;
+        Some(schema["$defs"][name].clone())
+    };
+    let mut keys = BTreeSet::new();
+    for (name, property) in schema["properties"].as_object().unwrap() {
+        let inner = definition(property).or_else(|| definition(&property["allOf"][0]));
+        let entry = definition(&property["additionalProperties"]).filter(|d| d["properties"].is_object());
+        if let Some(inner) = inner.filter(|d| d["properties"].is_object()) {
+            keys.extend(inner["properties"].as_object().unwrap().keys().map(|key| format!("{name}.{key}")));
+        } else if let Some(entry) = entry {
+            keys.extend(entry["properties"].as_object().unwrap().keys().map(|key| format!("{name}.*.{key}")));
+        } else if property["additionalProperties"].is_object() {
+            keys.insert(format!("{name}.*"));
+        } else {
+            keys.insert(name.clone());
+        }
+    }
+    // Sources are for readers of the file; that they name keys of it is checked where it is read.
+    for documentation in ["source.*", "words.*.source"] {
+        assert!(keys.remove(documentation), "{documentation}");
+    }
+    for key in &keys {
+        let fits = |case: &Case| {
+            let (key, own): (Vec<&str>, Vec<&str>) = (key.split('.').collect(), case.key.split('.').collect());
+            key.len() == own.len() && key.iter().zip(&own).all(|(k, o)| *k == "*" || k == o)
+        };
+        assert!(CASES.iter().any(fits), "no program shows what {key} does");
+    }
+    assert!(keys.len() >= 35, "{keys:?}");
+}
+
+/// Keys that other languages use, too.
+#[test]
+fn the_languages_use_what_their_control_says() {
+    let mut wrong = Vec::new();
+    for (control, program, gives) in [
+        ("dialect = \"siemens-840d\"\nstart.unit = \"inch\"", "G0 X1\nM30\n", "25.4"),
+        (
+            "dialect = \"siemens-840d\"\nstart.distance = \"incremental\"\nstart.position_mm = { X = 5 }",
+            "G0 X1\nM30\n",
+            "\"X\":6.0",
+        ),
+        ("dialect = \"siemens-840d\"\nstart.motion = \"rapid\"", "X1\nM30\n", "rapid"),
+        ("dialect = \"siemens-840d\"\nstart.feed = \"per-revolution\"", "S100 M3\nG1 X1 F0.1\nM30\n", "mm_rev"),
+        (
+            "dialect = \"siemens-840d\"\nstart.plane = \"ZX\"",
+            "G0 X0 Y0 Z0\nG2 X10 Z0 I5 K0 F100\nM30\n",
+            "\"op\":\"arc\"",
+        ),
+        ("dialect = \"siemens-840d\"\nfeed = { missing = \"value\", missing_mm_min = 300 }", "G1 X1\nM30\n", "300.0"),
+        ("dialect = \"siemens-840d\"\nwords.M13.does = \"M3 M8\"", "S100 M13\nM30\n", "flood"),
+        ("dialect = \"siemens-840d\"\nwords.G187.note = \"quality\"", "G187\nM30\n", "G187: quality"),
+        ("dialect = \"siemens-840d\"\nwords.CYCLE999.ignore = \"log\"", "CYCLE999(1,2)\nM30\n", "log"),
+        ("dialect = \"siemens-840d\"\nwords.CYCLE999.refuse = \"take it out\"", "CYCLE999(1,2)\nM30\n", "take it out"),
+        ("dialect = \"siemens-840d\"\nwords.M50.kinematics = \"tcp-on\"", "M50\nM30\n", "\"op\":\"tcp\""),
+        ("dialect = \"siemens-840d\"\nwords.M6.call = \"CHANGE\"", "M6\nM30\n", "CHANGE"),
+        (
+            "dialect = \"siemens-840d\"\nsubprograms = { missing = \"note\", missing_reason = \"log\" }",
+            "L20\nG0 X1\nM30\n",
+            "Unproven",
+        ),
+        ("dialect = \"siemens-840d\"\nunlisted.m = \"refuse\"", "M777\nM30\n", "does not list it"),
+        ("dialect = \"siemens-840d\"\nprogram.header = [\"HEAD*\"]", "HEAD OF TAPE\nG0 X1\nM30\n", "no block"),
+        (
+            "dialect = \"heidenhain\"\nwords.M25.does = \"M3 M8\"",
+            "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S100\n2 M25\n3 END PGM A MM\n",
+            "flood",
+        ),
+        (
+            "dialect = \"heidenhain\"\nwords.M25.ignore = \"vise\"",
+            "0 BEGIN PGM A MM\n2 L X+1 R0 FMAX M25\n3 END PGM A MM\n",
+            "vise",
+        ),
+        (
+            "dialect = \"heidenhain\"\nwords.M114.note = \"old\"",
+            "0 BEGIN PGM A MM\n2 L X+1 R0 FMAX M114\n3 END PGM A MM\n",
+            "M114: old",
+        ),
+        (
+            "dialect = \"heidenhain\"\nwords.M50.kinematics = \"tcp-on\"",
+            "0 BEGIN PGM A MM\n2 M50\n3 END PGM A MM\n",
+            "\"op\":\"tcp\"",
+        ),
+        (
+            "dialect = \"heidenhain\"\nunlisted.m = \"refuse\"",
+            "0 BEGIN PGM A MM\n2 M777\n3 END PGM A MM\n",
+            "does not list it",
+        ),
+        (
+            "dialect = \"heidenhain\"\nfeed = { missing = \"value\", missing_mm_min = 300 }",
+            "0 BEGIN PGM A MM\n2 L X+1 R0\n3 END PGM A MM\n",
+            "300.0",
+        ),
+        (
+            "dialect = \"heidenhain\"\nstart.position_mm = { X = 5 }",
+            "0 BEGIN PGM A MM\n2 L IX+1 R0 FMAX\n3 END PGM A MM\n",
+            "\"X\":6.0",
+        ),
+        (
+            "dialect = \"heidenhain\"\nvariables = { \"ID270 NR1 IDX1\" = 4.5 }",
+            "0 BEGIN PGM A MM\n1 FN 18: SYSREAD Q1 = ID270 NR1 IDX1\n2 L X+Q1 R0 FMAX\n3 END PGM A MM\n",
+            "\"X\":4.5",
+        ),
+        (
+            "dialect = \"heidenhain\"\nsubprograms = { missing = \"note\", missing_reason = \"log\" }",
+            "0 BEGIN PGM A MM\n1 CALL PGM OTHER\n3 END PGM A MM\n",
+            "Unproven",
+        ),
+        (
+            "dialect = \"heidenhain\"\nblocks.skipped_levels = [0]",
+            "0 BEGIN PGM A MM\n/1 L X+77 R0 FMAX\n2 L X+1 R0 FMAX\n3 END PGM A MM\n",
+            "\"X\":1.0",
+        ),
+        ("dialect = \"apt\"\nwords.FOOBAR.ignore = \"of the post\"", "FOOBAR/1\nGOTO/0,0,0\nFINI\n", "of the post"),
+        ("dialect = \"apt\"\nstart.unit = \"inch\"", "RAPID\nGOTO/1,0,0\nFINI\n", "25.4"),
+        ("dialect = \"apt\"\nstart.position_mm = { X = 5, Y = 0, Z = 0 }", "RAPID\nGODLTA/1,0,0\nFINI\n", "\"X\":6.0"),
+        (
+            "dialect = \"linuxcnc\"\narcs.centers = \"absolute\"",
+            "G21 G0 X20 Y10 Z0\nG3 X10 Y20 I10 J10 F100\nM2\n",
+            "\"op\":\"arc\"",
+        ),
+        ("dialect = \"linuxcnc\"\nwords.M428.kinematics = \"tcp-on\"", "G21 M428\nM2\n", "\"op\":\"tcp\""),
+    ] {
+        let dialect = control.lines().next().unwrap();
+        let (without, with) = (outcome(dialect, program), outcome(control, program));
+        if without == with || !with.contains(gives) {
+            wrong.push(format!(
+                "{control}: {gives}
+--- without
+{without}--- with
+{with}"
+            ));
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "{}",
+        wrong.join(
+            "
+"
+        )
+    );
+}
+
+#[test]
+fn unsigned_centers_find_the_quadrant() {
+    let control = "dialect = \"fanuc\"\narcs.centers = \"unsigned\"";
+    for (program, center) in [
+        ("G3 X10. Y20. I10. J0. F100", "10.0,10.0"),
+        ("G2 X30. Y20. I10. J0. F100", "30.0,10.0"),
+        ("G2 X10. Y0. I10. J0. F100", "10.0,10.0"),
+    ] {
+        let out = outcome(control, &format!("G21 G0 X20. Y10. Z0.\n{program}\nM30\n"));
+        assert!(out.contains(&format!("\"center\":[{center}")), "{program}: {out}");
+    }
+    let out = outcome(control, "G21 G0 X20. Y10. Z0.\nG3 X10. Y25. I10. J0. F100\nM30\n");
+    assert!(out.contains("0 centers fit"), "{out}");
+}
+
+#[test]
+fn a_kinematics_word_is_refused_where_the_machine_does_not_list_it() {
+    for (dialect, program) in [
+        ("fanuc", "G43 H1\nM50\nM30\n"),
+        ("siemens-840d", "M50\nM30\n"),
+        ("heidenhain", "0 BEGIN PGM A MM\n1 M50\n2 END PGM A MM\n"),
+    ] {
+        let text = format!("dialect = \"{dialect}\"\nwords.M50.kinematics = \"tcp-on\"");
+        let control = Control::from_text("shop.toml", &text, None).unwrap();
+        let mut settings = Settings::of_control(control);
+        settings.kinematics = Some(Kinematics { machine: "three axes".to_owned(), tcp: false, tilted_plane: false });
+        let faults = proveout_nc::check_text("p", program, &settings);
+        assert!(faults.iter().any(|f| f.message.contains("M50") && f.message.contains("three axes")), "{faults:?}");
+    }
+}
+
+#[test]
+fn a_control_reads_programs_of_its_language_only() {
+    let mut settings = Settings::of_control(Control::find("fanuc-30i", None).unwrap());
+    settings.dialect = proveout_nc::Dialect::Siemens840d;
+    let fault = Program::from_text("p.mpf", "G0 X1\nM30\n", &settings).unwrap_err();
+    assert!(fault.to_string().contains("speaks fanuc"), "{fault}");
+}
