@@ -31,8 +31,8 @@ const WIDTHS: usize = 200;
 pub(crate) struct Measured {
     pub(crate) found: Ridges,
     cutters: Vec<Vec<Profile>>,
-    /// Bound of the heights, mm.
-    pub(crate) bound: f64,
+    /// Bound of the height of each ridge, mm: of the design, and of the two pieces of motion beside it.
+    pub(crate) bounds: Vec<f64>,
 }
 
 /// Heights of ridges by place, mm.
@@ -77,8 +77,9 @@ pub(crate) fn measure(
         found.largest_check = found.largest_check.max(own.largest_check);
     }
     let deviation = |n: u32| pieces.get(n as usize).map_or(0.0, |p| f64::from(p.deviation));
-    let motion = found.ridges.iter().flat_map(|r| r.pieces).map(deviation).fold(0.0, f64::max);
-    Some(Ok(Measured { found, cutters: cutters.clone(), bound: design.floor + motion }))
+    let bound = |r: &Ridge| design.floor + r.pieces.into_iter().map(deviation).fold(0.0, f64::max);
+    let bounds = found.ridges.iter().map(bound).collect();
+    Some(Ok(Measured { found, cutters: cutters.clone(), bounds }))
 }
 
 impl Measured {
@@ -102,6 +103,7 @@ impl Measured {
     pub(crate) fn figures(&self, facts: &Facts, limit_um: f64) -> Option<Scallop> {
         let ridges = &self.found.ridges;
         let all = heights(ridges)?;
+        let known = Known::of(ridges.iter().zip(&self.bounds).map(|(r, b)| (r.height, *b, r.weight)));
         let patches = by_patch(ridges, PATCH_MM);
         let mut passes = by_pass(ridges);
         let (patch_count, pass_count) = (patches.len() as u64, passes.len() as u64);
@@ -124,7 +126,9 @@ impl Measured {
             ScallopBar { from_um, to_um, length_mm: *length_mm }
         };
         Some(Scallop {
-            bound_um: 1e3 * self.bound,
+            bound_um: 1e3 * self.bounds.iter().copied().fold(0.0, f64::max),
+            mean_bound_um: 1e3 * known.mean,
+            p95_bound_um: 1e3 * known.p95,
             all: ScallopHeights::from(&all),
             geometric_mean_um: mean(|b| b.0),
             difference_mean_um: mean(|b| b.1),
@@ -182,6 +186,29 @@ impl Measured {
     }
 }
 
+/// How well mean and 95th percentile are known, mm.
+///
+/// Where each height is off by its own bound at most, both lie between those of the heights less and more by their bounds: each of the two
+/// rises when any height does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Known {
+    pub(crate) mean: f64,
+    pub(crate) p95: f64,
+}
+
+impl Known {
+    /// From heights with their bounds and weights.
+    pub(crate) fn of(heights: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Self {
+        let (sum, weight) = heights.clone().fold((0.0, 0.0), |(s, w), (_, bound, weight)| (s + bound * weight, w + weight));
+        let at = |side: f64| percentile(heights.clone().map(|(height, bound, weight)| (height + side * bound, weight)));
+        let p95 = match (at(-1.0), at(0.0), at(1.0)) {
+            (Some(low), Some(middle), Some(high)) => (middle - low).max(high - middle),
+            _ => 0.0,
+        };
+        Self { mean: if weight > 0.0 { sum / weight } else { 0.0 }, p95 }
+    }
+}
+
 /// The smallest value that 95 percent of the weight do not pass.
 fn percentile(values: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let mut all: Vec<(f64, f64)> = values.collect();
@@ -215,5 +242,24 @@ impl RidgeMap {
         let finite = |v: f64| v.is_finite().then_some(v);
         let both = self.measured.at(places).into_iter().zip(self.geometric.at(places));
         both.map(|(m, g)| [finite(m), finite(g)]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_percentile_is_known_better_than_its_worst_height() {
+        // A hundred heights of 10 to 19.9, all known to 0.1 but one of the low ones, which is known to 5.
+        let heights = (0..100).map(|k| (10.0 + 0.1 * f64::from(k), if k == 3 { 5.0 } else { 0.1 }, 1.0));
+        let known = Known::of(heights);
+        assert!((known.mean - 0.149).abs() < 1e-12, "{known:?}");
+        // Shifted up, that one stays below the 95th: both percentiles move by the 0.1 of their own.
+        assert!((known.p95 - 0.1).abs() < 1e-9, "{known:?}");
+        // Known to 50 it may pass all others, and the percentile moves by one height more.
+        let heights = (0..100).map(|k| (10.0 + 0.1 * f64::from(k), if k == 3 { 50.0 } else { 0.1 }, 1.0));
+        assert!((Known::of(heights).p95 - 0.2).abs() < 1e-9);
+        assert_eq!(Known::of(std::iter::empty()), Known::default());
     }
 }

@@ -7,8 +7,12 @@ use serde::{Deserialize, Serialize};
 /// The ridges between the passes; means and percentiles are weighed with the length of the ridges, heights count from the design.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scallop {
-    /// How far a height may be off: chord error of the design, and deviation of the pieces of motion from the path, µm.
+    /// How far a height may be off at most: the design's own error, and deviation of the pieces of motion from the path, µm.
     pub bound_um: f64,
+    /// How far the mean may be off, µm.
+    pub mean_bound_um: f64,
+    /// How far the 95th percentile may be off, µm.
+    pub p95_bound_um: f64,
     /// All ridges.
     pub all: ScallopHeights,
     /// Mean of what the geometry of cutter, lean, step and design gives, over ridges with a valley on both sides, µm.

@@ -1,7 +1,7 @@
 //! The scallop against `[tolerances] scallop_um`, of the whole surface and of regions.
 //!
-//! The 95th percentile of the heights of ridges, by length, is judged among the ridges that have one bound: with `e` the error that is left
-//! (chord error of the design, deviation of the pieces of motion from the path), more than the limit plus `e` fails, up to the limit less
+//! The 95th percentile of the heights of ridges, by length, is judged among the ridges that have one bound: with `e` how far it may be off
+//! (by the design's own error, and the deviation of the pieces of motion from the path), more than the limit plus `e` fails, up to the limit less
 //! `e` passes, and between nobody can tell.
 
 use proveout_surface::scallop::{Heights, Ridge, by_patch, heights};
@@ -11,7 +11,7 @@ use crate::{
     finding,
     log::FindingLog,
     prepare::Prepared,
-    scallop::{Measured, PATCH_MM, blocks},
+    scallop::{Known, Measured, PATCH_MM, blocks},
     scallop_figures::{Scallop, ScallopHeights, ScallopRegion},
     scene_tolerance::{Limit, SurfaceKey, Tolerances},
     surface_gate::Judgement,
@@ -57,7 +57,7 @@ pub(crate) fn judge(
         figures.regions = groups.iter().map(Group::figures).collect();
     }
     surface.scallop = Some(figures);
-    let told: Vec<(State, String)> = groups.iter().map(|group| group.judge(facts, measured, log)).collect();
+    let told: Vec<(State, String)> = groups.iter().map(|group| group.judge(facts, log)).collect();
     let states = told.iter().map(|t| t.0);
     let state = if states.clone().any(|s| s == State::Fail) {
         State::Fail
@@ -94,6 +94,7 @@ struct Group<'a> {
     limit: Limit,
     ridges: Vec<Ridge>,
     heights: Option<Heights>,
+    known: Known,
     /// Words on the geometric heights; once for all.
     difference: String,
     /// There are others.
@@ -102,15 +103,17 @@ struct Group<'a> {
 
 impl<'a> Group<'a> {
     fn new(tolerances: &'a Tolerances, limit: Limit, measured: &Measured, figures: &Scallop, among: bool) -> Self {
-        let own = measured.found.ridges.iter();
-        let ridges: Vec<Ridge> = own.filter(|r| tolerances.limit(KEY, &r.point) == Some(limit)).copied().collect();
+        let own = measured.found.ridges.iter().zip(&measured.bounds);
+        let own = own.filter(|(r, _)| tolerances.limit(KEY, &r.point) == Some(limit));
+        let (ridges, bounds): (Vec<Ridge>, Vec<f64>) = own.map(|(r, b)| (*r, *b)).unzip();
+        let known = Known::of(ridges.iter().zip(&bounds).map(|(r, b)| (r.height, *b, r.weight)));
         let difference = match (figures.geometric_mean_um, figures.difference_p95_um) {
             (Some(mean), Some(apart)) if !among => {
                 format!("; the geometry of the contacts gives {mean:.3} um, within {apart:.3} um")
             }
             _ => String::new(),
         };
-        Self { name: tolerances.region_name(&limit), limit, heights: heights(&ridges), ridges, difference, among }
+        Self { name: tolerances.region_name(&limit), limit, heights: heights(&ridges), ridges, known, difference, among }
     }
 
     fn figures(&self) -> ScallopRegion {
@@ -121,7 +124,7 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn judge(&self, facts: &Facts, measured: &Measured, log: &mut FindingLog) -> (State, String) {
+    fn judge(&self, facts: &Facts, log: &mut FindingLog) -> (State, String) {
         let begin = match self.name {
             Some(name) => format!("region {name:?}: "),
             None if self.among => "elsewhere: ".into(),
@@ -130,7 +133,7 @@ impl<'a> Group<'a> {
         let Some(of) = self.heights.as_ref().map(ScallopHeights::from) else {
             return (State::Unchecked, format!("{begin}no ridge between two passes was found there"));
         };
-        let (bound, limit, difference) = (1e3 * measured.bound, self.limit.um, &self.difference);
+        let (bound, limit, difference) = (1e3 * self.known.p95, self.limit.um, &self.difference);
         let patches = by_patch(&self.ridges, PATCH_MM);
         let worst = patches.first().map(|p| (&self.ridges[p.heights.highest], 1e3 * p.heights.p95));
         let place = worst.map_or_else(String::new, |(ridge, p95)| {

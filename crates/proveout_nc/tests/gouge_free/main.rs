@@ -105,9 +105,10 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
         let p = piece.at(0.5);
         let (s, near) = wall.nearest(p);
         let (q, heading) = (wall.at(s), wall.heading(s));
-        if s > 0.0 && s < 1.0 && near > 0.5 * c.radius && piece.length() > 1e-6 {
+        // An equidistant of its block; the lines of a corner, which have the number of the block behind it, keep other distances.
+        if s > 0.0 && s < 1.0 && (near - c.radius).abs() < 1e-6 && piece.length() > 1e-6 {
             let across = heading[0] * (p[1] - q[1]) - heading[1] * (p[0] - q[0]);
-            assert!(side * across > 0.0, "line {line} on the other side\n{text}");
+            assert!(side * across > 0.0, "radius {}: {piece:?} of line {line} on the other side\n{text}\n{read:?}", c.radius);
         }
     }
     read.overcuts.iter().map(|(_, told)| told.kind).collect()

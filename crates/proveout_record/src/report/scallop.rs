@@ -60,7 +60,15 @@ pub(crate) fn scallop(s: &Scallop) -> ScallopWords {
         ["95th percentile of the height".to_owned(), micrometer(s.all.p95_um)],
         ["Mean".into(), micrometer(s.all.mean_um)],
         ["Largest".into(), micrometer(s.all.max_um)],
-        ["Known to".into(), micrometer(s.bound_um)],
+        [
+            "Known to".into(),
+            format!(
+                "{} (percentile), {} (mean), {} (each)",
+                micrometer(s.p95_bound_um),
+                micrometer(s.mean_bound_um),
+                micrometer(s.bound_um)
+            ),
+        ],
         ["Ridges".into(), format!("{} mm, measured at {} places", fixed(s.all.length_mm, 1), count(s.all.places))],
     ];
     let mut put = |name: &str, value: Option<String>| figures.extend(value.map(|v| [name.to_owned(), v]));

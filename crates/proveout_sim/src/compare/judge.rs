@@ -190,7 +190,9 @@ impl Wanted<'_> {
         };
         let value = value.ok_or_else(|| format!("{} of {name} is not known", self.quantity.words()));
         let error = match self.quantity {
-            ScallopMax | ScallopMean | ScallopP95 => program.surface.scallop.as_ref().map_or(0.0, |s| s.bound_um),
+            ScallopMax => program.surface.scallop.as_ref().map_or(0.0, |s| s.bound_um),
+            ScallopMean => program.surface.scallop.as_ref().map_or(0.0, |s| s.mean_bound_um),
+            ScallopP95 => program.surface.scallop.as_ref().map_or(0.0, |s| s.p95_bound_um),
             _ => 0.0,
         };
         Found { value, unit: unit.into(), error }
@@ -363,7 +365,7 @@ mod tests {
             for (name, value) in [("a", 10.0), ("b", p95)] {
                 let surface = Surface {
                     scallop_p95_um: Some(value),
-                    scallop: Some(crate::verdict::Scallop { bound_um, ..Default::default() }),
+                    scallop: Some(crate::verdict::Scallop { p95_bound_um: bound_um, ..Default::default() }),
                     ..Surface::default()
                 };
                 all.programs.get_mut(name).expect("a program").surface = surface;
