@@ -19,6 +19,7 @@
         image.data.set([...(v === none ? plain : ramp.slice(from, from + 3)), 255], 4 * ((rows - 1 - j) * columns + i));
       }
     }
+    const label = (v) => Math.abs(v) < 1e-6 ? '0' : v.toPrecision(3);
     const line = (points, name, size) => {
       const span = Math.max(range[1] - range[0], 1e-9);
       let text = '', pen = 'M';
@@ -28,7 +29,7 @@
         pen = 'L';
       });
       return `<rect class="frame" x="40" y="${size + 4}" width="350" height="64"/><path class="second" d="${text}"/>` +
-        `<text x="36" y="${size + 12}" text-anchor="end">${range[1].toPrecision(3)}</text><text x="36" y="${size + 68}" text-anchor="end">${range[0].toPrecision(3)}</text><text x="44" y="${size + 16}">${name}</text>`;
+        `<text x="36" y="${size + 12}" text-anchor="end">${label(range[1])}</text><text x="36" y="${size + 68}" text-anchor="end">${label(range[0])}</text><text x="44" y="${size + 16}">${name}</text>`;
     };
     const show = (i, j) => {
       context.putImageData(image, 0, 0);

@@ -60,24 +60,19 @@ pub(crate) fn scallop(s: &Scallop) -> ScallopWords {
         ["95th percentile of the height".to_owned(), micrometer(s.all.p95_um)],
         ["Mean".into(), micrometer(s.all.mean_um)],
         ["Largest".into(), micrometer(s.all.max_um)],
-        [
-            "Known to".into(),
-            format!(
-                "{} (percentile), {} (mean), {} (each)",
-                micrometer(s.p95_bound_um),
-                micrometer(s.mean_bound_um),
-                micrometer(s.bound_um)
-            ),
-        ],
-        ["Ridges".into(), format!("{} mm, measured at {} places", fixed(s.all.length_mm, 1), count(s.all.places))],
+        ["Percentile known to".into(), micrometer(s.p95_bound_um)],
+        ["Mean known to".into(), micrometer(s.mean_bound_um)],
+        ["Each height known to".into(), micrometer(s.bound_um)],
+        ["Length of the ridges".into(), format!("{} mm", fixed(s.all.length_mm, 1))],
+        ["Places".into(), count(s.all.places)],
     ];
     let mut put = |name: &str, value: Option<String>| figures.extend(value.map(|v| [name.to_owned(), v]));
     put("Mean by the geometry of the contacts", s.geometric_mean_um.map(micrometer));
     put("Measured less geometric, mean", s.difference_mean_um.map(micrometer));
     put("The same, 95th percentile of its size", s.difference_p95_um.map(micrometer));
     let mm = |v: f64| format!("{} mm", fixed(v, 3));
-    let spacing = s.spacing_mean_mm.zip(s.spacing_max_mm);
-    put("Distance of the passes", spacing.map(|(mean, most)| format!("mean {}, at most {}", mm(mean), mm(most))));
+    put("Distance of the passes, mean", s.spacing_mean_mm.map(mm));
+    put("Largest distance of the passes", s.spacing_max_mm.map(mm));
     put("Narrowest strip up to the tolerance, standing cutter", s.strip_width_min_mm.map(mm));
     put("The same, moving cutter", s.swept_width_min_mm.map(mm));
     let length: f64 = s.histogram.iter().map(|b| b.length_mm).sum();

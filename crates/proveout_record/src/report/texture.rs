@@ -97,7 +97,7 @@ pub(crate) fn map_figures(all: &[ShownTexture]) -> Vec<MapFigure> {
     let figure = |t: &ShownTexture| {
         let size = [(t.columns - 1) as f64 * t.step[0], (t.rows - 1) as f64 * t.step[1]];
         let lay = t.lay.map_or("no lay".to_owned(), |l| format!("lay at {}° from the rows", fixed(l, 1)));
-        let shown = if t.every > 1 { format!("; every {}th node is drawn", t.every) } else { String::new() };
+        let shown = if t.every > 1 { format!("; one node of {} is drawn", t.every) } else { String::new() };
         MapFigure {
             name: t.name.clone(),
             words: format!("{} × {} mm, {lay}{shown}", fixed(size[0], 2), fixed(size[1], 2)),
