@@ -60,6 +60,15 @@ impl Dialect {
         })
     }
 
+    /// The language, whichever control speaks it: ISO for Fanuc, Haas and `LinuxCNC`, Heidenhain for both forms of it.
+    pub fn family(self) -> Self {
+        match self {
+            Self::Fanuc | Self::Haas | Self::LinuxCnc => Self::Iso,
+            Self::HeidenhainIso => Self::Heidenhain,
+            other => other,
+        }
+    }
+
     /// Name of the dialect; `auto` for [`Dialect::Auto`].
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, dialect)| *dialect == self).map_or("auto", |(name, _)| name)
