@@ -80,7 +80,7 @@ fn format(args: &NcArgs, from: Dialect, to: Dialect) -> PostSettings {
 
 /// Prints the canonical commands of a program as JSON lines, or the program in another dialect.
 pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
-    let machine = args.machine.as_ref().map(Machine::read).transpose();
+    let machine = args.machine.as_deref().map(Machine::read).transpose();
     let machine = machine.map_err(|e| Failure::from(&SimError::from(e)))?;
     let settings = reader::settings(&args.reader, machine.as_ref(), &args.program)?;
     if args.unknown {
