@@ -96,9 +96,9 @@ const CASES: &[Case] = &[
     case(
         "start.motion",
         FANUC,
-        "dialect = \"fanuc\"\nstart.motion = \"rapid\"",
-        "G21 X1. Y1.\nM30\n",
-        "\"op\":\"rapid\"",
+        "dialect = \"fanuc\"\nstart.motion = \"linear\"",
+        "G21 X1. Y1. F100.\nM30\n",
+        "\"op\":\"linear\"",
     ),
     case(
         "start.position_mm",

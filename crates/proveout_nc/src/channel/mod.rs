@@ -6,14 +6,17 @@
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
-//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), what is known of faults ([`recover`], [`doubt`]), how often
-//! the program has jumped back ([`passes`]), and which lines have run ([`coverage`]); [`listed`] does what a control file says. A language is a type with [`Language`]:
-//! it says how one block is read and executed, and keeps in [`Channel::own`] what no other language has. Everything is
-//! resolved when it is compiled; nothing is boxed for a block.
+//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), what is
+//! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which lines have run
+//! ([`coverage`]). Formulas of all languages are one tree ([`expression`]); [`listed`] does what a control file says. A
+//! language is a type with [`Language`]: it says how one block is read and executed, and keeps in [`Channel::own`] what no
+//! other language has. Everything is resolved when it is compiled; nothing is boxed for a block.
 
 pub(crate) mod coverage;
 pub(crate) mod doubt;
+pub(crate) mod expression;
 mod flow;
+mod holes;
 mod listed;
 mod motion;
 pub(crate) mod passes;
@@ -38,6 +41,7 @@ use doubt::Doubt;
 use passes::Passes;
 
 pub(crate) use flow::{Level, Loaded, Section};
+pub(crate) use holes::{Holes, Stroke};
 pub(crate) use motion::{arc_fault, unknown_axes};
 pub(crate) use recover::{Failed, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};

@@ -9,13 +9,15 @@
 //!       v  feed          |      depth: FEDTO, DEPTH, or the first value, below the point
 //! ```
 
-use super::reader::AptReader;
+use super::reader::{Apt, AptReader};
 use super::statement::{Bad, Item, Place, Statement, Token};
 use super::technology::FeedUnit;
+use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
+use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::source::Source;
-use crate::{Dwell, Feed, Op, SpindleDirection};
+use crate::{Dwell, Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: f64 = 10_000.0;
@@ -55,7 +57,8 @@ pub(crate) struct Cycle {
     travel: f64,
     start: f64,
     retract: Retract,
-    step: Option<f64>,
+    /// First infeed and the others.
+    step: Option<[f64; 2]>,
     dwell: Option<Dwell>,
     feed: Option<Feed>,
     pitch: Option<f64>,
@@ -69,7 +72,9 @@ struct Values {
     rapid_to: Option<f64>,
     feed: Option<f64>,
     unit: Option<FeedUnit>,
+    /// First infeed, and the others where they differ.
     step: Option<f64>,
+    next_step: Option<f64>,
     pitch: Option<f64>,
     dwell: Option<f64>,
     dwell_revolutions: bool,
@@ -93,6 +98,11 @@ impl AptReader {
                 self.tell_feed();
                 return Ok(());
             }
+            // CAMWorks announces the definition of the next statement.
+            "INIT" if st.items.len() == 1 => {
+                self.note("CYCLE/INIT");
+                return Ok(());
+            }
             "ON" => {
                 if self.own.cycle.is_none() {
                     return Err(st.head.bad(
@@ -109,7 +119,8 @@ impl AptReader {
         let mut at = 1;
         let mut kind = match word.as_str() {
             "DRILL" | "FACE" => Kind::Drill,
-            "DEEP" => Kind::Deep,
+            // CAMWorks gives the first infeed of DEEP2 and that of the others.
+            "DEEP" | "DEEP2" => Kind::Deep,
             "BRKCHP" => Kind::BreakChip,
             "BORE" | "REAM" => Kind::Bore,
             "TAP" | "RIGID" => Kind::Tap,
@@ -142,7 +153,6 @@ impl AptReader {
         self.own.cycle_on = true;
     }
 
-    /// The feed of the statements before is in force again.
     fn cycle_values(&self, source: &Source, items: &[Item]) -> Result<Values, Box<Bad>> {
         let mut v = Values::default();
         // Values without a word: the depth, the feed beside its unit, the clearance.
@@ -179,7 +189,8 @@ impl AptReader {
                 "DEPTH" | "FEDTO" => v.depth = Some(value()?.abs() * unit),
                 "CLEAR" => v.clear = Some(value()? * unit),
                 "RAPTO" => v.rapid_to = Some(value()? * unit),
-                "STEP" | "STEP1" | "INCR" => v.step = Some(value()?.abs() * unit),
+                "STEP" | "STEP1" | "INCR" | "1STPECK" | "PECK" => v.step = Some(value()?.abs() * unit),
+                "SUBPECK" => v.next_step = Some(value()?.abs() * unit),
                 "PITCH" => v.pitch = Some(value()?.abs() * unit),
                 "TPI" => v.pitch = Some(25.4 / value()?.abs().max(1e-9)),
                 "DWELL" => {
@@ -245,9 +256,10 @@ impl AptReader {
                 "give a depth below the height where the feed begins",
             ));
         }
-        if let Some(step) = v.step
-            && (step <= 0.0 || (depth + start) / step > MAX_INFEEDS)
-        {
+        for step in [v.step, v.next_step].into_iter().flatten() {
+            if step > 0.0 && (depth + start) / step <= MAX_INFEEDS {
+                continue;
+            }
             let message = format!("infeeds of {step} mm to {depth} mm: the limit is {MAX_INFEEDS} infeeds");
             return Err(st.head.bad(codes::ARGUMENTS, message, "give a larger infeed"));
         }
@@ -267,12 +279,16 @@ impl AptReader {
             .map(|d| if v.dwell_revolutions { Dwell::Revolutions(d) } else { Dwell::Seconds(d) });
         let feed = v.feed.filter(|f| *f != 0.0).map(|f| self.feed_of(f, v.unit, first)).transpose()?;
         let retract = v.retract.unwrap_or(Retract::Travel);
-        Ok(Cycle { kind, depth, travel, start, retract, step: v.step, dwell, feed, pitch: v.pitch })
+        let step = v.step.map(|first| [first, v.next_step.unwrap_or(first)]);
+        Ok(Cycle { kind, depth, travel, start, retract, step, dwell, feed, pitch: v.pitch })
     }
 
     /// One hole at a point.
     pub(crate) fn hole(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let Some(cycle) = self.own.cycle else { return self.straight(point, false, place) };
+        let Some(cycle) = self.own.cycle else {
+            self.straight(point, false);
+            return Ok(());
+        };
         let axis = self.own.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
         if let Some(here) = self.position.work.xyz() {
@@ -286,76 +302,61 @@ impl AptReader {
                 } else {
                     frame::add_scaled(here, axis, cycle.travel - height)
                 };
-                self.straight(way, true, place)?;
+                self.straight(way, true);
             }
         }
-        self.rapid_to(at(cycle.travel), place)?;
-        self.rapid_to(at(cycle.start), place)?;
+        self.own.hole = point;
+        self.bore(&cycle, place.span).map_err(|fault| place.with(fault))
+    }
+
+    /// The course of a cycle; heights above the point.
+    fn bore(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
+        self.course(&[Stroke::Rapid(cycle.travel), Stroke::Rapid(cycle.start)], span)?;
         let before = self.technology.feed;
         self.technology.feed = cycle.feed.or(self.technology.feed);
-        self.need_feed(place)?;
+        self.need_feed();
         if cycle.kind != Kind::Tap {
             self.tell_feed();
         }
+        let (down, wait, up) = (Stroke::Feed(-cycle.depth), Stroke::Wait(cycle.dwell), Stroke::Feed(cycle.start));
         match cycle.kind {
-            Kind::Drill | Kind::Bore => {
-                self.straight(at(-cycle.depth), false, place)?;
-                self.wait(&cycle);
-                if cycle.kind == Kind::Bore {
-                    self.straight(at(cycle.start), false, place)?;
-                }
-            }
-            Kind::Deep | Kind::BreakChip => self.deep(&cycle, point, place)?,
-            Kind::Tap => self.tap(&cycle, point, place)?,
+            Kind::Drill => self.course(&[down, wait], span)?,
+            Kind::Bore => self.course(&[down, wait, up], span)?,
+            Kind::Deep | Kind::BreakChip => self.deep(cycle, span)?,
+            Kind::Tap => self.tap(cycle, span)?,
         }
         self.technology.feed = before;
-        let retract = match cycle.retract {
-            Retract::Travel => cycle.travel,
-            Retract::Height(height) => height.max(cycle.start),
-            Retract::Start => self
-                .own
-                .cycle_from
-                .map_or(cycle.travel, |from| frame::dot(frame::sub(from, point), axis).max(cycle.travel)),
+        let retract = match (cycle.retract, self.own.cycle_from) {
+            (Retract::Height(height), _) => height.max(cycle.start),
+            (Retract::Start, Some(from)) => {
+                frame::dot(frame::sub(from, self.own.hole), self.own.axis).max(cycle.travel)
+            }
+            (Retract::Travel | Retract::Start, _) => cycle.travel,
         };
-        self.rapid_to(at(retract), place)
+        self.course(&[Stroke::Rapid(retract)], span)
     }
 
-    fn rapid_to(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        if self.position.work.xyz().is_some_and(|here| frame::norm(frame::sub(here, point)) <= SAME_MM) {
-            return Ok(());
-        }
-        self.straight(point, true, place)
-    }
-
-    fn wait(&mut self, cycle: &Cycle) {
-        if let Some(dwell) = cycle.dwell {
-            self.emit(Op::Dwell(dwell));
-        }
-    }
-
-    fn deep(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let axis = self.own.axis;
-        let at = |height: f64| frame::add_scaled(point, axis, height);
-        let step = cycle.step.unwrap_or(cycle.depth + cycle.start);
+    fn deep(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
+        let [mut step, next_step] = cycle.step.unwrap_or([cycle.depth + cycle.start; 2]);
         // The first infeed is measured from the point, or from where the feed begins when that is lower.
         let mut reached = (-cycle.start).max(0.0);
         loop {
             reached = (reached + step).min(cycle.depth);
-            self.straight(at(-reached), false, place)?;
-            self.wait(cycle);
+            step = next_step;
+            self.course(&[Stroke::Feed(-reached), Stroke::Wait(cycle.dwell)], span)?;
             if reached >= cycle.depth - SAME_MM {
                 return Ok(());
             }
             if cycle.kind == Kind::BreakChip {
-                self.straight(at(-reached + CHIP_LIFT_MM), false, place)?;
+                self.course(&[Stroke::Feed(-reached + CHIP_LIFT_MM)], span)?;
             } else {
-                self.rapid_to(at(cycle.start), place)?;
-                self.rapid_to(at((-reached + DEEP_AHEAD_MM).min(cycle.start)), place)?;
+                let ahead = (-reached + DEEP_AHEAD_MM).min(cycle.start);
+                self.course(&[Stroke::Rapid(cycle.start), Stroke::Rapid(ahead)], span)?;
             }
         }
     }
 
-    fn tap(&mut self, cycle: &Cycle, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+    fn tap(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
         let speed = self.technology.speed.filter(|s| *s > 0.0 && self.technology.direction != SpindleDirection::Off);
         let pitch = match (cycle.pitch, self.technology.feed, speed) {
             (Some(pitch), ..) => Some(pitch),
@@ -364,21 +365,40 @@ impl AptReader {
             _ => None,
         };
         let pitch = pitch.filter(|p| *p > 0.0 && p.is_finite()).ok_or_else(|| {
-            place.bad(codes::ARGUMENTS, "the pitch of the thread is not known", "give PITCH, or the feed and SPINDL")
+            let code = if self.technology.feed.is_some() { codes::MISSING_VALUE } else { codes::NO_FEED };
+            Fault::new(code, span, "the pitch of the thread is not known").help("give PITCH, or the feed and SPINDL")
         })?;
-        let inward = self.own.last_direction;
-        let outward = match inward {
-            SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
-            _ => SpindleDirection::CounterClockwise,
-        };
-        for (height, direction) in [(-cycle.depth, inward), (cycle.start, outward)] {
-            let motion = self.motion(frame::add_scaled(point, self.own.axis, height));
-            self.go_thread(motion, pitch, Some(direction));
-            if height < 0.0 {
-                self.wait(cycle);
-            }
+        let turn = self.own.last_direction;
+        for (to, turn) in [(-cycle.depth, turn), (cycle.start, opposite(turn))] {
+            let wait = Stroke::Wait(cycle.dwell.filter(|_| to < 0.0));
+            self.course(&[Stroke::Thread { to, pitch, turn }, wait], span)?;
         }
         Ok(())
+    }
+
+    /// The point at a height over the hole.
+    fn over_hole(&self, height: f64) -> [f64; 3] {
+        frame::add_scaled(self.own.hole, self.own.axis, height)
+    }
+}
+
+impl Holes for Apt {
+    fn stands_at(channel: &AptReader, to: f64) -> bool {
+        let point = channel.over_hole(to);
+        channel.position.work.xyz().is_some_and(|here| frame::norm(frame::sub(here, point)) <= SAME_MM)
+    }
+
+    fn stroke(channel: &mut AptReader, to: f64, rapid: bool, _span: Span) -> Result<(), Fault> {
+        if !rapid {
+            channel.need_feed();
+        }
+        let motion = channel.motion(channel.over_hole(to));
+        channel.go(motion, rapid);
+        Ok(())
+    }
+
+    fn thread_stroke(channel: &mut AptReader, to: f64, _span: Span) -> Result<Motion, Fault> {
+        Ok(channel.motion(channel.over_hole(to)))
     }
 }
 

@@ -83,23 +83,16 @@ impl AptReader {
         if self.own.cycle_on {
             return self.hole(point, place);
         }
-        self.straight(point, rapid, place)
-    }
-
-    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool, place: Place) -> Result<(), Box<Bad>> {
-        if !rapid {
-            self.need_feed(place)?;
-        }
-        let motion = self.motion(point);
-        self.go(motion, rapid);
+        self.straight(point, rapid);
         Ok(())
     }
 
-    pub(crate) fn need_feed(&self, place: Place) -> Result<(), Box<Bad>> {
-        if self.technology.feed.is_some() {
-            return Ok(());
+    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool) {
+        if !rapid {
+            self.need_feed();
         }
-        Err(place.bad(codes::NO_FEED, "the motion has no feed", "write FEDRAT, or RAPID, before it"))
+        let motion = self.motion(point);
+        self.go(motion, rapid);
     }
 
     /// The motion to a point with the tool axis in effect.
@@ -151,7 +144,8 @@ impl AptReader {
         self.take_path_tool();
         self.own.rapid = false;
         self.own.axis = axis;
-        self.straight(point, true, st.head)
+        self.straight(point, true);
+        Ok(())
     }
 
     pub(crate) fn multax(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {

@@ -27,7 +27,8 @@ const MAX_NAMES: usize = 100_000;
 pub(crate) struct PendingCircle {
     pub(crate) center: [f64; 3],
     pub(crate) normal: [f64; 3],
-    pub(crate) radius: f64,
+    /// None: that of the start.
+    pub(crate) radius: Option<f64>,
     /// Programmed angle, radian.
     pub(crate) angle: Option<f64>,
     /// A circle of NX: start and end at one point are no motion there, not a full turn.
@@ -56,6 +57,7 @@ pub(crate) struct Apt {
     /// Tool center point control is on.
     pub(crate) tcp: bool,
     pub(crate) rapid: bool,
+    pub(crate) noted_no_feed: bool,
     /// Direction that SPINDL/ON takes up again.
     pub(crate) last_direction: SpindleDirection,
     pub(crate) side: CompSide,
@@ -64,6 +66,8 @@ pub(crate) struct Apt {
     pub(crate) forward: Option<[f64; 3]>,
     pub(crate) cycle: Option<Cycle>,
     pub(crate) cycle_on: bool,
+    /// Point of the hole in work.
+    pub(crate) hole: [f64; 3],
     /// Where the tool stood when the cycle began.
     pub(crate) cycle_from: Option<[f64; 3]>,
     pub(crate) home: Option<([f64; 3], [f64; 3])>,
@@ -89,11 +93,13 @@ pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
         tcp: false,
         rapid: false,
         last_direction: SpindleDirection::Clockwise,
+        noted_no_feed: false,
         side: CompSide::Off,
         circle: None,
         forward: None,
         cycle: None,
         cycle_on: false,
+        hole: [0.0; 3],
         cycle_from: None,
         home: None,
         tool_loaded: false,
@@ -223,7 +229,9 @@ impl AptReader {
             "TLAXIS" => self.tool_axis_statement(source, st),
             "MSYS" => self.msys(source, st),
             "ORIGIN" | "TRANS" => self.shift_statement(source, st),
-            "UNITS" => self.units(source, st),
+            "UNIT" | "UNITS" => self.units(source, st),
+            "CSYS" => self.csys(source, st),
+            "TRNTYP" => self.transform_type(source, st),
             _ => self.technology(source, st),
         }
     }

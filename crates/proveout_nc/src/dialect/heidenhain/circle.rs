@@ -305,7 +305,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<ArcMotion, Fault> {
         let [u, v, n] = self.modal.plane_axes();
-        let start = self.start_point("the arc", span)?;
+        let start = self.arc_start("the arc", [u, v, n], span)?;
         let mut center = start;
         center[u] = arc.center[0];
         center[v] = arc.center[1];

@@ -14,12 +14,12 @@
 use std::collections::BTreeMap;
 
 use super::cycle::Setting;
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
-use crate::channel::{direction_of, direction_of_thread, opposite};
+use crate::channel::{Holes, Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{Dwell, Feed, Op, SpindleDirection};
+use crate::{Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: u32 = 10_000;
@@ -27,6 +27,22 @@ const MAX_INFEEDS: u32 = 10_000;
 const FREE_MM: f64 = 0.2;
 
 type Values = BTreeMap<u32, Setting>;
+
+impl Holes for Heidenhain {
+    fn stands_at(channel: &Interpreter, to: f64) -> bool {
+        channel.position.work.get(channel.modal.normal) == Some(to)
+    }
+
+    fn stroke(channel: &mut Interpreter, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        channel.straight(channel.on_axis(to), rapid, span)
+    }
+
+    fn thread_stroke(channel: &mut Interpreter, to: f64, span: Span) -> Result<Motion, Fault> {
+        let motion = channel.complete(channel.on_axis(to), span)?;
+        channel.modal.tangent = None;
+        Ok(motion)
+    }
+}
 
 /// Heights of a hole, mm.
 #[derive(Clone, Copy, Debug)]
@@ -104,24 +120,12 @@ impl Interpreter {
         })
     }
 
-    /// Straight along the tool axis; no feed is rapid.
-    fn along(&mut self, to: f64, feed: Option<Feed>, span: Span) -> Result<(), Fault> {
+    /// A goal on the axis of the hole.
+    fn on_axis(&self, to: f64) -> Goal {
         let axis = self.modal.normal;
-        if self.position.work.get(axis) == Some(to) {
-            return Ok(());
-        }
         let mut goal = Goal { end: self.position.work, programmed: 1 << axis, tool_axis: None };
         goal.end.put(axis, to);
-        if feed.is_some() {
-            self.technology.feed = feed;
-        }
-        self.straight(goal, feed.is_none(), span)
-    }
-
-    fn wait(&mut self, seconds: f64) {
-        if seconds > 0.0 {
-            self.emit(Op::Dwell(Dwell::Seconds(seconds)));
-        }
+        goal
     }
 
     /// Moves to a hole and runs the cycle there, first up where the tool stands below the clearance.
@@ -138,7 +142,7 @@ impl Interpreter {
         let heights = self.heights(number, values, lift, span)?;
         let feed = if rapid { None } else { self.technology.feed };
         if self.position.work.get(n).is_some_and(|z| z < heights.clear) {
-            self.along(heights.clear, feed, span)?;
+            self.course(&[Stroke::at(heights.clear, feed)], span)?;
         }
         let mut goal = Goal { end: self.position.work, programmed: 1 << u | 1 << v, tool_axis: None };
         goal.end.put(u, point[0]);
@@ -153,31 +157,27 @@ impl Interpreter {
         let before = self.technology.feed;
         let num = |this: &Self, key: u32| this.cycle_number(values, key, Some(0.0), span);
         // From below the clearance the tool first goes up; from above it comes down in rapid.
-        self.along(h.clear, None, span)?;
+        self.course(&[Stroke::Rapid(h.clear)], span)?;
         match number {
             200 | 1 | 203 | 205 => self.peck(number, values, h, span)?,
             240 | 201 | 202 => {
                 let down = self.cycle_feed(values, 206, span)?.or(before);
-                self.along(h.depth, down, span)?;
-                let dwell = num(self, 211)?;
-                self.wait(dwell);
+                self.course(&[Stroke::at(h.depth, down), Stroke::wait(Some(num(self, 211)?))], span)?;
                 match number {
-                    240 => self.along(h.clear, None, span)?,
+                    240 => self.course(&[Stroke::Rapid(h.clear)], span)?,
                     201 => {
                         let up = self.retraction_feed(values, down, span)?;
-                        self.along(h.clear, up, span)?;
+                        self.course(&[Stroke::at(h.clear, up)], span)?;
                     }
                     _ => self.bore_back(values, h, down, span)?,
                 }
             }
             206 | 2 => {
                 let feed = self.cycle_feed(values, 206, span)?.or(before);
-                self.along(h.depth, feed, span)?;
-                let dwell = num(self, 211)?;
-                self.wait(dwell);
+                self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(num(self, 211)?))], span)?;
                 let direction = self.technology.direction;
                 self.turn_spindle(opposite(direction));
-                self.along(h.clear, feed, span)?;
+                self.course(&[Stroke::at(h.clear, feed)], span)?;
                 self.turn_spindle(direction);
             }
             207 | 17 => self.tap(values, h, None, span)?,
@@ -195,7 +195,7 @@ impl Interpreter {
             }
         }
         self.technology.feed = before;
-        self.along(h.second, None, span)
+        self.course(&[Stroke::Rapid(h.second)], span)
     }
 
     /// Q208: feed of retraction; 0 as down, MAX and none as rapid.
@@ -250,7 +250,7 @@ impl Interpreter {
         let mut reached = 0.0;
         if begin > 0.0 && begin < total {
             let approach = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { None };
-            self.along(at(begin) - h.down * clearance, approach, span)?;
+            self.course(&[Stroke::at(at(begin) - h.down * clearance, approach)], span)?;
             reached = begin;
         }
         let mut count = 0u32;
@@ -274,31 +274,30 @@ impl Interpreter {
                     if count > MAX_INFEEDS {
                         break;
                     }
-                    self.along(at(part), feed, span)?;
-                    self.along(at(part) - h.down * break_back, feed, span)?;
+                    let lift = Stroke::at(at(part) - h.down * break_back, feed);
+                    self.course(&[Stroke::at(at(part), feed), lift], span)?;
                     part += break_after;
                 }
             }
-            self.along(if target == total { h.depth } else { at(target) }, feed, span)?;
+            let depth = if target == total { h.depth } else { at(target) };
+            self.course(&[Stroke::at(depth, feed)], span)?;
             reached = target;
             if reached == total {
                 break;
             }
             if broken < breaks {
                 broken += 1;
-                self.along(at(reached) - h.down * break_back, feed, span)?;
+                self.course(&[Stroke::at(at(reached) - h.down * break_back, feed)], span)?;
             } else {
                 broken = 0;
-                self.along(h.clear, up, span)?;
-                self.wait(dwell_top);
                 let ahead = ahead_first + (ahead_last - ahead_first) * (reached / total);
-                self.along(at((reached - ahead).max(-clearance)), None, span)?;
+                let back = Stroke::Rapid(at((reached - ahead).max(-clearance)));
+                self.course(&[Stroke::at(h.clear, up), Stroke::wait(Some(dwell_top)), back], span)?;
             }
             let next = step - decrement;
             step = if next < least { least.max(1e-6).min(step) } else { next };
         }
-        self.wait(dwell_bottom);
-        self.along(h.clear, up, span)
+        self.course(&[Stroke::wait(Some(dwell_bottom)), Stroke::at(h.clear, up)], span)
     }
 
     /// 202: the spindle is oriented, the bar set free of the wall, drawn out and brought back to the middle.
@@ -325,8 +324,7 @@ impl Interpreter {
         if let Some(axis) = axis {
             self.aside(axis, sign * FREE_MM, span)?;
         }
-        self.along(h.clear, up, span)?;
-        self.along(h.second, None, span)?;
+        self.course(&[Stroke::at(h.clear, up), Stroke::Rapid(h.second)], span)?;
         if let Some(axis) = axis {
             self.aside(axis, -sign * FREE_MM, span)?;
         }
@@ -354,6 +352,7 @@ impl Interpreter {
         let cut = direction_of_thread(pitch);
         let out = opposite(cut);
         let pitch = pitch.abs();
+        let thread = |to: f64, turn: SpindleDirection| Stroke::Thread { to, pitch, turn };
         let back = self.cycle_number(values, 256, Some(0.0), span)?.abs() * pitch;
         let total = (h.depth - h.surface).abs();
         let mut reached = 0.0;
@@ -370,26 +369,14 @@ impl Interpreter {
                     .help("check Q257"));
                 }
                 reached += infeed;
-                self.thread(h.surface + h.down * reached, pitch, cut, span)?;
                 // Q256 zero: out of the hole to clear the chips.
                 let to = if back > 0.0 { h.surface + h.down * (reached - back) } else { h.clear };
-                self.thread(to, pitch, out, span)?;
+                self.course(&[thread(h.surface + h.down * reached, cut), thread(to, out)], span)?;
             }
         }
-        self.thread(h.depth, pitch, cut, span)?;
-        self.thread(h.clear, pitch, out, span)?;
+        self.course(&[thread(h.depth, cut), thread(h.clear, out)], span)?;
         // The spindle runs on as before the cycle.
         self.tell_spindle();
-        Ok(())
-    }
-
-    fn thread(&mut self, to: f64, pitch: f64, direction: SpindleDirection, span: Span) -> Result<(), Fault> {
-        let axis = self.modal.normal;
-        let mut goal = Goal { end: self.position.work, programmed: 1 << axis, tool_axis: None };
-        goal.end.put(axis, to);
-        let motion = self.complete(goal, span)?;
-        self.modal.tangent = None;
-        self.go_thread(motion, pitch, Some(direction));
         Ok(())
     }
 
@@ -407,7 +394,7 @@ impl Interpreter {
         self.tell_spindle();
         let clearance = (h.clear - h.surface).abs();
         if begin > 0.0 {
-            self.along(h.surface + h.down * (begin - clearance), approach, span)?;
+            self.course(&[Stroke::at(h.surface + h.down * (begin - clearance), approach)], span)?;
         }
         self.technology.direction =
             if direction == SpindleDirection::Off { SpindleDirection::Clockwise } else { direction };
@@ -420,9 +407,7 @@ impl Interpreter {
                 self.cycle_coolant(*code);
             }
         }
-        self.along(h.depth, feed, span)?;
-        let dwell = num(self, 211, 0.0)?;
-        self.wait(dwell);
+        self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(num(self, 211, 0.0)?))], span)?;
         if let Some(Setting::Number(code)) = values.get(&430) {
             self.cycle_coolant(*code);
         }
@@ -430,7 +415,7 @@ impl Interpreter {
         self.technology.speed = Some(slow);
         self.tell_spindle();
         let up = self.retraction_feed(values, feed, span)?;
-        self.along(h.clear, up, span)?;
+        self.course(&[Stroke::at(h.clear, up)], span)?;
         self.technology.direction = direction;
         self.technology.speed = speed;
         self.tell_spindle();

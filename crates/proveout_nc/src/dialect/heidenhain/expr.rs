@@ -5,71 +5,24 @@
 
 use super::lexer::Lexer;
 use super::words::Param;
+use crate::channel::expression::{self, Function, MAX_DEPTH, Operator};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
-/// Nesting of brackets, signs and functions in one formula.
-const MAX_DEPTH: u32 = 60;
+/// A formula of Q parameters.
+pub(crate) type Expr = expression::Expr<Param>;
 
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Expr {
-    Number(f64),
-    Text(String),
-    Param(Param),
-    Call(Function, Box<Self>),
-    Binary(Operator, Box<Self>, Box<Self>),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Operator {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Modulo,
-    Power,
-    /// FN 8: root of the sum of squares.
-    Length,
-    /// FN 13: angle of opposite and adjacent side.
-    Angle,
-    /// `||`: texts one behind the other.
-    Join,
-}
-
-impl Operator {
-    fn priority(self) -> u8 {
-        match self {
-            Self::Power => 3,
-            Self::Multiply | Self::Divide | Self::Modulo => 2,
-            _ => 1,
-        }
+fn priority(operator: Operator) -> u8 {
+    match operator {
+        Operator::Power => 3,
+        Operator::Multiply | Operator::Divide | Operator::Mod => 2,
+        _ => 1,
     }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Function {
-    Sq,
-    Sqrt,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Ln,
-    Log,
-    Exp,
-    Neg,
-    Int,
-    Abs,
-    Frac,
-    Sgn,
-    ToChar,
 }
 
 const FUNCTIONS: [(&str, Function); 17] = [
     ("SQRT", Function::Sqrt),
-    ("SQ", Function::Sq),
+    ("SQ", Function::Square),
     ("SIN", Function::Sin),
     ("COS", Function::Cos),
     ("TAN", Function::Tan),
@@ -79,12 +32,12 @@ const FUNCTIONS: [(&str, Function); 17] = [
     ("LN", Function::Ln),
     ("LOG", Function::Log),
     ("EXP", Function::Exp),
-    ("NEG", Function::Neg),
-    ("INT", Function::Int),
+    ("NEG", Function::Negate),
+    ("INT", Function::TowardsZero),
     ("ABS", Function::Abs),
-    ("FRAC", Function::Frac),
-    ("SGN", Function::Sgn),
-    ("TOCHAR", Function::ToChar),
+    ("FRAC", Function::Fraction),
+    ("SGN", Function::Sign),
+    ("TOCHAR", Function::Text),
 ];
 
 /// Parses a formula.
@@ -102,7 +55,7 @@ fn parse(x: &mut Lexer<'_>, lowest: u8, depth: u32) -> Result<Expr, Fault> {
             (b'-', _) => (Operator::Subtract, 1),
             (b'*', _) => (Operator::Multiply, 1),
             (b'/', _) => (Operator::Divide, 1),
-            (b'%', _) => (Operator::Modulo, 1),
+            (b'%', _) => (Operator::Mod, 1),
             (b'^', _) => (Operator::Power, 1),
             (b'|', b'|') => (Operator::Join, 2),
             _ => {
@@ -110,12 +63,12 @@ fn parse(x: &mut Lexer<'_>, lowest: u8, depth: u32) -> Result<Expr, Fault> {
                 return Ok(left);
             }
         };
-        if operator.priority() <= lowest {
+        if priority(operator) <= lowest {
             x.set_pos(before);
             return Ok(left);
         }
         x.set_pos(x.pos() + length);
-        let right = parse(x, operator.priority(), depth + 1)?;
+        let right = parse(x, priority(operator), depth + 1)?;
         left = Expr::Binary(operator, Box::new(left), Box::new(right));
     }
 }
@@ -137,7 +90,7 @@ fn operand(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
             Ok(match inner {
                 inner if sign == b'+' => inner,
                 Expr::Number(number) => Expr::Number(-number),
-                inner => Expr::Call(Function::Neg, Box::new(inner)),
+                inner => Expr::Unary(Function::Negate, Box::new(inner)),
             })
         }
         b'(' => {
@@ -161,7 +114,7 @@ fn operand(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
             }
             match FUNCTIONS.iter().find(|(name, _)| *name == word) {
                 Some(&(_, function)) => {
-                    if function == Function::ToChar {
+                    if function == Function::Text {
                         x.blanks();
                         let open = x.s.take(b'(');
                         x.prefix("DAT");
@@ -175,9 +128,9 @@ fn operand(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
                                 Fault::new(codes::SYNTAX, x.span_from(start), "`)` is missing").help("write `)`")
                             );
                         }
-                        return Ok(Expr::Call(function, Box::new(inner)));
+                        return Ok(Expr::Unary(function, Box::new(inner)));
                     }
-                    Ok(Expr::Call(function, Box::new(operand(x, depth + 1)?)))
+                    Ok(Expr::Unary(function, Box::new(operand(x, depth + 1)?)))
                 }
                 None if matches!(
                     word.as_str(),
@@ -201,62 +154,6 @@ fn operand(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
     }
 }
 
-/// Value of a function; the message of what is wrong.
-pub(crate) fn apply(function: Function, v: f64) -> Result<f64, String> {
-    use crate::frame::sin_cos_degrees;
-    let value = match function {
-        Function::Sq => v * v,
-        Function::Sqrt if v < 0.0 => return Err(format!("the root of {v} is not real")),
-        Function::Sqrt => v.sqrt(),
-        Function::Sin => sin_cos_degrees(v).0,
-        Function::Cos => sin_cos_degrees(v).1,
-        Function::Tan => {
-            let (s, c) = sin_cos_degrees(v);
-            if c == 0.0 {
-                return Err(format!("the tangent of {v} degrees is infinite"));
-            }
-            s / c
-        }
-        Function::Asin | Function::Acos if v.abs() > 1.0 => return Err(format!("no angle has the value {v}")),
-        Function::Asin => v.asin().to_degrees(),
-        Function::Acos => v.acos().to_degrees(),
-        Function::Atan => v.atan().to_degrees(),
-        Function::Ln | Function::Log if v <= 0.0 => return Err(format!("the logarithm of {v} is not real")),
-        Function::Ln => v.ln(),
-        Function::Log => v.log10(),
-        Function::Exp => v.exp(),
-        Function::Neg => -v,
-        Function::Int => v.trunc(),
-        Function::Abs => v.abs(),
-        Function::Frac => v.fract(),
-        Function::Sgn => {
-            if v == 0.0 {
-                0.0
-            } else {
-                v.signum()
-            }
-        }
-        Function::ToChar => v,
-    };
-    Ok(value + 0.0)
-}
-
-/// Value of an operation; the message of what is wrong.
-pub(crate) fn combine(operator: Operator, a: f64, b: f64) -> Result<f64, String> {
-    let value = match operator {
-        Operator::Add | Operator::Join => a + b,
-        Operator::Subtract => a - b,
-        Operator::Multiply => a * b,
-        Operator::Divide | Operator::Modulo if b == 0.0 => return Err(format!("{a} is divided by zero")),
-        Operator::Divide => a / b,
-        Operator::Modulo => a % b,
-        Operator::Power => a.powf(b),
-        Operator::Length => a.hypot(b),
-        Operator::Angle => a.atan2(b).to_degrees().rem_euclid(360.0),
-    };
-    Ok(value + 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -264,8 +161,8 @@ mod tests {
     fn number(e: &Expr) -> f64 {
         match e {
             Expr::Number(v) => *v,
-            Expr::Call(f, a) => apply(*f, number(a)).unwrap(),
-            Expr::Binary(o, a, b) => combine(*o, number(a), number(b)).unwrap(),
+            Expr::Unary(f, a) => expression::apply(*f, number(a), Span::default()).unwrap(),
+            Expr::Binary(o, a, b) => expression::combine(*o, number(a), number(b), Span::default()).unwrap(),
             _ => f64::NAN,
         }
     }

@@ -1,9 +1,10 @@
 //! Words of FN functions and conditional jumps.
 
-use super::expr::{self, Expr, Operator};
+use super::expr::Expr;
 use super::lexer::{Lexer, refused};
 use super::statements::label;
 use super::words::{Condition, Relation, Statement, Value};
+use crate::channel::expression::{Function, Operator};
 use crate::diagnostic::Fault;
 
 /// Value of a term of FN 0 to FN 13.
@@ -15,13 +16,13 @@ fn as_expr(value: Value) -> Expr {
     match value {
         Value::Number(number) => Expr::Number(number),
         Value::Param { negative: false, param } => Expr::Param(param),
-        Value::Param { negative: true, param } => Expr::Call(expr::Function::Neg, Box::new(Expr::Param(param))),
+        Value::Param { negative: true, param } => Expr::Unary(Function::Negate, Box::new(Expr::Param(param))),
     }
 }
 
 /// What function `FN 0` to `FN 13` or `D00` to `D13` makes of its terms; none for others.
 pub(crate) fn arithmetic(number: u32, first: Value, second: Option<Value>) -> Option<Expr> {
-    let one = |function| Some(Expr::Call(function, Box::new(as_expr(first))));
+    let one = |function| Some(Expr::Unary(function, Box::new(as_expr(first))));
     let two = |operator| Some(Expr::Binary(operator, Box::new(as_expr(first)), Box::new(as_expr(second?))));
     match number {
         0 => Some(as_expr(first)),
@@ -29,9 +30,9 @@ pub(crate) fn arithmetic(number: u32, first: Value, second: Option<Value>) -> Op
         2 => two(Operator::Subtract),
         3 => two(Operator::Multiply),
         4 => two(Operator::Divide),
-        5 => one(expr::Function::Sqrt),
-        6 => one(expr::Function::Sin),
-        7 => one(expr::Function::Cos),
+        5 => one(Function::Sqrt),
+        6 => one(Function::Sin),
+        7 => one(Function::Cos),
         8 => two(Operator::Length),
         13 => two(Operator::Angle),
         _ => None,

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::expr::{self, Expr, Function, Operator};
+use super::expr::Expr;
 use super::words::{Condition, Kind, Param, Relation, Value};
+use crate::channel::expression::{Function, Operator, apply, arithmetic, combine};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -124,14 +125,11 @@ impl Variables {
             Expr::Text(text) => Val::Text(text.clone()),
             Expr::Param(param) if param.kind == Kind::Text => Val::Text(self.text(*param, span)?.to_owned()),
             Expr::Param(param) => Val::Number(self.value(Value::Param { negative: false, param: *param }, span)?),
-            Expr::Call(Function::ToChar, inner) => match self.eval(inner, span)? {
+            Expr::Unary(Function::Text, inner) => match self.eval(inner, span)? {
                 Val::Number(number) => Val::Text(format!("{number}")),
                 text => text,
             },
-            Expr::Call(function, inner) => {
-                let inner = self.number(inner, span)?;
-                finite(expr::apply(*function, inner), span)?
-            }
+            Expr::Unary(function, inner) => finite(apply(*function, self.number(inner, span)?, span)?, span)?,
             Expr::Binary(Operator::Join, a, b) => {
                 let mut text = shown(self.eval(a, span)?);
                 text.push_str(&shown(self.eval(b, span)?));
@@ -139,7 +137,13 @@ impl Variables {
             }
             Expr::Binary(operator, a, b) => {
                 let (a, b) = (self.number(a, span)?, self.number(b, span)?);
-                finite(expr::combine(*operator, a, b), span)?
+                let value = combine(*operator, a, b, span)?;
+                finite(if *operator == Operator::Angle { value.rem_euclid(360.0) } else { value }, span)?
+            }
+            Expr::Name(_) | Expr::Element(..) | Expr::Call(..) => {
+                return Err(
+                    Fault::new(codes::TYPE, span, "a name stands where a value is needed").help("use a Q parameter")
+                );
             }
         })
     }
@@ -177,11 +181,10 @@ fn shown(value: Val) -> String {
     }
 }
 
-fn finite(value: Result<f64, String>, span: Span) -> Result<Val, Fault> {
-    let fault = |message: String| Fault::new(codes::ARITHMETIC, span, message).help("check the values of the formula");
-    match value {
-        Ok(value) if value.is_finite() => Ok(Val::Number(value)),
-        Ok(value) => Err(fault(format!("the result {value} is not finite"))),
-        Err(message) => Err(fault(message)),
+/// Zero has no sign on this control.
+fn finite(value: f64, span: Span) -> Result<Val, Fault> {
+    if value.is_finite() {
+        return Ok(Val::Number(value + 0.0));
     }
+    Err(arithmetic(format!("the result {value} is not finite"), span))
 }

@@ -7,6 +7,7 @@ use super::cycles::Levels;
 use super::interpreter::Interpreter;
 use super::pending::AXES;
 use crate::SpindleDirection;
+use crate::channel::Stroke;
 use crate::codes;
 use crate::control::FineBoring;
 use crate::diagnostic::{Fault, Span};
@@ -27,11 +28,10 @@ impl Interpreter {
             _ => self.bore_shift("G76", span)?,
         };
         let direction = self.technology.direction;
-        self.along(levels.depth, false, span)?;
-        self.wait(self.own.cycle.p);
+        self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(back, true, span)?;
+        self.course(&[Stroke::Rapid(back)], span)?;
         self.shifted(shift, -1.0, span)?;
         self.spindle(direction);
         Ok(())
@@ -54,14 +54,13 @@ impl Interpreter {
         };
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(levels.r, true, span)?;
+        self.course(&[Stroke::Rapid(levels.r)], span)?;
         self.shifted(shift, -1.0, span)?;
         self.spindle(direction);
-        self.along(levels.depth, false, span)?;
-        self.wait(self.own.cycle.p);
+        self.course(&[Stroke::Feed(levels.depth), Stroke::wait(self.own.cycle.p)], span)?;
         self.orient();
         self.shifted(shift, 1.0, span)?;
-        self.along(initial, true, span)?;
+        self.course(&[Stroke::Rapid(initial)], span)?;
         self.shifted(shift, -1.0, span)?;
         self.spindle(direction);
         Ok(())
@@ -73,9 +72,14 @@ impl Interpreter {
     }
 
     /// Shift off the wall in the plane: I and J, or Q along the first axis.
-    fn bore_shift(&self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
+    fn bore_shift(&mut self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
         match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
+            // A control file says whether Q may be left out; here nothing tells the control.
+            ([None, None, None], None) if name == "G76" && self.own.assumed => {
+                self.assume("G76 without Q: the tool goes out without a shift");
+                Ok([0.0; 2])
+            }
             ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),
             _ => Err(Fault::new(
                 codes::MISSING_VALUE,
@@ -87,6 +91,9 @@ impl Interpreter {
     }
 
     fn shifted(&mut self, shift: [f64; 2], sign: f64, span: Span) -> Result<(), Fault> {
+        if shift == [0.0; 2] {
+            return Ok(());
+        }
         let [u, v, _] = self.modal.plane_axes();
         let mut end = self.position.work;
         for (axis, value) in [(u, shift[0]), (v, shift[1])] {

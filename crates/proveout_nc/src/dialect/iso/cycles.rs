@@ -15,15 +15,18 @@
 
 use super::block::g_name;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
+use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
+use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AxisValues, Dwell, Op, SpindleDirection};
+use crate::{AxisValues, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
+/// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
+const TAP_LIFT_MM: f64 = 1.0;
 /// Most commands of one block: they are kept until they are handed out.
 const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
@@ -57,7 +60,7 @@ impl Interpreter {
         let Some(code) = self.modal.cycle else { return Ok(()) };
         let normal = self.modal.normal;
         let axes = p.axes();
-        let drills = axes != 0 || p.any_free(b"R");
+        let drills = axes != 0 || p.has_polar() || p.any_free(b"R");
         if drills {
             self.before_motion(axes, p, span)?;
         }
@@ -78,7 +81,7 @@ impl Interpreter {
             *p = place.clone();
             // The way to the hole is at the level of the tool, but never below an R plane above the initial level.
             if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
-                self.along(levels.r, true, span)?;
+                self.course(&[Stroke::Rapid(levels.r)], span)?;
             }
             let (end, programmed) = self.targets(p, span)?;
             if programmed != 0 {
@@ -216,31 +219,23 @@ impl Interpreter {
             return self.back_bore(levels, span);
         }
         let back = self.return_level(levels, span)?;
-        self.along(levels.r, true, span)?;
-        let dwell = self.own.cycle.p;
+        let (down, up) = (Stroke::Feed(levels.depth), Stroke::Feed(levels.r));
+        let (out, wait) = (Stroke::Rapid(back), Stroke::wait(self.own.cycle.p));
+        self.course(&[Stroke::Rapid(levels.r)], span)?;
         match code {
             730 | 830 => self.peck(code, levels, span)?,
-            740 | 840 => return self.tap(code, levels, back, span),
+            740 | 840 => self.tap(code, levels, back, span)?,
             760 => return self.fine_bore(levels, back, span),
-            850 | 890 => {
-                self.along(levels.depth, false, span)?;
-                self.wait(if code == 890 { dwell } else { None });
-                self.along(levels.r, false, span)?;
-            }
+            820 => self.course(&[down, wait], span)?,
+            850 => self.course(&[down, up], span)?,
             860 => {
-                self.along(levels.depth, false, span)?;
-                self.wait(dwell);
-                let direction = self.technology.direction;
-                self.spindle_off();
-                self.along(back, true, span)?;
-                self.spindle(direction);
+                let again = Stroke::Turn(self.technology.direction);
+                self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
-            _ => {
-                self.along(levels.depth, false, span)?;
-                self.wait(if code == 820 { dwell } else { None });
-            }
+            890 => self.course(&[down, wait, up], span)?,
+            _ => self.course(&[down], span)?,
         }
-        self.along(back, true, span)
+        self.course(&[out], span)
     }
 
     /// G73 and G83.
@@ -267,17 +262,17 @@ impl Interpreter {
             // Rounding must not leave a last infeed of nothing.
             let last = reached >= total - 1e-9;
             let depth = if last { levels.depth } else { levels.r - reached };
-            self.along(depth, false, span)?;
+            self.course(&[Stroke::Feed(depth)], span)?;
             if last {
                 // The peck cycles of LinuxCNC take no P.
-                self.wait(self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc()));
-                return Ok(());
+                let dwell = self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc());
+                return self.course(&[Stroke::wait(dwell)], span);
             }
+            let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
             if code == 730 {
-                self.along((depth + clearance).min(levels.r), true, span)?;
+                self.course(&[ahead], span)?;
             } else {
-                self.along(levels.r, true, span)?;
-                self.along((depth + clearance).min(levels.r), true, span)?;
+                self.course(&[Stroke::Rapid(levels.r), ahead], span)?;
             }
             if variable {
                 infeed = (infeed - less.unwrap_or(0.0).abs()).max(least.unwrap_or(0.0).abs());
@@ -291,14 +286,6 @@ impl Interpreter {
 
     /// G84 and G74: the path follows the spindle in and out.
     fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
-        if self.own.cycle.q.is_some_and(|q| q != 0.0) {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                format!("`{} Q` (tapping in steps) is not supported", g_name(code)),
-            )
-            .help("tap in one stroke"));
-        }
         let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
@@ -317,36 +304,51 @@ impl Interpreter {
                     .help("write G94 or G95"));
             }
         };
-        let (inwards, outwards) = if code == 840 {
-            (SpindleDirection::Clockwise, SpindleDirection::CounterClockwise)
-        } else {
-            (SpindleDirection::CounterClockwise, SpindleDirection::Clockwise)
-        };
-        for (to, direction) in [(levels.depth, inwards), (levels.r, outwards)] {
-            let mut end = self.position.work;
-            end.put(self.modal.normal, to);
-            let motion = self.complete(end, 1 << self.modal.normal, false, span)?;
-            self.go_thread(motion, pitch, Some(direction));
-            self.wait(self.own.cycle.p);
-        }
-        self.along(back, true, span)
+        let turn = if code == 840 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        self.tap_steps(levels, pitch, turn, span)?;
+        // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
+        let out = if self.own.flavor.is_linuxcnc() { back } else { levels.r };
+        let wait = Stroke::wait(self.own.cycle.p);
+        let down = Stroke::Thread { to: levels.depth, pitch, turn };
+        let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
+        self.course(&[down, wait, up, wait], span)
     }
 
-    pub(super) fn wait(&mut self, dwell: Option<f64>) {
-        if let Some(seconds) = dwell.filter(|s| *s > 0.0) {
-            self.emit(Op::Dwell(Dwell::Seconds(seconds)));
+    /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
+    /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
+    fn tap_steps(&mut self, levels: Levels, pitch: f64, turn: SpindleDirection, span: Span) -> Result<(), Fault> {
+        let Some(infeed) = self.own.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
+        if self.own.flavor.is_linuxcnc() {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`Q` of tapping is not a word of LinuxCNC")
+                .help("tap in one stroke"));
         }
+        let total = levels.r - levels.depth;
+        if total / infeed > MAX_INFEEDS as f64 {
+            return Err(Fault::new(
+                codes::ARGUMENTS,
+                span,
+                format!("tapping would need more than {MAX_INFEEDS} infeeds"),
+            )
+            .help("write a larger infeed Q"));
+        }
+        self.assume(format!(
+            "tapping in steps comes out by {TAP_LIFT_MM} mm after each; the control is set up for a distance, or for the R plane (parameters 5200 and 5213 of a Fanuc)"
+        ));
+        let mut reached = infeed;
+        while reached < total - 1e-9 {
+            let down = Stroke::Thread { to: levels.r - reached, pitch, turn };
+            let lift = (levels.r - reached + TAP_LIFT_MM).min(levels.r);
+            self.course(&[down, Stroke::Thread { to: lift, pitch, turn: opposite(turn) }], span)?;
+            reached += infeed;
+        }
+        Ok(())
     }
 
-    /// Straight motion along the normal of the plane.
-    pub(super) fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
-        let axis = self.modal.normal;
-        if self.position.work.get(axis) == Some(to) {
-            return Ok(());
-        }
+    /// Work coordinates of a point on the axis of the hole.
+    fn on_axis(&self, to: f64) -> AxisValues {
         let mut end = self.position.work;
-        end.put(axis, to);
-        self.cycle_motion(end, 1 << axis, rapid, span)
+        end.put(self.modal.normal, to);
+        end
     }
 
     pub(super) fn cycle_motion(
@@ -367,5 +369,19 @@ impl Interpreter {
         let motion = self.complete(end, programmed, false, span)?;
         self.go(motion, false);
         Ok(())
+    }
+}
+
+impl Holes for Iso {
+    fn stands_at(channel: &Interpreter, to: f64) -> bool {
+        channel.position.work.get(channel.modal.normal) == Some(to)
+    }
+
+    fn stroke(channel: &mut Interpreter, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        channel.cycle_motion(channel.on_axis(to), 1 << channel.modal.normal, rapid, span)
+    }
+
+    fn thread_stroke(channel: &mut Interpreter, to: f64, span: Span) -> Result<Motion, Fault> {
+        channel.complete(channel.on_axis(to), 1 << channel.modal.normal, false, span)
     }
 }

@@ -1,11 +1,11 @@
 //! Values of expressions and assignments.
 
-use super::expr::{Binary, Expr, Function};
+use super::expr::Expr;
 use super::interpreter::{Interpreter, alarm};
 use super::parser::{Assignment, Value};
+use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::frame::sin_cos_degrees;
 
 /// Number of the highest parameter (`RS274NGC_MAX_PARAMETERS` of the interpreter less one).
 const LINUXCNC_PARAMETERS: u32 = 5601;
@@ -31,37 +31,42 @@ impl Interpreter {
     pub(crate) fn value(&self, expr: &Expr, span: Span) -> Result<Option<f64>, Fault> {
         let value = match expr {
             Expr::Number(value) => *value,
-            Expr::Param(index) => return self.read_parameter(index, span),
-            Expr::Named(name) => self.read_named(name, span)?,
-            Expr::Exists(inner) => f64::from(u8::from(match inner.as_ref() {
-                Expr::Named(name) => self.variables.named(name).is_some() || self.system_named(name, span)?.is_some(),
-                Expr::Param(index) => self.variables.numbered(self.parameter_number(index, span)?).is_some(),
+            Expr::Param(Indexed(index)) => return self.read_parameter(index, span),
+            Expr::Name(name) => self.read_named(name, span)?,
+            Expr::Unary(function, inner) => match self.value(inner, span)? {
+                // The negative of nothing is nothing: a word X-#1 is left out as X#1 is.
+                None if *function == Function::Negate => return Ok(None),
+                x => apply(*function, x.unwrap_or(0.0), span)?,
+            },
+            Expr::Binary(Operator::Angle, y, x) => {
+                let (y, x) = (self.number(y, span)?, self.number(x, span)?);
+                if y == 0.0 && x == 0.0 {
+                    return Err(arithmetic("the angle of a vector without length is not defined", span));
+                }
+                let angle = combine(Operator::Angle, y, x, span)?;
+                // 0 to 360 degrees on a Fanuc (parameter 6004 bit 0 is 0).
+                if self.own.flavor == super::flavor::Flavor::Fanuc && angle < 0.0 { angle + 360.0 } else { angle }
+            }
+            Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
+            Expr::Call(_, arguments) => truth(match arguments.first() {
+                Some(Some(Expr::Name(name))) => {
+                    self.variables.named(name).is_some() || self.system_named(name, span)?.is_some()
+                }
+                // Every numbered parameter of a LinuxCNC is there, with zero where nothing has set it.
+                Some(Some(Expr::Param(Indexed(index)))) => {
+                    (1..=LINUXCNC_PARAMETERS).contains(&self.parameter_number(index, span)?)
+                }
                 _ => {
                     return Err(
                         Fault::new(codes::SYNTAX, span, "EXISTS takes a parameter").help("write EXISTS[#<name>]")
                     );
                 }
-            })),
-            Expr::Unary(function, inner) => {
-                let Some(x) = self.value(inner, span)? else {
-                    // The negative of nothing is nothing: a word X-#1 is left out as X#1 is.
-                    if *function == Function::Negate {
-                        return Ok(None);
-                    }
-                    return self.function(*function, 0.0, span).map(Some);
-                };
-                self.function(*function, x, span)?
+            }),
+            Expr::Text(_) | Expr::Element(..) => {
+                return Err(
+                    Fault::new(codes::TYPE, span, "a text stands where a number is needed").help("write a number")
+                );
             }
-            Expr::Atan(y, x) => {
-                let (y, x) = (self.number(y, span)?, self.number(x, span)?);
-                if y == 0.0 && x == 0.0 {
-                    return Err(arithmetic("the angle of a vector without length is not defined", span));
-                }
-                let angle = y.atan2(x).to_degrees();
-                // 0 to 360 degrees on a Fanuc (parameter 6004 bit 0 is 0).
-                if self.own.flavor == super::flavor::Flavor::Fanuc && angle < 0.0 { angle + 360.0 } else { angle }
-            }
-            Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
         };
         if value.is_finite() {
             return Ok(Some(value));
@@ -69,81 +74,24 @@ impl Interpreter {
         Err(arithmetic("the result of the calculation is not finite", span))
     }
 
-    fn function(&self, function: Function, x: f64, span: Span) -> Result<f64, Fault> {
-        let range = |holds: bool| {
-            if holds { Ok(()) } else { Err(arithmetic(&format!("{} of {x} is not defined", function.name()), span)) }
-        };
-        let linuxcnc = self.own.flavor.is_linuxcnc();
-        Ok(match function {
-            Function::Negate => -x,
-            Function::Sin => sin_cos_degrees(x).0,
-            Function::Cos => sin_cos_degrees(x).1,
-            Function::Tan => {
-                let (s, c) = sin_cos_degrees(x);
-                range(c != 0.0)?;
-                s / c
-            }
-            Function::Asin => {
-                range(x.abs() <= 1.0)?;
-                x.asin().to_degrees()
-            }
-            Function::Acos => {
-                range(x.abs() <= 1.0)?;
-                x.acos().to_degrees()
-            }
-            Function::Atan => x.atan().to_degrees(),
-            Function::Sqrt => {
-                range(x >= 0.0)?;
-                x.sqrt()
-            }
-            Function::Abs => x.abs(),
-            Function::Round => x.round(),
-            // LinuxCNC rounds towards minus and plus infinity, macro B towards and away from zero.
-            Function::Fix if linuxcnc => x.floor(),
-            Function::Fup if linuxcnc => x.ceil(),
-            Function::Fix => x.trunc(),
-            Function::Fup => x.abs().ceil().copysign(x) + 0.0,
-            Function::Exp => x.exp(),
-            Function::Ln => {
-                range(x > 0.0)?;
-                x.ln()
-            }
-        })
-    }
-
-    fn binary(&self, operator: Binary, left: &Expr, right: &Expr, span: Span) -> Result<f64, Fault> {
+    fn binary(&self, operator: Operator, left: &Expr, right: &Expr, span: Span) -> Result<f64, Fault> {
         let (a, b) = (self.value(left, span)?, self.value(right, span)?);
         let linuxcnc = self.own.flavor.is_linuxcnc();
-        if matches!(operator, Binary::Equal | Binary::NotEqual) {
+        if matches!(operator, Operator::Equal | Operator::NotEqual) {
             let same = match (a, b) {
                 (Some(a), Some(b)) if linuxcnc => (a - b).abs() < LINUXCNC_EQUAL,
                 // A vacant parameter equals only a vacant one.
                 (a, b) => a == b,
             };
-            return Ok(f64::from(u8::from(same == (operator == Binary::Equal))));
+            return Ok(truth(same == (operator == Operator::Equal)));
         }
         let (a, b) = (a.unwrap_or(0.0), b.unwrap_or(0.0));
-        let truth = |holds: bool| f64::from(u8::from(holds));
-        Ok(match operator {
-            Binary::Add => a + b,
-            Binary::Subtract => a - b,
-            Binary::Multiply => a * b,
-            Binary::Divide if b == 0.0 => return Err(arithmetic(&format!("{a} is divided by zero"), span)),
-            Binary::Divide => a / b,
-            Binary::Mod if b == 0.0 => return Err(arithmetic(&format!("{a} is divided by zero (MOD)"), span)),
-            // LinuxCNC: never negative.
-            Binary::Mod if linuxcnc => a.rem_euclid(b),
-            Binary::Mod => a % b,
-            Binary::Power => a.powf(b),
-            Binary::Greater => truth(a > b),
-            Binary::GreaterEqual => truth(a >= b),
-            Binary::Less => truth(a < b),
-            Binary::LessEqual => truth(a <= b),
-            Binary::And if linuxcnc => truth(a != 0.0 && b != 0.0),
-            Binary::Or if linuxcnc => truth(a != 0.0 || b != 0.0),
-            Binary::Xor if linuxcnc => truth((a != 0.0) != (b != 0.0)),
-            _ => bits(operator, a, b, span)?,
-        })
+        match operator {
+            // Never negative.
+            Operator::Mod if linuxcnc && b != 0.0 => Ok(a.rem_euclid(b)),
+            Operator::And | Operator::Or | Operator::Xor if !linuxcnc => bits(operator, a, b, span),
+            _ => combine(operator, a, b, span),
+        }
     }
 
     pub(crate) fn parameter_number(&self, index: &Expr, span: Span) -> Result<u32, Fault> {
@@ -227,14 +175,14 @@ impl Interpreter {
         line: &str,
     ) -> Result<(), Fault> {
         let number = match target {
-            Expr::Named(name) => {
+            Expr::Name(name) => {
                 if name.starts_with('_') && self.system_named(name, span).is_ok_and(|found| found.is_some()) {
                     return Err(unknown_system(&format!("#<{name}>"), span));
                 }
                 self.variables.set_named(name, value.unwrap_or(0.0));
                 return Ok(());
             }
-            Expr::Param(index) => self.parameter_number(index, span)?,
+            Expr::Param(Indexed(index)) => self.parameter_number(index, span)?,
             _ => return Err(Fault::new(codes::SYNTAX, span, "only a parameter can be assigned to").help("write #1=5")),
         };
         let text = line.get(comment.start as usize..comment.end as usize).unwrap_or_default();
@@ -255,24 +203,20 @@ impl Interpreter {
 }
 
 /// AND, OR, XOR of macro B: bit by bit on whole numbers.
-fn bits(operator: Binary, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
+fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
     let whole = |v: f64| {
         if v.abs() < 9.0e15 {
             Ok(v.round() as i64)
         } else {
-            Err(arithmetic(&format!("{v} is too large for AND, OR, XOR"), span))
+            Err(arithmetic(format!("{v} is too large for AND, OR, XOR"), span))
         }
     };
     let (a, b) = (whole(a)?, whole(b)?);
     Ok(match operator {
-        Binary::And => a & b,
-        Binary::Or => a | b,
+        Operator::And => a & b,
+        Operator::Or => a | b,
         _ => a ^ b,
     } as f64)
-}
-
-fn arithmetic(message: &str, span: Span) -> Fault {
-    Fault::new(codes::ARITHMETIC, span, message).help("check the values of the expression")
 }
 
 pub(crate) fn unknown_system(name: &str, span: Span) -> Fault {

@@ -5,101 +5,46 @@
 //! of comparisons without brackets is refused where the control would compare the result of a comparison.
 
 use super::flavor::Flavor;
+use crate::channel::expression::{self, Function, Indexed, MAX_DEPTH, Operator};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::scan::Scanner;
 
-/// Nesting of brackets and signs in one expression.
-const MAX_DEPTH: u32 = 60;
+/// An expression; a name is that of `#<name>`, lower case without blanks.
+pub(crate) type Expr = expression::Expr<Indexed>;
 
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Expr {
-    Number(f64),
-    /// `#1`, `#[#2+1]`.
-    Param(Box<Self>),
-    /// `#<name>`, lower case without blanks.
-    Named(String),
-    /// `EXISTS[#<name>]`.
-    Exists(Box<Self>),
-    Unary(Function, Box<Self>),
-    Binary(Binary, Box<Self>, Box<Self>),
-    /// `ATAN[y]/[x]`.
-    Atan(Box<Self>, Box<Self>),
-}
+/// Functions, longer names before their beginnings.
+const FUNCTIONS: [(&str, Function); 14] = [
+    ("SIN", Function::Sin),
+    ("COS", Function::Cos),
+    ("TAN", Function::Tan),
+    ("ASIN", Function::Asin),
+    ("ACOS", Function::Acos),
+    ("ATAN", Function::Atan),
+    ("SQRT", Function::Sqrt),
+    ("SQR", Function::Sqrt),
+    ("ABS", Function::Abs),
+    ("ROUND", Function::Round),
+    ("FIX", Function::TowardsZero),
+    ("FUP", Function::AwayFromZero),
+    ("EXP", Function::Exp),
+    ("LN", Function::Ln),
+];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Function {
-    Negate,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Sqrt,
-    Abs,
-    Round,
-    Fix,
-    Fup,
-    Exp,
-    Ln,
-}
-
-impl Function {
-    const NAMES: [(&'static str, Self); 14] = [
-        ("SIN", Self::Sin),
-        ("COS", Self::Cos),
-        ("TAN", Self::Tan),
-        ("ASIN", Self::Asin),
-        ("ACOS", Self::Acos),
-        ("ATAN", Self::Atan),
-        ("SQRT", Self::Sqrt),
-        ("SQR", Self::Sqrt),
-        ("ABS", Self::Abs),
-        ("ROUND", Self::Round),
-        ("FIX", Self::Fix),
-        ("FUP", Self::Fup),
-        ("EXP", Self::Exp),
-        ("LN", Self::Ln),
-    ];
-
-    pub(crate) fn name(self) -> &'static str {
-        Self::NAMES.iter().find(|(_, f)| *f == self).map_or("-", |(name, _)| name)
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Binary {
-    Power,
-    Multiply,
-    Divide,
-    Mod,
-    Add,
-    Subtract,
-    Equal,
-    NotEqual,
-    Greater,
-    GreaterEqual,
-    Less,
-    LessEqual,
-    And,
-    Or,
-    Xor,
-}
+/// The function that asks whether a parameter has a value.
+pub(crate) const EXISTS: &str = "EXISTS";
 
 const COMPARISON: u8 = 3;
 
-impl Binary {
-    fn priority(self, flavor: Flavor) -> u8 {
-        match self {
-            Self::Power => 6,
-            Self::Multiply | Self::Divide | Self::Mod => 5,
-            Self::Add | Self::Subtract => 4,
-            Self::And if !flavor.is_linuxcnc() => 5,
-            Self::Or | Self::Xor if !flavor.is_linuxcnc() => 4,
-            Self::And | Self::Or | Self::Xor => 2,
-            _ => COMPARISON,
-        }
+fn priority(operator: Operator, flavor: Flavor) -> u8 {
+    match operator {
+        Operator::Power => 6,
+        Operator::Multiply | Operator::Divide | Operator::Mod => 5,
+        Operator::Add | Operator::Subtract => 4,
+        Operator::And if !flavor.is_linuxcnc() => 5,
+        Operator::Or | Operator::Xor if !flavor.is_linuxcnc() => 4,
+        Operator::And | Operator::Or | Operator::Xor => 2,
+        _ => COMPARISON,
     }
 }
 
@@ -129,7 +74,7 @@ fn parse(s: &mut Scanner<'_>, flavor: Flavor, lowest: u8, depth: u32) -> Result<
             s.set_pos(before);
             return Ok(left);
         };
-        let priority = operator.priority(flavor);
+        let priority = priority(operator, flavor);
         if priority < lowest {
             s.set_pos(before);
             return Ok(left);
@@ -144,25 +89,25 @@ fn parse(s: &mut Scanner<'_>, flavor: Flavor, lowest: u8, depth: u32) -> Result<
 }
 
 /// Takes the operator that is next, if any.
-fn operator(s: &mut Scanner<'_>, flavor: Flavor) -> Option<Binary> {
-    const WORDS: [(&str, Binary); 10] = [
-        ("MOD", Binary::Mod),
-        ("AND", Binary::And),
-        ("XOR", Binary::Xor),
-        ("OR", Binary::Or),
-        ("EQ", Binary::Equal),
-        ("NE", Binary::NotEqual),
-        ("GT", Binary::Greater),
-        ("GE", Binary::GreaterEqual),
-        ("LT", Binary::Less),
-        ("LE", Binary::LessEqual),
+fn operator(s: &mut Scanner<'_>, flavor: Flavor) -> Option<Operator> {
+    const WORDS: [(&str, Operator); 10] = [
+        ("MOD", Operator::Mod),
+        ("AND", Operator::And),
+        ("XOR", Operator::Xor),
+        ("OR", Operator::Or),
+        ("EQ", Operator::Equal),
+        ("NE", Operator::NotEqual),
+        ("GT", Operator::Greater),
+        ("GE", Operator::GreaterEqual),
+        ("LT", Operator::Less),
+        ("LE", Operator::LessEqual),
     ];
     let (operator, length) = match (s.peek(), s.peek_at(1)) {
-        (b'*', b'*') if flavor.is_linuxcnc() => (Binary::Power, 2),
-        (b'*', _) => (Binary::Multiply, 1),
-        (b'/', _) => (Binary::Divide, 1),
-        (b'+', _) => (Binary::Add, 1),
-        (b'-', _) => (Binary::Subtract, 1),
+        (b'*', b'*') if flavor.is_linuxcnc() => (Operator::Power, 2),
+        (b'*', _) => (Operator::Multiply, 1),
+        (b'/', _) => (Operator::Divide, 1),
+        (b'+', _) => (Operator::Add, 1),
+        (b'-', _) => (Operator::Subtract, 1),
         (byte, _) if byte.is_ascii_alphabetic() => {
             let (word, operator) = WORDS.into_iter().find(|(word, _)| next_is(s, word))?;
             (operator, word.len())
@@ -262,19 +207,19 @@ fn parameter_at(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr,
             return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
                 .help("use a number, or name the dialect linuxcnc"));
         }
-        return Ok(Expr::Named(name.to_ascii_lowercase()));
+        return Ok(Expr::Name(name.to_ascii_lowercase()));
     }
-    Ok(Expr::Param(Box::new(operand_at(s, flavor, depth + 1)?)))
+    Ok(Indexed::expr(operand_at(s, flavor, depth + 1)?))
 }
 
 fn function(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> {
     let start = s.pos();
-    if next_is(s, "EXISTS") && flavor.is_linuxcnc() {
-        s.set_pos(start + "EXISTS".len());
-        return Ok(Expr::Exists(Box::new(bracket_at(s, flavor, depth + 1)?)));
+    if next_is(s, EXISTS) && flavor.is_linuxcnc() {
+        s.set_pos(start + EXISTS.len());
+        return Ok(Expr::Call(EXISTS.to_owned(), vec![Some(bracket_at(s, flavor, depth + 1)?)]));
     }
     // SQRT before SQR, ATAN before nothing shorter: the table is in the order of the longest name.
-    let found = Function::NAMES.into_iter().find(|(name, _)| next_is(s, name));
+    let found = FUNCTIONS.into_iter().find(|(name, _)| next_is(s, name));
     let Some((name, function)) = found else {
         let word = s.identifier().to_owned();
         let message = format!("`{word}` is no function of the {} reader", flavor.name());
@@ -283,9 +228,13 @@ fn function(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fau
     };
     s.set_pos(start + name.len());
     s.skip_blanks();
-    if function == Function::Atan {
-        return atan(s, flavor, depth);
-    }
+    // LinuxCNC rounds towards minus and plus infinity, macro B towards and away from zero.
+    let function = match function {
+        Function::Atan => return atan(s, flavor, depth),
+        Function::TowardsZero if flavor.is_linuxcnc() => Function::Down,
+        Function::AwayFromZero if flavor.is_linuxcnc() => Function::Up,
+        function => function,
+    };
     Ok(Expr::Unary(function, Box::new(bracket_at(s, flavor, depth + 1)?)))
 }
 
@@ -300,7 +249,7 @@ fn atan(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> 
     if s.take(b',') {
         let x = parse(s, flavor, 0, depth + 1)?;
         close(s, start)?;
-        return Ok(Expr::Atan(Box::new(y), Box::new(x)));
+        return Ok(Expr::Binary(Operator::Angle, Box::new(y), Box::new(x)));
     }
     close(s, start)?;
     s.skip_blanks();
@@ -309,7 +258,7 @@ fn atan(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> 
         s.skip_blanks();
         if s.peek() == b'[' {
             let x = bracket_at(s, flavor, depth + 1)?;
-            return Ok(Expr::Atan(Box::new(y), Box::new(x)));
+            return Ok(Expr::Binary(Operator::Angle, Box::new(y), Box::new(x)));
         }
         s.set_pos(before);
     }
@@ -329,7 +278,7 @@ mod tests {
         fn show(e: &Expr) -> String {
             match e {
                 Expr::Number(v) => v.to_string(),
-                Expr::Param(p) => format!("#{}", show(p)),
+                Expr::Param(p) => format!("#{}", show(&p.0)),
                 Expr::Unary(u, a) => format!("({u:?} {})", show(a)),
                 Expr::Binary(b, l, r) => format!("({b:?} {} {})", show(l), show(r)),
                 other => format!("{other:?}"),

@@ -7,6 +7,7 @@ use super::parser::Value;
 use super::pending::Pending;
 use super::words::{self, Class};
 use crate::AxisValues;
+use crate::channel::expression::Indexed;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -96,7 +97,7 @@ impl Interpreter {
             return Err(refused("SET", span, "assign the elements one by one, or in DEF"));
         }
         let target = match (name, indices) {
-            ("R", [index]) => Expr::Param(Box::new(index.clone())),
+            ("R", [index]) => Indexed::expr(index.clone()),
             (_, []) => Expr::Name(name.to_owned()),
             _ => Expr::Element(name.to_owned(), indices.to_vec()),
         };

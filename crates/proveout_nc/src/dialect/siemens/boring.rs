@@ -2,10 +2,11 @@
 //!
 //! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02): Boring 1 to 5.
 
-use super::drilling::{Planes, in_revolutions};
+use super::drilling::{Planes, in_revolutions, wait};
 use super::eval::Val;
 use super::frames::number;
 use super::interpreter::Interpreter;
+use crate::channel::{Stroke, direction_of};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{Feed, Op, SpindleDirection};
@@ -15,17 +16,16 @@ impl Interpreter {
     pub(crate) fn reaming(&mut self, planes: Planes, values: &[Option<Val>], span: Span) -> Result<(), Fault> {
         let (down, up) = (number(values, 6, "CYCLE85", span)?, number(values, 7, "CYCLE85", span)?);
         let before = self.technology.feed;
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         self.cycle_feed(down);
-        self.along(planes.depth, false, span)?;
-        self.wait(in_revolutions(number(values, 5, "CYCLE85", span)?, number(values, 10, "CYCLE85", span)?));
+        let dwell = in_revolutions(number(values, 5, "CYCLE85", span)?, number(values, 10, "CYCLE85", span)?);
+        self.course(&[planes.down(), wait(dwell)], span)?;
         self.cycle_feed(up.or(down));
-        self.along(planes.start, false, span)?;
+        self.course(&[Stroke::Feed(planes.start)], span)?;
         if self.technology.feed != before {
-            self.technology.feed = before;
-            self.tell_feed();
+            self.set_feed(before);
         }
-        self.along(planes.retraction, true, span)
+        self.course(&[planes.out()], span)
     }
 
     fn cycle_feed(&mut self, value: Option<f64>) {
@@ -43,8 +43,7 @@ impl Interpreter {
     fn cycle_spindle(&mut self, value: Option<f64>, name: &str, span: Span) -> Result<(), Fault> {
         let direction = match value {
             None => return Ok(()),
-            Some(3.0) => SpindleDirection::Clockwise,
-            Some(4.0) => SpindleDirection::CounterClockwise,
+            Some(m @ (3.0 | 4.0)) => direction_of(m),
             Some(other) => {
                 return Err(Fault::new(codes::ARGUMENTS, span, format!("the direction (SDIR) of `{name}` is {other}"))
                     .help("write 3 for M3 or 4 for M4"));
@@ -61,10 +60,9 @@ impl Interpreter {
         let value = |at: usize| number(values, at, NAME, span);
         let length = self.modal.units.length();
         let lift = [value(7)?, value(8)?, value(9)?].map(|v| v.unwrap_or(0.0) * length);
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         self.cycle_spindle(value(6)?, NAME, span)?;
-        self.along(planes.depth, false, span)?;
-        self.wait(in_revolutions(value(5)?, value(13)?));
+        self.course(&[planes.down(), wait(in_revolutions(value(5)?, value(13)?))], span)?;
         self.turn_spindle(SpindleDirection::Off);
         self.note(format!("CYCLE86 orients the spindle at {} degrees", value(10)?.unwrap_or(0.0)));
         let axes = self.modal.plane_axes();
@@ -85,7 +83,7 @@ impl Interpreter {
             }
             self.straight(end, moved, true, span)?;
         }
-        self.along(planes.retraction, true, span)?;
+        self.course(&[planes.out()], span)?;
         let plane: u16 = moved & (1 << axes[0] | 1 << axes[1]);
         if plane != 0 {
             let mut end = self.position.work;
@@ -110,13 +108,12 @@ impl Interpreter {
     ) -> Result<(), Fault> {
         let dwell = if name == "CYCLE88" { number(values, 5, name, span)? } else { None };
         let direction = number(values, if name == "CYCLE88" { 6 } else { 5 }, name, span)?;
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         self.cycle_spindle(direction, name, span)?;
-        self.along(planes.depth, false, span)?;
-        self.wait(dwell);
+        self.course(&[planes.down(), wait(dwell)], span)?;
         self.turn_spindle(SpindleDirection::Off);
         self.emit(Op::Stop { optional: false });
-        self.along(planes.retraction, true, span)
+        self.course(&[planes.out()], span)
     }
 
     /// CYCLE89(RTP, RFP, SDIS, DP, DPR, DTB): down, dwell and up in the same feed.
@@ -126,10 +123,7 @@ impl Interpreter {
         values: &[Option<Val>],
         span: Span,
     ) -> Result<(), Fault> {
-        self.along(planes.start, true, span)?;
-        self.along(planes.depth, false, span)?;
-        self.wait(number(values, 5, "CYCLE89", span)?);
-        self.along(planes.start, false, span)?;
-        self.along(planes.retraction, true, span)
+        let dwell = wait(number(values, 5, "CYCLE89", span)?);
+        self.course(&[planes.approach(), planes.down(), dwell, Stroke::Feed(planes.start), planes.out()], span)
     }
 }

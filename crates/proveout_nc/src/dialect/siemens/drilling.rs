@@ -6,11 +6,12 @@
 
 use super::eval::Val;
 use super::frames::number;
-use super::interpreter::Interpreter;
+use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
+use crate::channel::{Holes, Stroke};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{Dwell, Feed, Motion, Op};
+use crate::{AxisValues, Dwell, Feed, Motion};
 
 /// Clearance before the last depth when CYCLE83 comes back into the hole, chosen by the cycle: 0.6 mm up to 30 mm depth,
 /// then depth/50, at most 7 mm.
@@ -34,6 +35,48 @@ pub(crate) struct Planes {
     pub(crate) start: f64,
     pub(crate) reference: f64,
     pub(crate) depth: f64,
+}
+
+impl Planes {
+    /// Down to where the feed begins.
+    pub(crate) fn approach(self) -> Stroke {
+        Stroke::Rapid(self.start)
+    }
+
+    /// To the bottom.
+    pub(crate) fn down(self) -> Stroke {
+        Stroke::Feed(self.depth)
+    }
+
+    /// To the retraction plane.
+    pub(crate) fn out(self) -> Stroke {
+        Stroke::Rapid(self.retraction)
+    }
+}
+
+/// Dwell of a cycle: seconds above zero, revolutions below.
+pub(crate) fn wait(dwell: Option<f64>) -> Stroke {
+    Stroke::Wait(match dwell {
+        Some(seconds) if seconds > 0.0 => Some(Dwell::Seconds(seconds)),
+        Some(revolutions) if revolutions < 0.0 => Some(Dwell::Revolutions(-revolutions)),
+        _ => None,
+    })
+}
+
+impl Holes for Siemens {
+    fn stands_at(channel: &Interpreter, to: f64) -> bool {
+        channel.position.work.get(channel.modal.normal) == Some(to)
+    }
+
+    fn stroke(channel: &mut Interpreter, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+        channel.straight(channel.on_axis(to), 1 << channel.modal.normal, rapid, span)
+    }
+
+    fn thread_stroke(channel: &mut Interpreter, to: f64, span: Span) -> Result<Motion, Fault> {
+        let motion = channel.cycle_motion(channel.on_axis(to), 1 << channel.modal.normal, span)?;
+        channel.own.tangent = None;
+        Ok(motion)
+    }
 }
 
 impl Interpreter {
@@ -61,10 +104,7 @@ impl Interpreter {
                         let dwell =
                             if name == "CYCLE82" || values.len() > 8 { number(&values, 5, name, span)? } else { None };
                         let dwell = in_revolutions(dwell, number(&values, 8, name, span)?);
-                        self.along(planes.start, true, span)?;
-                        self.along(planes.depth, false, span)?;
-                        self.wait(dwell);
-                        self.along(planes.retraction, true, span)?;
+                        self.course(&[planes.approach(), planes.down(), wait(dwell), planes.out()], span)?;
                     }
                 }
             }
@@ -144,61 +184,25 @@ impl Interpreter {
         Ok(Planes { retraction, start: reference - safety * down, reference, depth })
     }
 
-    /// Straight motion along the normal of the plane.
-    pub(crate) fn along(&mut self, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
-        if self.position.work.get(self.modal.normal) == Some(to) {
-            return Ok(());
-        }
-        let motion = self.along_motion(to, span)?;
-        self.own.tangent = None;
-        self.go(motion, rapid);
-        Ok(())
-    }
-
-    /// The motion along the normal of the plane to a coordinate.
-    pub(crate) fn along_motion(&self, to: f64, span: Span) -> Result<Motion, Fault> {
-        let axis = self.modal.normal;
+    /// Work coordinates of a point on the axis of the hole.
+    fn on_axis(&self, to: f64) -> AxisValues {
         let mut end = self.position.work;
-        end.put(axis, to);
-        self.cycle_motion(end, 1 << axis, span)
+        end.put(self.modal.normal, to);
+        end
     }
 
-    pub(crate) fn straight(
-        &mut self,
-        end: crate::AxisValues,
-        programmed: u16,
-        rapid: bool,
-        span: Span,
-    ) -> Result<(), Fault> {
+    pub(crate) fn straight(&mut self, end: AxisValues, programmed: u16, rapid: bool, span: Span) -> Result<(), Fault> {
         let motion = self.cycle_motion(end, programmed, span)?;
         self.own.tangent = None;
         self.go(motion, rapid);
         Ok(())
     }
 
-    fn cycle_motion(&self, end: crate::AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
-        let end_base = self.position.base_of(&end, programmed).map_err(|missing| {
+    fn cycle_motion(&self, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+        self.motion_to(end, programmed).map_err(|missing| {
             let message = format!("the cycle needs the position of {}, which the program has not set", missing.0);
             Fault::new(codes::POSITION_UNKNOWN, span, message).help("program X, Y and Z before the cycle")
-        })?;
-        Ok(Motion {
-            end,
-            end_base,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: false,
-            exact_stop: false,
         })
-    }
-
-    /// Dwell of a cycle: seconds above zero, revolutions below.
-    pub(crate) fn wait(&mut self, dwell: Option<f64>) {
-        match dwell {
-            Some(seconds) if seconds > 0.0 => self.emit(Op::Dwell(Dwell::Seconds(seconds))),
-            Some(revolutions) if revolutions < 0.0 => self.emit(Op::Dwell(Dwell::Revolutions(-revolutions))),
-            _ => {}
-        }
     }
 
     /// CYCLE83(RTP, RFP, SDIS, DP, DPR, FDEP, FDPR, DAM, DTB, DTS, FRF, VARI, AXN, MDEP, VRT, DTD, DIS1).
@@ -235,7 +239,7 @@ impl Interpreter {
         let (at_depth, at_start) = (value(8)?, value(9)?);
         let first_factor = value(10)?.filter(|f| *f > 0.0 && *f <= 1.0).unwrap_or(1.0);
         let feed = self.technology.feed;
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         let mut reached = 0.0;
         for (i, infeed) in infeeds.iter().enumerate() {
             if i == 0 && first_factor < 1.0 {
@@ -249,25 +253,24 @@ impl Interpreter {
             reached += infeed;
             let last = i + 1 == infeeds.len();
             let depth = if last { planes.depth } else { planes.reference + down * reached };
-            self.along(depth, false, span)?;
+            self.course(&[Stroke::Feed(depth)], span)?;
             if self.technology.feed != feed {
-                self.technology.feed = feed;
-                self.tell_feed();
+                self.set_feed(feed);
             }
             // A dwell of zero at the final depth is the one of the other depths.
-            self.wait(if last { value(15)?.filter(|v| *v != 0.0).or(at_depth) } else { at_depth });
+            let dwell = if last { value(15)?.filter(|v| *v != 0.0).or(at_depth) } else { at_depth };
+            self.course(&[wait(dwell)], span)?;
             if last {
                 break;
             }
             if chip_break {
-                self.along(depth - down * retract, false, span)?;
+                self.course(&[Stroke::Feed(depth - down * retract)], span)?;
             } else {
-                self.along(planes.start, true, span)?;
-                self.wait(at_start);
-                self.along(depth - down * ahead.min(reached), true, span)?;
+                let back = Stroke::Rapid(depth - down * ahead.min(reached));
+                self.course(&[planes.approach(), wait(at_start), back], span)?;
             }
         }
-        self.along(planes.retraction, true, span)
+        self.course(&[planes.out()], span)
     }
 
     /// HOLES1(SPCA, SPCO, STA1, FDIS, DBH, NUM): holes on a line, each followed by the modal cycle.

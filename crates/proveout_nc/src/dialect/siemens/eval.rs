@@ -2,16 +2,33 @@
 
 use std::collections::BTreeMap;
 
-use super::expr::{Binary, Expr, Unary};
+use super::expr::Expr;
 use super::parser::Type;
+use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::frame::sin_cos_degrees;
 
 /// Two numbers that differ by less than this, relative to the larger, are equal: the control compares relatively too.
 const RELATIVE_EQUALITY: f64 = 1e-12;
 /// Longest text that `<<` builds, in bytes.
 const MAX_TEXT: usize = 1000;
+
+/// Functions of one argument.
+const FUNCTIONS: [(&str, Function); 13] = [
+    ("SIN", Function::Sin),
+    ("COS", Function::Cos),
+    ("TAN", Function::Tan),
+    ("ASIN", Function::Asin),
+    ("ACOS", Function::Acos),
+    ("SQRT", Function::Sqrt),
+    ("ABS", Function::Abs),
+    ("POT", Function::Square),
+    ("TRUNC", Function::TowardsZero),
+    ("ROUND", Function::Round),
+    ("ROUNDUP", Function::Up),
+    ("LN", Function::Ln),
+    ("EXP", Function::Exp),
+];
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Val {
@@ -127,7 +144,7 @@ impl Variables {
         Ok(match expr {
             Expr::Number(value) => Val::Number(*value),
             Expr::Text(text) => Val::Text(text.clone()),
-            Expr::Param(index) => {
+            Expr::Param(Indexed(index)) => {
                 let index = param_index(self.number(index, span)?, span)?;
                 Val::Number(*self.params.get(&index).ok_or_else(|| {
                     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("R{index} is read and was never assigned"))
@@ -145,15 +162,7 @@ impl Variables {
                 variable.values[position(name, &variable.sizes, &indices, span)?].clone()
             }
             Expr::Call(name, arguments) => Val::Number(self.function(name, arguments, span)?),
-            Expr::Unary(unary, inner) => {
-                let value = self.number(inner, span)?;
-                Val::Number(match unary {
-                    Unary::Minus => -value,
-                    Unary::Plus => value,
-                    Unary::Not => f64::from(u8::from(value == 0.0)),
-                    Unary::BitNot => !(value as i32) as f64,
-                })
-            }
+            Expr::Unary(function, inner) => Val::Number(apply(*function, self.number(inner, span)?, span)?),
             Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
         })
     }
@@ -216,9 +225,9 @@ impl Variables {
         }))
     }
 
-    fn binary(&self, operator: Binary, left: &Expr, right: &Expr, span: Span) -> Result<Val, Fault> {
+    fn binary(&self, operator: Operator, left: &Expr, right: &Expr, span: Span) -> Result<Val, Fault> {
         let (left, right) = (self.eval(left, span)?, self.eval(right, span)?);
-        if operator == Binary::Join {
+        if operator == Operator::Join {
             let text = format!("{}{}", shown(&left), shown(&right));
             if text.len() > MAX_TEXT {
                 let message = format!("the text has {} bytes; the limit is {MAX_TEXT}", text.len());
@@ -226,53 +235,36 @@ impl Variables {
             }
             return Ok(Val::Text(text));
         }
-        let truth = |b: bool| Val::Number(f64::from(u8::from(b)));
+        let number = |value: f64| Ok(Val::Number(value));
         let (a, b) = match (left, right) {
             (Val::Number(a), Val::Number(b)) => (a, b),
-            (Val::Text(a), Val::Text(b)) if operator == Binary::Equal => return Ok(truth(a == b)),
-            (Val::Text(a), Val::Text(b)) if operator == Binary::NotEqual => return Ok(truth(a != b)),
+            (Val::Text(a), Val::Text(b)) if operator == Operator::Equal => return number(truth(a == b)),
+            (Val::Text(a), Val::Text(b)) if operator == Operator::NotEqual => return number(truth(a != b)),
             (a, b) => {
                 let message = format!("`{}` and `{}` cannot be combined like this", shown(&a), shown(&b));
                 return Err(Fault::new(codes::TYPE, span, message).help("combine numbers; join texts with <<"));
             }
         };
         let equal = (a - b).abs() <= RELATIVE_EQUALITY * a.abs().max(b.abs());
-        let nonzero = |b: f64| {
-            if b == 0.0 {
-                Err(Fault::new(codes::ARITHMETIC, span, "division by zero").help("check the divisor"))
-            } else {
-                Ok(b)
-            }
-        };
-        Ok(match operator {
-            Binary::Add => Val::Number(a + b),
-            Binary::Subtract => Val::Number(a - b),
-            Binary::Multiply => Val::Number(a * b),
-            Binary::Divide => Val::Number(a / nonzero(b)?),
-            Binary::Div => Val::Number((a / nonzero(b)?).trunc()),
-            Binary::Mod => Val::Number(a - (a / nonzero(b)?).trunc() * b),
-            Binary::BitAnd => Val::Number(f64::from(a as i32 & b as i32)),
-            Binary::BitOr => Val::Number(f64::from(a as i32 | b as i32)),
-            Binary::BitXor => Val::Number(f64::from(a as i32 ^ b as i32)),
-            Binary::And => truth(a != 0.0 && b != 0.0),
-            Binary::Or => truth(a != 0.0 || b != 0.0),
-            Binary::Xor => truth((a != 0.0) != (b != 0.0)),
-            Binary::Equal => truth(equal),
-            Binary::NotEqual => truth(!equal),
-            Binary::Less => truth(a < b && !equal),
-            Binary::Greater => truth(a > b && !equal),
-            Binary::LessEqual => truth(a < b || equal),
-            Binary::GreaterEqual => truth(a > b || equal),
-            Binary::Join | Binary::Chain => Val::Text(String::new()),
+        number(match operator {
+            Operator::Mod if b != 0.0 => a - (a / b).trunc() * b,
+            Operator::Equal => truth(equal),
+            Operator::NotEqual => truth(!equal),
+            Operator::Less => truth(a < b && !equal),
+            Operator::Greater => truth(a > b && !equal),
+            Operator::LessEqual => truth(a < b || equal),
+            Operator::GreaterEqual => truth(a > b || equal),
+            Operator::Chain => return Ok(Val::Text(String::new())),
+            _ => combine(operator, a, b, span)?,
         })
     }
 
     fn function(&self, name: &str, arguments: &[Option<Expr>], span: Span) -> Result<f64, Fault> {
-        let arity = match name {
-            "SIN" | "COS" | "TAN" | "ASIN" | "ACOS" | "SQRT" | "ABS" | "POT" | "TRUNC" | "ROUND" | "ROUNDUP" | "LN"
-            | "EXP" => 1,
-            "ATAN2" | "MINVAL" | "MAXVAL" => 2,
-            "BOUND" => 3,
+        let one = FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, function)| *function);
+        let arity = match (one, name) {
+            (Some(_), _) => 1,
+            (None, "ATAN2" | "MINVAL" | "MAXVAL") => 2,
+            (None, "BOUND") => 3,
             _ => {
                 return Err(Fault::new(codes::UNKNOWN_WORD, span, format!("the function `{name}` is not known"))
                     .help("see the functions in the coverage table"));
@@ -291,47 +283,13 @@ impl Variables {
             *value = self.number(argument, span)?;
         }
         let [a, b, c] = values;
-        let domain = |inside: bool, what: &str| {
-            if inside {
-                Ok(())
-            } else {
-                Err(Fault::new(codes::ARITHMETIC, span, format!("`{name}` of {a} does not exist; {what}"))
-                    .help("check the argument"))
-            }
-        };
-        Ok(match name {
-            "SIN" => sin_cos_degrees(a).0,
-            "COS" => sin_cos_degrees(a).1,
-            "TAN" => {
-                let (s, c) = sin_cos_degrees(a);
-                domain(c != 0.0, "90 degrees has no tangent")?;
-                s / c
-            }
-            "ASIN" | "ACOS" => {
-                domain(a.abs() <= 1.0, "the argument must be from -1 to 1")?;
-                if name == "ASIN" { a.asin().to_degrees() } else { a.acos().to_degrees() }
-            }
-            "ATAN2" => a.atan2(b).to_degrees(),
-            "SQRT" => {
-                domain(a >= 0.0, "the argument must not be negative")?;
-                a.sqrt()
-            }
-            "ABS" => a.abs(),
-            "POT" => a * a,
-            "TRUNC" => a.trunc(),
-            "ROUND" => a.round(),
-            "ROUNDUP" => a.ceil(),
-            "LN" => {
-                domain(a > 0.0, "the argument must be above zero")?;
-                a.ln()
-            }
-            "EXP" => a.exp(),
-            "MINVAL" => a.min(b),
-            "MAXVAL" => a.max(b),
-            _ => {
-                domain(a <= b, "the lower bound lies above the upper one")?;
-                c.clamp(a, b)
-            }
+        Ok(match (one, name) {
+            (Some(function), _) => apply(function, a, span)?,
+            (None, "ATAN2") => combine(Operator::Angle, a, b, span)?,
+            (None, "MINVAL") => a.min(b),
+            (None, "MAXVAL") => a.max(b),
+            _ if a <= b => c.clamp(a, b),
+            _ => return Err(arithmetic(format!("the lower bound {a} of BOUND lies above the upper one, {b}"), span)),
         })
     }
 }

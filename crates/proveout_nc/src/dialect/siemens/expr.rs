@@ -4,80 +4,31 @@
 //! strongest, then `* / DIV MOD`, `+ -`, `B_AND`, `B_XOR`, `B_OR`, `AND`, `XOR`, `OR`, `<<`, and the comparisons last.
 //! A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused: it is never what was meant.
 
+use crate::channel::expression::{self, Function, Indexed, MAX_DEPTH, Operator};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::scan::Scanner;
 
-/// Nesting of brackets and signs in one expression.
-const MAX_DEPTH: u32 = 60;
+/// An expression of the 840D language.
+pub(crate) type Expr = expression::Expr<Indexed>;
 
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Expr {
-    Number(f64),
-    Text(String),
-    /// Variable, constant, axis or label; upper case.
-    Name(String),
-    /// `R5`, `R[expr]`.
-    Param(Box<Self>),
-    /// `NAME[i, j]`.
-    Element(String, Vec<Self>),
-    /// `NAME(a, , b)`.
-    Call(String, Vec<Option<Self>>),
-    Unary(Unary, Box<Self>),
-    Binary(Binary, Box<Self>, Box<Self>),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unary {
-    Minus,
-    Plus,
-    Not,
-    BitNot,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Binary {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Div,
-    Mod,
-    BitAnd,
-    BitXor,
-    BitOr,
-    And,
-    Xor,
-    Or,
-    Join,
-    /// `:` between frames.
-    Chain,
-    Equal,
-    NotEqual,
-    Less,
-    Greater,
-    LessEqual,
-    GreaterEqual,
-}
-
-impl Binary {
-    fn priority(self) -> u8 {
-        match self {
-            Self::Chain => 11,
-            Self::Multiply | Self::Divide | Self::Div | Self::Mod => 10,
-            Self::Add | Self::Subtract => 9,
-            Self::BitAnd => 8,
-            Self::BitXor => 7,
-            Self::BitOr => 6,
-            Self::And => 5,
-            Self::Xor => 4,
-            Self::Or => 3,
-            Self::Join => 2,
-            _ => COMPARISON,
-        }
+fn priority(operator: Operator) -> u8 {
+    match operator {
+        Operator::Chain => 11,
+        Operator::Multiply | Operator::Divide | Operator::Div | Operator::Mod => MULTIPLY,
+        Operator::Add | Operator::Subtract => 9,
+        Operator::BitAnd => 8,
+        Operator::BitXor => 7,
+        Operator::BitOr => 6,
+        Operator::And => 5,
+        Operator::Xor => 4,
+        Operator::Or => 3,
+        Operator::Join => 2,
+        _ => COMPARISON,
     }
 }
 
+const MULTIPLY: u8 = 10;
 const COMPARISON: u8 = 1;
 
 /// Parses an expression; the scanner stands behind it afterwards.
@@ -96,7 +47,7 @@ fn parse(s: &mut Scanner<'_>, lowest: u8, depth: u32) -> Result<Expr, Fault> {
             s.set_pos(before);
             return Ok(left);
         };
-        let priority = operator.priority();
+        let priority = priority(operator);
         if priority < lowest {
             s.set_pos(before);
             return Ok(left);
@@ -111,32 +62,32 @@ fn parse(s: &mut Scanner<'_>, lowest: u8, depth: u32) -> Result<Expr, Fault> {
 }
 
 /// Takes the operator that is next, if any.
-fn operator(s: &mut Scanner<'_>) -> Option<Binary> {
+fn operator(s: &mut Scanner<'_>) -> Option<Operator> {
     let (operator, length) = match (s.peek(), s.peek_at(1)) {
-        (b'+', _) => (Binary::Add, 1),
-        (b'-', _) => (Binary::Subtract, 1),
-        (b':', b) if b != b'=' => (Binary::Chain, 1),
-        (b'*', _) => (Binary::Multiply, 1),
-        (b'/', _) => (Binary::Divide, 1),
-        (b'=', b'=') => (Binary::Equal, 2),
-        (b'<', b'>') => (Binary::NotEqual, 2),
-        (b'<', b'=') => (Binary::LessEqual, 2),
-        (b'>', b'=') => (Binary::GreaterEqual, 2),
-        (b'<', b'<') => (Binary::Join, 2),
-        (b'<', _) => (Binary::Less, 1),
-        (b'>', _) => (Binary::Greater, 1),
+        (b'+', _) => (Operator::Add, 1),
+        (b'-', _) => (Operator::Subtract, 1),
+        (b':', b) if b != b'=' => (Operator::Chain, 1),
+        (b'*', _) => (Operator::Multiply, 1),
+        (b'/', _) => (Operator::Divide, 1),
+        (b'=', b'=') => (Operator::Equal, 2),
+        (b'<', b'>') => (Operator::NotEqual, 2),
+        (b'<', b'=') => (Operator::LessEqual, 2),
+        (b'>', b'=') => (Operator::GreaterEqual, 2),
+        (b'<', b'<') => (Operator::Join, 2),
+        (b'<', _) => (Operator::Less, 1),
+        (b'>', _) => (Operator::Greater, 1),
         (b'A'..=b'Z' | b'a'..=b'z', _) => {
             let start = s.pos();
             let word = s.identifier();
             let found = [
-                ("DIV", Binary::Div),
-                ("MOD", Binary::Mod),
-                ("AND", Binary::And),
-                ("OR", Binary::Or),
-                ("XOR", Binary::Xor),
-                ("B_AND", Binary::BitAnd),
-                ("B_OR", Binary::BitOr),
-                ("B_XOR", Binary::BitXor),
+                ("DIV", Operator::Div),
+                ("MOD", Operator::Mod),
+                ("AND", Operator::And),
+                ("OR", Operator::Or),
+                ("XOR", Operator::Xor),
+                ("B_AND", Operator::BitAnd),
+                ("B_OR", Operator::BitOr),
+                ("B_XOR", Operator::BitXor),
             ]
             .into_iter()
             .find(|(name, _)| name.eq_ignore_ascii_case(word));
@@ -161,13 +112,13 @@ fn operand(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
     match s.peek() {
         b'0'..=b'9' | b'.' => number(s),
         b'-' | b'+' => {
-            let unary = if s.take(b'-') { Unary::Minus } else { Unary::Plus };
+            let minus = s.take(b'-');
             s.take(b'+');
             // The sign of a literal belongs to the literal, so that -0.5 is a number and not an operation.
-            match (unary, parse(s, Binary::Multiply.priority() + 1, depth + 1)?) {
-                (Unary::Minus, Expr::Number(value)) => Ok(Expr::Number(-value)),
-                (Unary::Plus, inner) => Ok(inner),
-                (unary, inner) => Ok(Expr::Unary(unary, Box::new(inner))),
+            match parse(s, MULTIPLY + 1, depth + 1)? {
+                inner if !minus => Ok(inner),
+                Expr::Number(value) => Ok(Expr::Number(-value)),
+                inner => Ok(Expr::Unary(Function::Negate, Box::new(inner))),
             }
         }
         b'(' => {
@@ -258,19 +209,19 @@ fn named(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
                 Fault::new(codes::BAD_VALUE, s.span_from(start), "the R parameter number is too large")
                     .help("use R0 to R999999999")
             })?;
-            return Ok(Expr::Param(Box::new(Expr::Number(f64::from(index)))));
+            return Ok(Indexed::expr(Expr::Number(f64::from(index))));
         }
         if s.peek_at(1) == b'[' {
             s.set_pos(s.pos() + 2);
             let index = parse(s, 0, depth + 1)?;
             close(s, b']', start)?;
-            return Ok(Expr::Param(Box::new(index)));
+            return Ok(Indexed::expr(index));
         }
     }
     let name = s.identifier().to_ascii_uppercase();
     if name == "NOT" || name == "B_NOT" {
-        let unary = if name == "NOT" { Unary::Not } else { Unary::BitNot };
-        return Ok(Expr::Unary(unary, Box::new(parse(s, Binary::Multiply.priority() + 1, depth + 1)?)));
+        let function = if name == "NOT" { Function::Not } else { Function::BitNot };
+        return Ok(Expr::Unary(function, Box::new(parse(s, MULTIPLY + 1, depth + 1)?)));
     }
     let after = s.pos();
     s.skip_blanks();
@@ -346,7 +297,7 @@ mod tests {
             match e {
                 Expr::Number(v) => v.to_string(),
                 Expr::Name(n) => n.clone(),
-                Expr::Param(p) => format!("R{}", show(p)),
+                Expr::Param(p) => format!("R{}", show(&p.0)),
                 Expr::Unary(u, a) => format!("({u:?} {})", show(a)),
                 Expr::Binary(b, l, r) => format!("({b:?} {} {})", show(l), show(r)),
                 other => format!("{other:?}"),
@@ -359,7 +310,7 @@ mod tests {
     fn priorities_follow_the_manual() {
         assert_eq!(shape("1+2*3"), "(Add 1 (Multiply 2 3))");
         assert_eq!(shape("1-2-3"), "(Subtract (Subtract 1 2) 3)");
-        assert_eq!(shape("-R1*2"), "(Multiply (Minus R1) 2)");
+        assert_eq!(shape("-R1*2"), "(Multiply (Negate R1) 2)");
         assert_eq!(shape("(R1==1) AND NOT (R2>2)"), "(And (Equal R1 1) (Not (Greater R2 2)))");
         assert_eq!(shape("a or b and c"), "(Or A (And B C))");
         assert_eq!(shape("7 div 2 Y5"), "(Div 7 2)");

@@ -4,9 +4,10 @@
 //! which act when their G word is programmed; `$P_IFRAME`, `$P_PFRAME` and `$P_BFRAME` are the settable, programmable and
 //! base frame in force and act at once; `$P_ACTFRAME` is their chain. Components: `TR` translation, `RT` rotation (RPY).
 
-use super::expr::{Binary, Expr};
+use super::expr::Expr;
 use super::interpreter::Interpreter;
 use crate::AxisValues;
+use crate::channel::expression::Operator;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
@@ -83,7 +84,7 @@ impl Interpreter {
     /// Value of a frame expression.
     pub(crate) fn frame_value(&self, expr: &Expr, span: Span) -> Result<Frame, Fault> {
         match expr {
-            Expr::Binary(Binary::Chain, left, right) => {
+            Expr::Binary(Operator::Chain, left, right) => {
                 Ok(self.frame_value(left, span)?.then(&self.frame_value(right, span)?))
             }
             Expr::Call(name, arguments) => self.frame_function(name, arguments, span),

@@ -9,6 +9,7 @@ use super::expr::Expr;
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, Units};
 use super::parser::{Block, Statement, Value, WordKind};
+use crate::channel::expression::Indexed;
 use crate::compensation::Corner;
 use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
@@ -166,7 +167,7 @@ fn visit_block(block: &Block, visitor: &mut impl FnMut(&Expr)) {
 fn visit(expr: &Expr, visitor: &mut impl FnMut(&Expr)) {
     visitor(expr);
     match expr {
-        Expr::Param(inner) | Expr::Unary(_, inner) => visit(inner, visitor),
+        Expr::Param(Indexed(inner)) | Expr::Unary(_, inner) => visit(inner, visitor),
         Expr::Binary(_, left, right) => {
             visit(left, visitor);
             visit(right, visitor);

@@ -3,13 +3,13 @@
 //! Parameters after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), CYCLE84 and CYCLE840; G331 and G332 after
 //! *Programming Manual Fundamentals*, "Tapping without compensating chuck". A positive pitch is a right-hand thread.
 
-use super::drilling::Planes;
+use super::drilling::{Planes, wait};
 use super::eval::Val;
 use super::frames::number;
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Pending, Reference};
-use crate::channel::{direction_of, direction_of_thread, opposite};
+use crate::channel::{Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{Feed, Motion, Op, Spindle, SpindleDirection};
@@ -146,17 +146,17 @@ impl Interpreter {
         })?;
         let back = value(11)?.filter(|v| *v > 0.0).unwrap_or(speed);
         let turn = direction_of_thread(pitch);
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         if let Some(angle) = value(9)? {
             self.note(format!("CYCLE84 orients the spindle at {angle} degrees"));
         }
         for (depth, up) in self.tapping_steps(planes, values, span)? {
             self.tap(depth, pitch.abs(), turn, speed, span)?;
-            self.wait(value(5)?);
+            self.course(&[wait(value(5)?)], span)?;
             self.tap(up, pitch.abs(), opposite(turn), back, span)?;
         }
         self.spindle(direction_of(value(6)?.unwrap_or(5.0)));
-        self.along(planes.retraction, true, span)
+        self.course(&[planes.out()], span)
     }
 
     /// Depths of CYCLE84, each with the coordinate to come back to: one (VARI 0), or infeeds of DAM with a retraction by VRT
@@ -195,10 +195,7 @@ impl Interpreter {
     /// Motion along the drilling axis coupled to the spindle.
     fn tap(&mut self, to: f64, pitch: f64, turn: SpindleDirection, speed: f64, span: Span) -> Result<(), Fault> {
         self.emit(Op::Spindle(Spindle { direction: turn, speed_rpm: Some(speed) }));
-        let motion = self.along_motion(to, span)?;
-        self.own.tangent = None;
-        self.go_thread(motion, pitch, Some(turn));
-        Ok(())
+        self.course(&[Stroke::Thread { to, pitch, turn }], span)
     }
 
     /// CYCLE840(RTP, RFP, SDIS, DP, DPR, DTB, SDR, SDAC, ENC, MPIT, PIT): tapping in a compensating chuck.
@@ -220,22 +217,20 @@ impl Interpreter {
             }
         };
         let turn = match (value(7)?, self.technology.direction) {
-            (Some(3.0), _) => SpindleDirection::Clockwise,
-            (Some(4.0), _) => SpindleDirection::CounterClockwise,
+            (Some(m @ (3.0 | 4.0)), _) => direction_of(m),
             (_, SpindleDirection::Off) => SpindleDirection::Clockwise,
             (_, running) => running,
         };
         let back = match value(6)? {
-            Some(3.0) => SpindleDirection::Clockwise,
-            Some(4.0) => SpindleDirection::CounterClockwise,
+            Some(m @ (3.0 | 4.0)) => direction_of(m),
             _ => opposite(turn),
         };
-        self.along(planes.start, true, span)?;
+        self.course(&[planes.approach()], span)?;
         self.tap(planes.depth, pitch, turn, speed, span)?;
-        self.wait(value(5)?);
+        self.course(&[wait(value(5)?)], span)?;
         self.tap(planes.start, pitch, back, speed, span)?;
         self.technology.direction = turn;
         self.emit(Op::Spindle(Spindle { direction: turn, speed_rpm: Some(speed) }));
-        self.along(planes.retraction, true, span)
+        self.course(&[planes.out()], span)
     }
 }

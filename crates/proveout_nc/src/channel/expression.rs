@@ -1,0 +1,215 @@
+//! Formulas: one tree for all languages, and what its functions and operators give. A language keeps the grammar, the names
+//! of its functions, its parameters, and what truth and equality are on its control. Angles in degrees, as on the controls.
+
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::frame::sin_cos_degrees;
+
+/// Nesting of brackets, signs and functions in one formula.
+pub(crate) const MAX_DEPTH: u32 = 60;
+
+/// A formula. `P` is a numbered parameter of the language.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Expr<P> {
+    Number(f64),
+    Text(String),
+    /// Variable, constant, axis or label.
+    Name(String),
+    Param(P),
+    /// `NAME[i, j]`.
+    Element(String, Vec<Self>),
+    /// `NAME(a, , b)`.
+    Call(String, Vec<Option<Self>>),
+    Unary(Function, Box<Self>),
+    Binary(Operator, Box<Self>, Box<Self>),
+}
+
+/// A parameter whose number is itself a formula: `R[R1+1]`, `#[#2+1]`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Indexed(pub(crate) Box<Expr<Self>>);
+
+impl Indexed {
+    pub(crate) fn expr(index: Expr<Self>) -> Expr<Self> {
+        Expr::Param(Self(Box::new(index)))
+    }
+}
+
+/// Functions of one value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Function {
+    Negate,
+    Not,
+    /// Bit by bit, on whole numbers of 32 bits.
+    BitNot,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Square,
+    Sqrt,
+    Exp,
+    Ln,
+    Log,
+    Abs,
+    Sign,
+    Fraction,
+    /// To the nearest whole number, away from zero, towards zero, down and up.
+    Round,
+    AwayFromZero,
+    TowardsZero,
+    Down,
+    Up,
+    /// A number as a text.
+    Text,
+}
+
+/// Operators of two values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    /// Whole part of the quotient.
+    Div,
+    Mod,
+    Power,
+    /// Root of the sum of squares.
+    Length,
+    /// Angle of opposite and adjacent side.
+    Angle,
+    And,
+    Or,
+    Xor,
+    BitAnd,
+    BitOr,
+    BitXor,
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    /// Texts one behind the other.
+    Join,
+    /// Between frames.
+    Chain,
+}
+
+/// A calculation without a result.
+pub(crate) fn arithmetic(message: impl Into<String>, span: Span) -> Fault {
+    Fault::new(codes::ARITHMETIC, span, message).help("check the values of the calculation")
+}
+
+pub(crate) fn truth(holds: bool) -> f64 {
+    f64::from(u8::from(holds))
+}
+
+/// Value of a function.
+pub(crate) fn apply(function: Function, x: f64, span: Span) -> Result<f64, Fault> {
+    let undefined = |what: &str| Err(arithmetic(format!("the {what} of {x} is not defined"), span));
+    Ok(match function {
+        Function::Negate => -x,
+        Function::Not => truth(x == 0.0),
+        Function::BitNot => f64::from(!(x as i32)),
+        Function::Sin => sin_cos_degrees(x).0,
+        Function::Cos => sin_cos_degrees(x).1,
+        Function::Tan => match sin_cos_degrees(x) {
+            (_, 0.0) => return undefined("tangent"),
+            (sin, cos) => sin / cos,
+        },
+        Function::Asin if x.abs() > 1.0 => return undefined("arc sine"),
+        Function::Acos if x.abs() > 1.0 => return undefined("arc cosine"),
+        Function::Asin => x.asin().to_degrees(),
+        Function::Acos => x.acos().to_degrees(),
+        Function::Atan => x.atan().to_degrees(),
+        Function::Square => x * x,
+        Function::Sqrt if x < 0.0 => return undefined("square root"),
+        Function::Sqrt => x.sqrt(),
+        Function::Exp => x.exp(),
+        Function::Ln | Function::Log if x <= 0.0 => return undefined("logarithm"),
+        Function::Ln => x.ln(),
+        Function::Log => x.log10(),
+        Function::Abs => x.abs(),
+        Function::Sign if x == 0.0 => 0.0,
+        Function::Sign => x.signum(),
+        Function::Fraction => x.fract(),
+        Function::Round => x.round(),
+        Function::AwayFromZero => x.abs().ceil().copysign(x) + 0.0,
+        Function::TowardsZero => x.trunc(),
+        Function::Down => x.floor(),
+        Function::Up => x.ceil(),
+        Function::Text => x,
+    })
+}
+
+/// Value of an operation on numbers. Languages in which an operator means something else ask here for the others.
+pub(crate) fn combine(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
+    let divides = matches!(operator, Operator::Divide | Operator::Div | Operator::Mod);
+    if divides && b == 0.0 {
+        return Err(arithmetic(format!("{a} is divided by zero"), span));
+    }
+    let bits = |of: fn(i32, i32) -> i32| f64::from(of(a as i32, b as i32));
+    Ok(match operator {
+        Operator::Add => a + b,
+        Operator::Subtract => a - b,
+        Operator::Multiply => a * b,
+        Operator::Divide => a / b,
+        Operator::Div => (a / b).trunc(),
+        Operator::Mod => a % b,
+        Operator::Power => a.powf(b),
+        Operator::Length => a.hypot(b),
+        Operator::Angle => a.atan2(b).to_degrees(),
+        Operator::And => truth(a != 0.0 && b != 0.0),
+        Operator::Or => truth(a != 0.0 || b != 0.0),
+        Operator::Xor => truth((a != 0.0) != (b != 0.0)),
+        Operator::BitAnd => bits(|a, b| a & b),
+        Operator::BitOr => bits(|a, b| a | b),
+        Operator::BitXor => bits(|a, b| a ^ b),
+        Operator::Equal => truth(a == b),
+        Operator::NotEqual => truth(a != b),
+        Operator::Less => truth(a < b),
+        Operator::LessEqual => truth(a <= b),
+        Operator::Greater => truth(a > b),
+        Operator::GreaterEqual => truth(a >= b),
+        // Of texts and frames.
+        Operator::Join | Operator::Chain => f64::NAN,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_have_the_values_of_the_trade() {
+        let at = |function, x| apply(function, x, Span::default()).unwrap();
+        assert_eq!(at(Function::Sin, 30.0), 30f64.to_radians().sin());
+        assert_eq!((at(Function::Sin, 180.0), at(Function::Cos, 90.0)), (0.0, 0.0), "right angles are exact");
+        assert!((at(Function::Tan, 45.0) - 1.0).abs() < 1e-15);
+        assert_eq!((at(Function::TowardsZero, -1.5), at(Function::AwayFromZero, -1.5)), (-1.0, -2.0));
+        assert_eq!((at(Function::Down, -1.5), at(Function::Up, -1.5)), (-2.0, -1.0));
+        assert_eq!((at(Function::Sign, 0.0), at(Function::Sign, -3.0)), (0.0, -1.0));
+        assert_eq!(at(Function::Fraction, 1.5), 0.5);
+    }
+
+    #[test]
+    fn what_has_no_value_is_refused() {
+        for (function, x) in [
+            (Function::Tan, 90.0),
+            (Function::Asin, 1.1),
+            (Function::Acos, -1.1),
+            (Function::Sqrt, -1.0),
+            (Function::Ln, 0.0),
+            (Function::Log, -1.0),
+        ] {
+            let fault = apply(function, x, Span::default()).unwrap_err();
+            assert!(fault.code == codes::ARITHMETIC && fault.message.contains(&format!("{x}")), "{fault:?}");
+        }
+        for operator in [Operator::Divide, Operator::Div, Operator::Mod] {
+            assert_eq!(combine(operator, 1.0, 0.0, Span::default()).unwrap_err().code, codes::ARITHMETIC);
+        }
+    }
+}
