@@ -60,7 +60,7 @@ pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &P
         settings.default_feed_mm_per_min = Some(positive("--feed", feed)?);
     }
     if let Some(tolerance) = args.arc_tolerance {
-        settings.arc_tolerance = ArcTolerance::absolute(positive("--arc-tolerance", tolerance)?);
+        settings.arc_tolerance = Some(ArcTolerance::absolute(positive("--arc-tolerance", tolerance)?));
     }
     for folder in &args.subprograms {
         if !folder.is_dir() {
