@@ -46,7 +46,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// Angle from the start to the end about the center in the given direction, in (0, 2 pi].
-fn sweep(start: [f64; 2], end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
+pub(crate) fn sweep(start: [f64; 2], end: [f64; 2], center: [f64; 2], clockwise: bool) -> f64 {
     if distance(start, end) < SAME_POINT_MM {
         return TAU;
     }

@@ -177,9 +177,9 @@ pub struct Motion {
 pub struct ArcMotion {
     /// End of the motion.
     pub motion: Motion,
-    /// Center in the active work frame, mm.
+    /// Center in the active work frame, mm. Along the normal of the plane it has a meaning only where the end has a value.
     pub center: [f64; 3],
-    /// Center in base coordinates, mm.
+    /// Center in base coordinates, mm; along the normal as above.
     pub center_base: [f64; 3],
     /// Unit normal in the work frame; the arc runs counter-clockwise about it.
     pub normal: [f64; 3],

@@ -47,6 +47,7 @@ mod program;
 mod scan;
 mod settings;
 mod source;
+mod spline;
 mod state;
 mod survey;
 

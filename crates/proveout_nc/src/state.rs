@@ -129,6 +129,19 @@ impl Position {
         Ok(())
     }
 
+    /// Start of an arc in the plane of the first two axes. Along the third one nothing needs it: where the program has not set it
+    /// the value is zero and has no meaning, unless the frame mixes it with the others. None where it is not known.
+    pub(crate) fn arc_start(&self, [u, v, w]: [usize; 3]) -> Option<[f64; 3]> {
+        let linear = &self.frame.linear;
+        let apart = [linear[u][w], linear[v][w], linear[w][u], linear[w][v]].iter().all(|factor| *factor == 0.0);
+        if !apart {
+            return self.work.xyz();
+        }
+        let mut start = [0.0; 3];
+        (start[u], start[v], start[w]) = (self.work.get(u)?, self.work.get(v)?, self.work.get(w).unwrap_or(0.0));
+        Some(start)
+    }
+
     /// Base coordinates of a point whose X, Y and Z are known.
     pub(crate) fn point_in_base(&self, p: [f64; 3]) -> [f64; 3] {
         self.frame.apply(p)
@@ -169,6 +182,17 @@ impl Position {
                 if axis >= 6 {
                     self.work.put(axis, end.get(axis).unwrap_or(0.0));
                 }
+            }
+        }
+        self.work_from_base();
+    }
+
+    /// Behind a motion in machine coordinates without tool center point control: these axes, which carry no tool length, stand
+    /// where the motion has sent them.
+    pub(crate) fn stands_in_machine(&mut self, end: &AxisValues, axes: u16) {
+        for axis in (0..3).filter(|axis| axes >> axis & 1 == 1) {
+            if let Some(value) = end.get(axis) {
+                self.base.put(axis, value);
             }
         }
         self.work_from_base();

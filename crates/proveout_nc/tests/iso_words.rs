@@ -386,6 +386,47 @@ fn is_g_word(word: &str) -> bool {
 }
 
 #[test]
+fn a_haas_takes_a_program_name_of_letters() {
+    let settings = Settings { dialect: Dialect::Haas, ..Settings::default() };
+    assert_eq!(check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &settings), []);
+    let fanuc = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    assert!(!check_text("p.nc", "%\nOSIDE (NAME)\nG0 X0.\nM30\n%\n", &fanuc).is_empty());
+}
+
+/// Radii may differ by a thousandth, and the center stays as programmed.
+#[test]
+fn a_linuxcnc_takes_a_spiral_about_the_programmed_center() {
+    let arc = |dialect: Dialect, end: f64| {
+        let settings = Settings { dialect, ..Settings::default() };
+        let text = format!("G21 G90 G0 X0. Y0. Z0.\nG2 X{end} Y0. I100. F100.\nM30\n");
+        Program::from_text("p.nc", text, &settings).unwrap().find_map(|command| match command {
+            Ok(Command { op: Op::Arc(arc), .. }) => Some(arc.center),
+            _ => None,
+        })
+    };
+    for end in ["200.02", "200.09"].map(|text| text.parse::<f64>().unwrap()) {
+        assert_eq!(arc(Dialect::LinuxCnc, end), Some([100.0, 0.0, 0.0]), "{end}");
+        assert_eq!(arc(Dialect::Fanuc, end), None, "{end}");
+    }
+    assert_eq!(arc(Dialect::LinuxCnc, 200.2), None);
+}
+
+/// What the words of an arc would mean elsewhere is told with the fault.
+#[test]
+fn a_center_that_fits_otherwise_is_named() {
+    for (dialect, text, told) in [
+        (Dialect::Fanuc, "G0 X10. Y10.\nG2 X20. Y20. I20. J10. F100.\n", "fit exactly as absolute centers"),
+        (Dialect::LinuxCnc, "G0 X10 Y10\nG2 X20 Y20 I20 J10 F100\n", "write G90.1"),
+        (Dialect::Fanuc, "G0 X10. Y10.\nG3 X0. Y20. I10. F100.\n", "fit with other signs"),
+    ] {
+        let settings = Settings { dialect, ..Settings::default() };
+        let faults = check_text("p.nc", text, &settings);
+        let help = faults[0].help.clone().unwrap_or_default();
+        assert!(faults[0].code == "nc-arc-radius" && help.contains(told), "{text}{faults:?}");
+    }
+}
+
+#[test]
 fn the_table_of_the_readme_tells_the_truth() {
     for (flavor, dialect) in FLAVORS {
         let settings = Settings { dialect, ..Settings::default() };

@@ -341,15 +341,17 @@ fn behind_machine_coordinates_under_tcp_no_coordinate_of_the_tip_is_known() {
 /// Without tool center point control the other axes stay known, as ever.
 #[test]
 fn behind_machine_coordinates_of_one_axis_the_others_are_known() {
-    for (dialect, text) in [
-        (Dialect::Fanuc, "G21 G90 G0 X150. Y50. Z10.\nG53 Z0\nG91 G1 X1. F100."),
-        (Dialect::Haas, "G21 G90 G0 X150. Y50. Z10.\nG91 G28 Z0\nG91 G1 X1. F100."),
-        (Dialect::LinuxCnc, "G21 G90 G0 X150. Y50. Z10.\nG53 G0 Z0\nG91 G1 X1. F100."),
-        (Dialect::Siemens840d, "G54 G90 G0 X150 Y50 Z10\nSUPA G0 Z650\nG91 G1 X1 F100"),
-        (Dialect::Heidenhain, "L X+150 Y+50 Z+10 R0 FMAX\nL Z+650 R0 FMAX M91\nL IX+1 R0 F100"),
+    // An ISO control knows Z itself, where no tool length stands between the axis and the tip.
+    for (dialect, text, z) in [
+        (Dialect::Fanuc, "G21 G90 G0 X150. Y50. Z10.\nG53 Z-5.\nG91 G1 X1. F100.", Some(-5.0)),
+        (Dialect::Fanuc, "G21 G90 G43 H1 G0 X150. Y50. Z10.\nG53 Z-5.\nG91 G1 X1. F100.", None),
+        (Dialect::Haas, "G21 G90 G0 X150. Y50. Z10.\nG53 Z-7.\nG91 G1 X1. F100.", Some(-7.0)),
+        (Dialect::LinuxCnc, "G21 G90 G0 X150. Y50. Z10.\nG53 G0 Z-9\nG91 G1 X1. F100.", Some(-9.0)),
+        (Dialect::Siemens840d, "G54 G90 G0 X150 Y50 Z10\nSUPA G0 Z650\nG91 G1 X1 F100", None),
+        (Dialect::Heidenhain, "L X+150 Y+50 Z+10 R0 FMAX\nL Z+650 R0 FMAX M91\nL IX+1 R0 F100", None),
     ] {
         let ops = read_with(&format!("{text}\n"), &on_machine(dialect)).unwrap_or_else(|e| panic!("{text}\n{e}"));
         let last = *motions(&ops).last().unwrap();
-        assert_eq!((last.end_base.get(0), last.end_base.get(2)), (Some(151.0), None), "{text}");
+        assert_eq!((last.end_base.get(0), last.end_base.get(2)), (Some(151.0), z), "{text}");
     }
 }

@@ -139,7 +139,10 @@ fn is_plain(line: &str) -> bool {
         && !code.contains(['(', ';', '%', '$', '*', '~', '"', '{'])
         && ![
             "PARTNO",
+            // Its values may be left out.
+            "TOOLNO",
             "PPRINT",
+            "PPWORD",
             "INSERT",
             "TPRINT",
             "BEGIN",

@@ -124,6 +124,14 @@ impl<L: Language> Channel<L> {
         Ok(())
     }
 
+    /// Start of an arc in the plane of the first two axes ([`crate::state::Position::arc_start`]).
+    pub(crate) fn arc_start(&self, what: &str, axes: [usize; 3], span: Span) -> Result<[f64; 3], Fault> {
+        match self.position.arc_start(axes) {
+            Some(start) => Ok(start),
+            None => self.start_point(what, span),
+        }
+    }
+
     /// The point of the tool, which `what` begins at.
     pub(crate) fn start_point(&self, what: &str, span: Span) -> Result<[f64; 3], Fault> {
         self.position.work.xyz().ok_or_else(|| {

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use crate::settings::Dialect;
-use crate::{Command, Location, WorkOffset};
+use crate::{Command, Location, Op, WorkOffset};
 
 pub use apt::AptPost;
 pub use heidenhain::HeidenhainPost;
@@ -47,14 +47,37 @@ pub fn post_for<'a, W: io::Write + 'a>(
     sink: W,
 ) -> Result<Box<dyn Post + 'a>, PostError> {
     Ok(match dialect {
-        Dialect::Siemens840d => Box::new(SiemensPost::new(sink, settings)),
-        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {
-            Box::new(IsoPost::new(dialect, sink, settings))
-        }
-        Dialect::Heidenhain => Box::new(HeidenhainPost::new(sink, settings)),
+        Dialect::Siemens840d => fed(SiemensPost::new(sink, settings)),
+        Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => fed(IsoPost::new(dialect, sink, settings)),
+        Dialect::Heidenhain => fed(HeidenhainPost::new(sink, settings)),
         Dialect::Apt => Box::new(AptPost::new(sink, settings)),
         Dialect::HeidenhainIso | Dialect::Auto => return Err(PostError::NoPost { dialect: dialect.name() }),
     })
+}
+
+/// The post of a control, which takes no motion in feed before a feed: CL data may have one.
+fn fed<'a>(post: impl Post + 'a) -> Box<dyn Post + 'a> {
+    Box::new(Fed { post, feed: false })
+}
+
+struct Fed<P> {
+    post: P,
+    feed: bool,
+}
+
+impl<P: Post> Post for Fed<P> {
+    fn write(&mut self, command: &Command) -> Result<(), PostError> {
+        self.feed |= matches!(command.op, Op::Feed(_));
+        if !self.feed && matches!(command.op, Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_)) {
+            let what = "the motion has no feed, and a control wants one";
+            return Err(Unsaid::new(what, "give a feed before it, or a default feed").at(&command.location));
+        }
+        self.post.write(command)
+    }
+
+    fn finish(&mut self) -> Result<(), PostError> {
+        self.post.finish()
+    }
 }
 
 /// Which number calls the length of the tool.

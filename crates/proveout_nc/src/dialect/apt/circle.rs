@@ -22,10 +22,11 @@ use crate::source::Source;
 const MAX_TURNS: f64 = 1000.0;
 
 impl AptReader {
-    /// CIRCLE/x,y,z,i,j,k,r[,...], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end.
+    /// CIRCLE/x,y,z,i,j,k[,r[,...]], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end. Without a radius (`CAMWorks`) it is
+    /// that of the start.
     pub(crate) fn circle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let leading = st.items.iter().take_while(|i| matches!(i.token, Token::Number(_))).count();
-        if leading < 7 {
+        if leading < 7 && (leading < 6 || st.major != "CIRCLE") {
             return Err(arity(st.head, &st.major, leading, "the center, the normal and the radius, seven values"));
         }
         let mut n = [0.0; 7];
@@ -68,7 +69,7 @@ impl AptReader {
         self.own.circle = Some(PendingCircle {
             center: [n[0], n[1], n[2]].map(|v| v * self.own.unit),
             normal,
-            radius: n[6] * self.own.unit,
+            radius: (leading > 6).then_some(n[6] * self.own.unit),
             angle,
             zero_at_one_point: leading > 7,
         });
@@ -143,7 +144,11 @@ impl AptReader {
         self.take_path_tool();
         // Six digits of the tangent leave a slightly tilted normal; along an axis it is exact.
         let normal = snapped(normal);
-        self.go_circle(&PendingCircle { center, normal, radius, angle: None, zero_at_one_point: false }, end, st.head)
+        self.go_circle(
+            &PendingCircle { center, normal, radius: Some(radius), angle: None, zero_at_one_point: false },
+            end,
+            st.head,
+        )
     }
 
     /// The arc from here to a point; a point off the plane makes it a helix.
@@ -154,7 +159,7 @@ impl AptReader {
         if self.own.cycle_on {
             return Err(place.bad(codes::CONFLICT, "a circle stands in a cycle", "write CYCLE/OFF before it"));
         }
-        self.need_feed(place.span).map_err(|fault| place.with(fault))?;
+        self.need_feed();
         let start = self.here(place)?;
         let normal = snapped(circle.normal);
         let (u, v) = basis(normal);
@@ -165,17 +170,18 @@ impl AptReader {
         let drop = frame::dot(normal, frame::sub(end, start));
         if circle.zero_at_one_point
             && circle.angle.is_none()
-            && apart <= self.settings.arc_tolerance.absolute_mm
-            && drop.abs() <= self.settings.arc_tolerance.absolute_mm
+            && apart <= self.settings.arc_limit().absolute_mm
+            && drop.abs() <= self.settings.arc_limit().absolute_mm
         {
-            return self.straight(end, false, place);
+            self.straight(end, false);
+            return Ok(());
         }
         let measured = a[0].hypot(a[1]);
-        let tolerance = self.settings.arc_tolerance;
-        if (measured - circle.radius.abs()).abs() > tolerance.of(measured.max(circle.radius.abs())) {
+        let tolerance = self.settings.arc_limit();
+        if let Some(radius) = circle.radius.filter(|r| (measured - r.abs()).abs() > tolerance.of(measured.max(r.abs())))
+        {
             let message = format!(
-                "the arc has the radius {:.4} mm and starts {measured:.4} mm from its center; the limit of the difference is {} mm",
-                circle.radius, tolerance
+                "the arc has the radius {radius:.4} mm and starts {measured:.4} mm from its center; the limit of the difference is {tolerance} mm"
             );
             return Err(place.bad(codes::ARC_RADIUS, message, "correct the circle, or program the point before it"));
         }

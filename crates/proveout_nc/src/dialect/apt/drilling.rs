@@ -57,7 +57,8 @@ pub(crate) struct Cycle {
     travel: f64,
     start: f64,
     retract: Retract,
-    step: Option<f64>,
+    /// First infeed and the others.
+    step: Option<[f64; 2]>,
     dwell: Option<Dwell>,
     feed: Option<Feed>,
     pitch: Option<f64>,
@@ -71,7 +72,9 @@ struct Values {
     rapid_to: Option<f64>,
     feed: Option<f64>,
     unit: Option<FeedUnit>,
+    /// First infeed, and the others where they differ.
     step: Option<f64>,
+    next_step: Option<f64>,
     pitch: Option<f64>,
     dwell: Option<f64>,
     dwell_revolutions: bool,
@@ -95,6 +98,11 @@ impl AptReader {
                 self.tell_feed();
                 return Ok(());
             }
+            // CAMWorks announces the definition of the next statement.
+            "INIT" if st.items.len() == 1 => {
+                self.note("CYCLE/INIT");
+                return Ok(());
+            }
             "ON" => {
                 if self.own.cycle.is_none() {
                     return Err(st.head.bad(
@@ -111,7 +119,8 @@ impl AptReader {
         let mut at = 1;
         let mut kind = match word.as_str() {
             "DRILL" | "FACE" => Kind::Drill,
-            "DEEP" => Kind::Deep,
+            // CAMWorks gives the first infeed of DEEP2 and that of the others.
+            "DEEP" | "DEEP2" => Kind::Deep,
             "BRKCHP" => Kind::BreakChip,
             "BORE" | "REAM" => Kind::Bore,
             "TAP" | "RIGID" => Kind::Tap,
@@ -180,7 +189,8 @@ impl AptReader {
                 "DEPTH" | "FEDTO" => v.depth = Some(value()?.abs() * unit),
                 "CLEAR" => v.clear = Some(value()? * unit),
                 "RAPTO" => v.rapid_to = Some(value()? * unit),
-                "STEP" | "STEP1" | "INCR" => v.step = Some(value()?.abs() * unit),
+                "STEP" | "STEP1" | "INCR" | "1STPECK" | "PECK" => v.step = Some(value()?.abs() * unit),
+                "SUBPECK" => v.next_step = Some(value()?.abs() * unit),
                 "PITCH" => v.pitch = Some(value()?.abs() * unit),
                 "TPI" => v.pitch = Some(25.4 / value()?.abs().max(1e-9)),
                 "DWELL" => {
@@ -246,9 +256,10 @@ impl AptReader {
                 "give a depth below the height where the feed begins",
             ));
         }
-        if let Some(step) = v.step
-            && (step <= 0.0 || (depth + start) / step > MAX_INFEEDS)
-        {
+        for step in [v.step, v.next_step].into_iter().flatten() {
+            if step > 0.0 && (depth + start) / step <= MAX_INFEEDS {
+                continue;
+            }
             let message = format!("infeeds of {step} mm to {depth} mm: the limit is {MAX_INFEEDS} infeeds");
             return Err(st.head.bad(codes::ARGUMENTS, message, "give a larger infeed"));
         }
@@ -268,12 +279,16 @@ impl AptReader {
             .map(|d| if v.dwell_revolutions { Dwell::Revolutions(d) } else { Dwell::Seconds(d) });
         let feed = v.feed.filter(|f| *f != 0.0).map(|f| self.feed_of(f, v.unit, first)).transpose()?;
         let retract = v.retract.unwrap_or(Retract::Travel);
-        Ok(Cycle { kind, depth, travel, start, retract, step: v.step, dwell, feed, pitch: v.pitch })
+        let step = v.step.map(|first| [first, v.next_step.unwrap_or(first)]);
+        Ok(Cycle { kind, depth, travel, start, retract, step, dwell, feed, pitch: v.pitch })
     }
 
     /// One hole at a point.
     pub(crate) fn hole(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
-        let Some(cycle) = self.own.cycle else { return self.straight(point, false, place) };
+        let Some(cycle) = self.own.cycle else {
+            self.straight(point, false);
+            return Ok(());
+        };
         let axis = self.own.axis;
         let at = |height: f64| frame::add_scaled(point, axis, height);
         if let Some(here) = self.position.work.xyz() {
@@ -287,7 +302,7 @@ impl AptReader {
                 } else {
                     frame::add_scaled(here, axis, cycle.travel - height)
                 };
-                self.straight(way, true, place)?;
+                self.straight(way, true);
             }
         }
         self.own.hole = point;
@@ -299,7 +314,7 @@ impl AptReader {
         self.course(&[Stroke::Rapid(cycle.travel), Stroke::Rapid(cycle.start)], span)?;
         let before = self.technology.feed;
         self.technology.feed = cycle.feed.or(self.technology.feed);
-        self.need_feed(span)?;
+        self.need_feed();
         if cycle.kind != Kind::Tap {
             self.tell_feed();
         }
@@ -322,11 +337,12 @@ impl AptReader {
     }
 
     fn deep(&mut self, cycle: &Cycle, span: Span) -> Result<(), Fault> {
-        let step = cycle.step.unwrap_or(cycle.depth + cycle.start);
+        let [mut step, next_step] = cycle.step.unwrap_or([cycle.depth + cycle.start; 2]);
         // The first infeed is measured from the point, or from where the feed begins when that is lower.
         let mut reached = (-cycle.start).max(0.0);
         loop {
             reached = (reached + step).min(cycle.depth);
+            step = next_step;
             self.course(&[Stroke::Feed(-reached), Stroke::Wait(cycle.dwell)], span)?;
             if reached >= cycle.depth - SAME_MM {
                 return Ok(());
@@ -349,8 +365,8 @@ impl AptReader {
             _ => None,
         };
         let pitch = pitch.filter(|p| *p > 0.0 && p.is_finite()).ok_or_else(|| {
-            Fault::new(codes::ARGUMENTS, span, "the pitch of the thread is not known")
-                .help("give PITCH, or the feed and SPINDL")
+            let code = if self.technology.feed.is_some() { codes::MISSING_VALUE } else { codes::NO_FEED };
+            Fault::new(code, span, "the pitch of the thread is not known").help("give PITCH, or the feed and SPINDL")
         })?;
         let turn = self.own.last_direction;
         for (to, turn) in [(-cycle.depth, turn), (cycle.start, opposite(turn))] {
@@ -372,9 +388,9 @@ impl Holes for Apt {
         channel.position.work.xyz().is_some_and(|here| frame::norm(frame::sub(here, point)) <= SAME_MM)
     }
 
-    fn stroke(channel: &mut AptReader, to: f64, rapid: bool, span: Span) -> Result<(), Fault> {
+    fn stroke(channel: &mut AptReader, to: f64, rapid: bool, _span: Span) -> Result<(), Fault> {
         if !rapid {
-            channel.need_feed(span)?;
+            channel.need_feed();
         }
         let motion = channel.motion(channel.over_hole(to));
         channel.go(motion, rapid);

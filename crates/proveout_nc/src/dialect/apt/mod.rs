@@ -2,8 +2,8 @@
 //!
 //! Words after ISO 4343:2000 (major words of the processor output and of post-processor statements), with the forms that
 //! CAM systems write: CATIA V5 (`TLON,GOFWD/ (CIRCLE/...)`, `INDIRV`, `TLAXIS`), NX (`CIRCLE/` with tolerances, `MSYS`,
-//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`) and the ISO 4343 output of Autodesk's
-//! posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
+//! `TOOL PATH`, `CYCLE/DRILL,RAPTO,..,FEDTO,..`), Creo (`CIRCLE/` before `GOTO`), `CAMWorks` (`UNIT/`, `CSYS/`, `TRNTYP/`,
+//! `CYCLE/DEEP2`) and the ISO 4343 output of Autodesk's posts (`MOVARC/..,ANGLE,..`). [`statement`] cuts the text, [`words`] lists what is read with a note or refused,
 //! [`reader`] runs the statements, [`path`] moves, [`circle`] and [`drilling`] do what their names say.
 //!
 //! CL data knows no machine and no zero point: its coordinates are those of work offset G54, and the first command says
@@ -12,10 +12,13 @@
 
 mod circle;
 mod drilling;
+mod feed;
 mod path;
+mod post_text;
 mod reader;
 mod recover;
 mod statement;
+mod systems;
 mod technology;
 mod words;
 

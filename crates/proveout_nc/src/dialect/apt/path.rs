@@ -3,7 +3,6 @@
 use super::reader::{AptReader, arity};
 use super::statement::{Bad, Place, Statement};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::source::Source;
 use crate::{AxisValues, Motion, Op, OrientationInterpolation, Tcp};
@@ -84,23 +83,16 @@ impl AptReader {
         if self.own.cycle_on {
             return self.hole(point, place);
         }
-        self.straight(point, rapid, place)
-    }
-
-    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool, place: Place) -> Result<(), Box<Bad>> {
-        if !rapid {
-            self.need_feed(place.span).map_err(|fault| place.with(fault))?;
-        }
-        let motion = self.motion(point);
-        self.go(motion, rapid);
+        self.straight(point, rapid);
         Ok(())
     }
 
-    pub(crate) fn need_feed(&self, span: Span) -> Result<(), Fault> {
-        if self.technology.feed.is_some() {
-            return Ok(());
+    pub(crate) fn straight(&mut self, point: [f64; 3], rapid: bool) {
+        if !rapid {
+            self.need_feed();
         }
-        Err(Fault::new(codes::NO_FEED, span, "the motion has no feed").help("write FEDRAT, or RAPID, before it"))
+        let motion = self.motion(point);
+        self.go(motion, rapid);
     }
 
     /// The motion to a point with the tool axis in effect.
@@ -152,7 +144,8 @@ impl AptReader {
         self.take_path_tool();
         self.own.rapid = false;
         self.own.axis = axis;
-        self.straight(point, true, st.head)
+        self.straight(point, true);
+        Ok(())
     }
 
     pub(crate) fn multax(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {

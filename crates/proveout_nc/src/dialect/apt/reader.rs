@@ -27,7 +27,8 @@ const MAX_NAMES: usize = 100_000;
 pub(crate) struct PendingCircle {
     pub(crate) center: [f64; 3],
     pub(crate) normal: [f64; 3],
-    pub(crate) radius: f64,
+    /// None: that of the start.
+    pub(crate) radius: Option<f64>,
     /// Programmed angle, radian.
     pub(crate) angle: Option<f64>,
     /// A circle of NX: start and end at one point are no motion there, not a full turn.
@@ -56,6 +57,7 @@ pub(crate) struct Apt {
     /// Tool center point control is on.
     pub(crate) tcp: bool,
     pub(crate) rapid: bool,
+    pub(crate) noted_no_feed: bool,
     /// Direction that SPINDL/ON takes up again.
     pub(crate) last_direction: SpindleDirection,
     pub(crate) side: CompSide,
@@ -91,6 +93,7 @@ pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
         tcp: false,
         rapid: false,
         last_direction: SpindleDirection::Clockwise,
+        noted_no_feed: false,
         side: CompSide::Off,
         circle: None,
         forward: None,
@@ -226,7 +229,9 @@ impl AptReader {
             "TLAXIS" => self.tool_axis_statement(source, st),
             "MSYS" => self.msys(source, st),
             "ORIGIN" | "TRANS" => self.shift_statement(source, st),
-            "UNITS" => self.units(source, st),
+            "UNIT" | "UNITS" => self.units(source, st),
+            "CSYS" => self.csys(source, st),
+            "TRNTYP" => self.transform_type(source, st),
             _ => self.technology(source, st),
         }
     }

@@ -84,7 +84,10 @@ impl Default for Statement {
 }
 
 /// Words that take the rest of their line as a text.
-const TEXTS: [&str; 9] = ["PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "LETTER", "LEADER", "DISPLY", "TITLES"];
+const TEXTS: [&str; 12] = [
+    "PARTNO", "PPRINT", "TPRINT", "INSERT", "REMARK", "LETTER", "LEADER", "DISPLY", "TITLES", "PPWORD", "PPFUN",
+    "LPRINT",
+];
 
 /// Reads the statement that begins at a line, and gives the line behind it; none at the end of the text.
 pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Result<(), Box<Bad>>, Mark)> {
@@ -133,6 +136,10 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
             result = items(code, 0, next, &mut value, &mut out.items);
         }
         (open, last, next) = (more, next, after);
+    }
+    // CATIA leaves values of TOOLNO out; none of them has an effect.
+    if result.is_err() && out.major == "TOOLNO" {
+        result = Ok(());
     }
     Some((result, next))
 }

@@ -103,7 +103,7 @@ impl AptReader {
                 self.note(format!("PARTNO {text}"));
                 Ok(())
             }
-            "INSERT" => self.insert(source, st),
+            "INSERT" | "PPWORD" | "PPFUN" => self.post_text(source, st),
             "AUXFUN" => self.auxiliary(source, st),
             "PREFUN" => self.preparatory(source, st),
             other => {
@@ -296,23 +296,6 @@ impl AptReader {
         Ok(())
     }
 
-    /// INSERT: text for one control. A comment has no effect; anything else is refused.
-    fn insert(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
-        let text = unquoted(st.literal.text(source)).to_owned();
-        let body = text.trim().trim_end_matches('$').trim();
-        let comment =
-            body.is_empty() || body.starts_with([';', '*', '!']) || body.starts_with('(') && body.ends_with(')');
-        if comment {
-            self.note(format!("INSERT {body}"));
-            return Ok(());
-        }
-        Err(st.head.bad(
-            codes::UNSUPPORTED_WORD,
-            format!("`INSERT {body}` is not supported: its text is meant for one control"),
-            "write what it does in words of CL data, or take it out for the prove-out",
-        ))
-    }
-
     /// AUXFUN/n: M word.
     fn auxiliary(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 1];
@@ -363,7 +346,7 @@ fn is_known_word(word: &str) -> bool {
 }
 
 /// Text without the quotation marks around it.
-fn unquoted(text: &str) -> &str {
+pub(crate) fn unquoted(text: &str) -> &str {
     let text = text.trim();
     for quote in ['\'', '"'] {
         if let Some(inner) = text.strip_prefix(quote).and_then(|rest| rest.strip_suffix(quote)) {

@@ -13,10 +13,11 @@ pub(crate) enum Class {
 }
 
 /// Words that are executed.
-pub(crate) const DONE: [&str; 38] = [
+pub(crate) const DONE: [&str; 43] = [
     "AUXFUN",
     "CIRCLE",
     "COOLNT",
+    "CSYS",
     "CUTCOM",
     "CYCLE",
     "DELAY",
@@ -39,7 +40,9 @@ pub(crate) const DONE: [&str; 38] = [
     "OPSTOP",
     "ORIGIN",
     "PARTNO",
+    "PPFUN",
     "PPRINT",
+    "PPWORD",
     "PREFUN",
     "RAPID",
     "SELCTL",
@@ -51,11 +54,13 @@ pub(crate) const DONE: [&str; 38] = [
     "TLON,GOFWD",
     "TOOL PATH",
     "TRANS",
+    "TRNTYP",
+    "UNIT",
     "UNITS",
 ];
 
 /// Words without effect on what the twin computes.
-pub(crate) const NOTES: [&str; 47] = [
+pub(crate) const NOTES: [&str; 54] = [
     "ARCSLP",
     "AUTOPS",
     "CAMERA",
@@ -75,10 +80,14 @@ pub(crate) const NOTES: [&str; 47] = [
     "LETTER",
     "LIMIT",
     "LINTOL",
+    "LPRINT",
     "MACHIN",
+    "MAXDPM",
+    "MAXVEL",
     "MODE",
     "NOPOST",
     "OFSTNO",
+    "OPSKIP",
     "OPTYPE",
     "OUTOL",
     "OUTTOL",
@@ -87,12 +96,15 @@ pub(crate) const NOTES: [&str; 47] = [
     "PIVOTZ",
     "PLABEL",
     "PLOT",
+    "PPTOL",
     "PRINT",
     "PSIS",
     "REMARK",
     "REWIND",
     "SEQNO",
     "SET",
+    "SLOWDN",
+    "SMOOTH",
     "SWITCH",
     "TITLES",
     "TLDATA",
@@ -110,7 +122,7 @@ const SOURCE: &str = "this is APT source: run it through the APT processor and g
 const ROTARY: &str = "give the tool axis as a vector with GOTO, so that it holds for every machine";
 
 /// Words that move the tool or change the meaning of coordinates in a way that is not followed.
-pub(crate) const REFUSED: [(&str, &str); 52] = [
+pub(crate) const REFUSED: [(&str, &str); 51] = [
     ("ARCDAT", POINTS),
     ("CALL", SOURCE),
     ("CONTRL", SOURCE),
@@ -143,7 +155,6 @@ pub(crate) const REFUSED: [(&str, &str); 52] = [
     ("NURBS", POINTS),
     ("PITCH", "tap with CYCLE/TAP"),
     ("POSITN", "write the point with RAPID and GOTO"),
-    ("PPWORD", SOURCE),
     ("PROBE", "take the measuring cycle out for the prove-out"),
     ("RETRCT", "write the retract point with RAPID and GOTO"),
     ("ROTABL", ROTARY),
@@ -171,7 +182,8 @@ pub(crate) fn classify(major: &str) -> Class {
     if matches!(major, "GOTO" | "FEDRAT" | "RAPID") || DONE.binary_search(&major).is_ok() {
         return Class::Done;
     }
-    if NOTES.binary_search(&major).is_ok() {
+    // CAMWorks tells lengths of the tool with words of its own: CSI_SET_FLUTE_LENGTH.
+    if NOTES.binary_search(&major).is_ok() || major.starts_with("CSI_SET_") {
         return Class::Note;
     }
     match REFUSED.binary_search_by_key(&major, |(word, _)| word) {
@@ -200,7 +212,10 @@ mod tests {
             assert_eq!(classify(word), Class::Note, "{word}");
         }
         // Words of single statements that are executed otherwise.
-        let minors = ["INSERT", "ORIGIN", "SPINDL", "SFM", "SMM", "ORIENT", "CYCLE", "CSINK", "THRU", "MANUAL"];
+        let minors = [
+            "INSERT", "PPWORD", "PPFUN", "CSYS", "TRNTYP", "ORIGIN", "SPINDL", "SFM", "SMM", "ORIENT", "CYCLE",
+            "CSINK", "THRU", "MANUAL",
+        ];
         let refused = words(row("refused by name"));
         assert!(refused.len() > 15, "{refused:?}");
         for word in refused.into_iter().filter(|w| !minors.contains(w)) {

@@ -83,7 +83,7 @@ impl Interpreter {
         let (start, center) = (self.flat(span)?, self.pole(span)?);
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let arc = arc::from_center(start, end, center, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
         self.arc_to(goal, arc, clockwise, span)
@@ -100,7 +100,7 @@ impl Interpreter {
         let start = self.flat(span)?;
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let arc = arc::from_radius(start, end, radius, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
         self.arc_to(goal, arc, clockwise, span)
@@ -215,7 +215,7 @@ impl Interpreter {
                 .help("take PR out"));
         }
         if radius < arc::SAME_POINT_MM {
-            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_tolerance, FULL_CIRCLE, span));
+            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_limit(), FULL_CIRCLE, span));
         }
         let value = self.variables.value(angle.value, span)?;
         let incremental = self.is_incremental(angle.reference);
@@ -292,7 +292,7 @@ impl Interpreter {
         span: Span,
     ) -> Result<ArcMotion, Fault> {
         let [u, v, n] = self.modal.plane_axes();
-        let start = self.start_point("the arc", span)?;
+        let start = self.arc_start("the arc", [u, v, n], span)?;
         let mut center = start;
         center[u] = arc.center[0];
         center[v] = arc.center[1];

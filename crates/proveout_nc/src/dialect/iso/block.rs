@@ -71,6 +71,13 @@ impl Interpreter {
                     None => self.put_m(p, code, span)?,
                 }
             }
+            b'@' | b'^' => {
+                if !p.put_polar(word.letter == b'^', value) {
+                    let message = format!("`{}` stands twice in the block", char::from(word.letter));
+                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                }
+            }
+            b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
                     let message = format!("`{}` stands twice in the block", char::from(letter));
@@ -83,7 +90,7 @@ impl Interpreter {
 
     /// A G word as the reader alone takes it.
     pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
-        match words::classify(self.own.flavor, code) {
+        match words::class(self.own.flavor, self.own.assumed, code) {
             Class::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
@@ -181,6 +188,7 @@ impl Interpreter {
         if !p.m().is_empty() {
             self.functions_after(p);
         }
+        self.second_tool_word(p, span)?;
         if let (Some(m), Some((program, times))) = (call, call_words) {
             match m {
                 97 => self.call_local(program, times, span)?,
@@ -204,7 +212,14 @@ impl Interpreter {
     fn modal_words(&mut self, p: &mut Pending) -> Result<(), Fault> {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
-            self.modal.inch = Some(code == 200);
+            if matches!(code, 700 | 710) {
+                let unit = if code == 700 { "inch" } else { "mm" };
+                self.assume(format!(
+                    "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
+                    code / 10
+                ));
+            }
+            self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
                 self.own.feed = None;
             }
@@ -267,10 +282,14 @@ impl Interpreter {
             30 => MotionMode::CounterClockwise,
             330 | 331 => MotionMode::Thread,
             50 | 51 => MotionMode::Spline,
+            52 | 53 => MotionMode::Nurbs,
             _ => MotionMode::Probe,
         });
         if code != 50 {
             self.own.spline_end = None;
+        }
+        if !matches!(code, 52 | 53) {
+            self.own.nurbs = None;
         }
     }
 
@@ -279,7 +298,9 @@ impl Interpreter {
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');
-        let mut in_x = if self.own.flavor.is_linuxcnc() { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
+        // Other axis words belong to the motion, which a `LinuxCNC` makes behind the dwell.
+        let moves = self.own.flavor.is_linuxcnc() || self.own.assumed && in_p.is_some();
+        let mut in_x = if moves { None } else { p.take(b'X').or_else(|| p.take(b'U')) };
         for letter in *b"XUFK" {
             let Some(unit) = self.settings.control.dwell_unit(letter) else { continue };
             let point = p.has_point(letter);
@@ -297,7 +318,9 @@ impl Interpreter {
                 );
             }
         };
-        if p.axes() != 0 {
+        if moves && !self.own.flavor.is_linuxcnc() && p.axes() != 0 {
+            self.assume("the motion in the block of a G4 is made behind the dwell");
+        } else if !moves && p.axes() != 0 {
             return Err(Fault::new(codes::CONFLICT, span, "G4 cannot stand with a motion")
                 .help("write G4 in a block of its own"));
         }
@@ -378,7 +401,7 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
 }
 
 /// The fault of a word that no state of the control makes valid.
-pub(crate) fn refused_word(flavor: Flavor, control: &Control, word: &Word) -> Option<Fault> {
+pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, word: &Word) -> Option<Fault> {
     let Value::Number { value, .. } = word.value else { return None };
     let listed = match word.letter {
         b'G' => control.words.g(g_code(value, word.span).ok()?),
@@ -393,7 +416,7 @@ pub(crate) fn refused_word(flavor: Flavor, control: &Control, word: &Word) -> Op
         return refused_m(flavor, value as u32, control, word.span);
     }
     let code = g_code(value, word.span).ok()?;
-    match words::classify(flavor, code) {
+    match words::class(flavor, assumed, code) {
         Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
         Class::Unknown => Some(unknown_g(flavor, code, word.span)),
         _ => None,
@@ -401,12 +424,17 @@ pub(crate) fn refused_word(flavor: Flavor, control: &Control, word: &Word) -> Op
 }
 
 /// A G or M word that neither the reader nor the control file gives a meaning, and what the reader does with it.
-pub(crate) fn unlisted_word(flavor: Flavor, control: &Control, word: &Word) -> Option<(WordKey, &'static str)> {
+pub(crate) fn unlisted_word(
+    flavor: Flavor,
+    assumed: bool,
+    control: &Control,
+    word: &Word,
+) -> Option<(WordKey, &'static str)> {
     let Value::Number { value, .. } = word.value else { return None };
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
-            let now = match words::classify(flavor, code) {
+            let now = match words::class(flavor, assumed, code) {
                 Class::Unknown => "refused: unknown",
                 Class::Refused(_) => "refused: not supported",
                 Class::Known(_) | Class::Note => return None,

@@ -71,9 +71,14 @@ impl Interpreter {
     }
 
     /// Shift off the wall in the plane: I and J, or Q along the first axis.
-    fn bore_shift(&self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
+    fn bore_shift(&mut self, name: &str, span: Span) -> Result<[f64; 2], Fault> {
         match (self.own.cycle.ijk, self.own.cycle.q) {
             ([None, None, None], Some(q)) => Ok([q.abs(), 0.0]),
+            // A control file says whether Q may be left out; here nothing tells the control.
+            ([None, None, None], None) if name == "G76" && self.own.assumed => {
+                self.assume("G76 without Q: the tool goes out without a shift");
+                Ok([0.0; 2])
+            }
             ([i, j, None], _) if i.is_some() || j.is_some() => Ok([i.unwrap_or(0.0), j.unwrap_or(0.0)]),
             _ => Err(Fault::new(
                 codes::MISSING_VALUE,
@@ -85,6 +90,9 @@ impl Interpreter {
     }
 
     fn shifted(&mut self, shift: [f64; 2], sign: f64, span: Span) -> Result<(), Fault> {
+        if shift == [0.0; 2] {
+            return Ok(());
+        }
         let [u, v, _] = self.modal.plane_axes();
         let mut end = self.position.work;
         for (axis, value) in [(u, shift[0]), (v, shift[1])] {

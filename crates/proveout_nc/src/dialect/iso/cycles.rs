@@ -25,6 +25,8 @@ use crate::{AxisValues, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: usize = 10_000;
+/// Way out between the infeeds of tapping, mm: chosen, controls have it as a parameter.
+const TAP_LIFT_MM: f64 = 1.0;
 /// Most commands of one block: they are kept until they are handed out.
 const MAX_COMMANDS: usize = 200_000;
 /// Most repetitions of one block.
@@ -58,7 +60,7 @@ impl Interpreter {
         let Some(code) = self.modal.cycle else { return Ok(()) };
         let normal = self.modal.normal;
         let axes = p.axes();
-        let drills = axes != 0 || p.any_free(b"R");
+        let drills = axes != 0 || p.has_polar() || p.any_free(b"R");
         if drills {
             self.before_motion(axes, p, span)?;
         }
@@ -222,7 +224,7 @@ impl Interpreter {
         self.course(&[Stroke::Rapid(levels.r)], span)?;
         match code {
             730 | 830 => self.peck(code, levels, span)?,
-            740 | 840 => self.tap(code, levels, span)?,
+            740 | 840 => self.tap(code, levels, back, span)?,
             760 => return self.fine_bore(levels, back, span),
             820 => self.course(&[down, wait], span)?,
             850 => self.course(&[down, up], span)?,
@@ -283,15 +285,7 @@ impl Interpreter {
     }
 
     /// G84 and G74: the path follows the spindle in and out.
-    fn tap(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
-        if self.own.cycle.q.is_some_and(|q| q != 0.0) {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                format!("`{} Q` (tapping in steps) is not supported", g_name(code)),
-            )
-            .help("tap in one stroke"));
-        }
+    fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
         let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
@@ -311,10 +305,43 @@ impl Interpreter {
             }
         };
         let turn = if code == 840 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        self.tap_steps(levels, pitch, turn, span)?;
+        // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
+        let out = if self.own.flavor.is_linuxcnc() { back } else { levels.r };
         let wait = Stroke::wait(self.own.cycle.p);
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
-        let up = Stroke::Thread { to: levels.r, pitch, turn: opposite(turn) };
+        let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
         self.course(&[down, wait, up, wait], span)
+    }
+
+    /// The infeeds before the last one where Q gives them: in by Q, and out, to break the chip (Fanuc, *Operator's manual*, "Peck
+    /// rigid tapping cycle"; bit 5 of parameter 5200 chooses how far, parameter 5213 says it).
+    fn tap_steps(&mut self, levels: Levels, pitch: f64, turn: SpindleDirection, span: Span) -> Result<(), Fault> {
+        let Some(infeed) = self.own.cycle.q.map(f64::abs).filter(|q| *q > 0.0) else { return Ok(()) };
+        if self.own.flavor.is_linuxcnc() {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`Q` of tapping is not a word of LinuxCNC")
+                .help("tap in one stroke"));
+        }
+        let total = levels.r - levels.depth;
+        if total / infeed > MAX_INFEEDS as f64 {
+            return Err(Fault::new(
+                codes::ARGUMENTS,
+                span,
+                format!("tapping would need more than {MAX_INFEEDS} infeeds"),
+            )
+            .help("write a larger infeed Q"));
+        }
+        self.assume(format!(
+            "tapping in steps comes out by {TAP_LIFT_MM} mm after each; the control is set up for a distance, or for the R plane (parameters 5200 and 5213 of a Fanuc)"
+        ));
+        let mut reached = infeed;
+        while reached < total - 1e-9 {
+            let down = Stroke::Thread { to: levels.r - reached, pitch, turn };
+            let lift = (levels.r - reached + TAP_LIFT_MM).min(levels.r);
+            self.course(&[down, Stroke::Thread { to: lift, pitch, turn: opposite(turn) }], span)?;
+            reached += infeed;
+        }
+        Ok(())
     }
 
     /// Work coordinates of a point on the axis of the hole.

@@ -52,8 +52,9 @@ impl Interpreter {
                 Some(Some(Expr::Name(name))) => {
                     self.variables.named(name).is_some() || self.system_named(name, span)?.is_some()
                 }
+                // Every numbered parameter of a LinuxCNC is there, with zero where nothing has set it.
                 Some(Some(Expr::Param(Indexed(index)))) => {
-                    self.variables.numbered(self.parameter_number(index, span)?).is_some()
+                    (1..=LINUXCNC_PARAMETERS).contains(&self.parameter_number(index, span)?)
                 }
                 _ => {
                     return Err(

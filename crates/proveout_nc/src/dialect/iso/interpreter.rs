@@ -67,6 +67,8 @@ pub(crate) struct Iso {
     pub(crate) held: AxisValues,
     /// Control vector at the end of the last G5, for the next one.
     pub(crate) spline_end: Option<[f64; 2]>,
+    /// Control points between G5.2 and G5.3.
+    pub(crate) nurbs: Option<super::nurbs::ControlPoints>,
     pub(crate) modal_macro: Option<MacroCall>,
     /// A modal macro waits for the end of the block with its motion.
     pub(crate) moved_in_block: bool,
@@ -75,6 +77,7 @@ pub(crate) struct Iso {
     /// The state at the start has been handed out.
     started: bool,
     pub(crate) noted_integers: bool,
+    pub(crate) noted_surface_speed: bool,
     /// First parameter of the reference points that a note has named.
     pub(crate) noted_references: Vec<u32>,
 }
@@ -99,11 +102,13 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         cycle: CycleValues::default(),
         held: AxisValues::NONE,
         spline_end: None,
+        nurbs: None,
         modal_macro: None,
         moved_in_block: false,
         sequence: 0,
         started: false,
         noted_integers: false,
+        noted_surface_speed: false,
         noted_references: Vec::new(),
     };
     let main = |index: &Index| {
@@ -246,7 +251,10 @@ impl Interpreter {
         for remark in block.remarks.drain(..) {
             match remark {
                 Remark::Message(text) => self.emit(Op::Message(text)),
-                Remark::Note(text) => self.note(format!("({text})")),
+                Remark::Note(text) => {
+                    let text = self.expanded(&text, block.span);
+                    self.note(format!("({text})"));
+                }
                 Remark::Abort(text) => return Err(alarm(&text, block.span)),
             }
         }

@@ -74,7 +74,9 @@ impl Interpreter {
         if axes == 0 {
             return Ok(());
         }
-        if self.modal.incremental && !self.own.flavor.is_linuxcnc() {
+        if self.modal.incremental && self.own.flavor == Flavor::Haas {
+            self.assume("G53 under G91 goes to machine coordinates, as it does under G90");
+        } else if self.modal.incremental && !self.own.flavor.is_linuxcnc() {
             return Err(Fault::new(
                 codes::POSITION_UNKNOWN,
                 span,
@@ -106,8 +108,19 @@ impl Interpreter {
         }
         let exact_stop = p.g(Group::ExactStop).is_some();
         self.machine_motion(end, axes, rapid, exact_stop);
+        self.known_in_machine(&end, axes);
         self.length_in_doubt("G53", axes);
         Ok(())
+    }
+
+    /// A machine coordinate is that of the axis: the place of the tip is known from it, in Z where no tool length of the table
+    /// is in force.
+    fn known_in_machine(&mut self, end: &AxisValues, axes: u16) {
+        if self.modal.in_table() {
+            return;
+        }
+        let length = matches!(self.modal.length, Length::Edge(edge) if edge > 0);
+        self.position.stands_in_machine(end, if length { axes & 0b011 } else { axes & 0b111 });
     }
 
     /// A Fanuc has canceled the tool length in Z, and its set-up says what brings it back.
@@ -187,6 +200,11 @@ impl Interpreter {
             self.set_tcp(false, false);
         }
         self.machine_motion(end, axes, true, false);
+        // Where no machine is known the point is a stand-in, and what follows must not count on it.
+        let stated = (0..3).all(|axis| self.variables.numbered(first + axis).is_some() || axes >> axis & 1 == 0);
+        if stated || self.settings.reference_points.is_some() {
+            self.known_in_machine(&end, axes);
+        }
         self.length_in_doubt(word, axes);
         Ok(())
     }

@@ -22,10 +22,13 @@ mod listed;
 mod machine;
 mod modal;
 mod motion;
+mod nurbs;
 mod offsets;
 mod parser;
 mod pending;
+mod polar;
 mod recover;
+mod remarks;
 mod statement;
 mod system;
 mod technology;
@@ -72,7 +75,8 @@ pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, se
 
 /// Words that neither the reader nor the control file gives a meaning.
 pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
-    let flavor = flavor::tell(dialect, source).flavor;
+    let told = flavor::tell(dialect, source);
+    let flavor = told.flavor;
     let mut block = parser::Block::default();
     let mut at = Mark::START;
     while let Some((line, next)) = source.line(at) {
@@ -80,7 +84,7 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
             Err(fault) => found.fault(fault, at, line),
             Ok(()) => {
                 for word in &block.words {
-                    if let Some((key, now)) = block::unlisted_word(flavor, &settings.control, word) {
+                    if let Some((key, now)) = block::unlisted_word(flavor, !told.certain, &settings.control, word) {
                         found.word(key, word.span, at, line, now);
                     }
                 }
@@ -92,7 +96,8 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
 pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings) -> Vec<Diagnostic> {
-    let flavor = flavor::tell(dialect, source).flavor;
+    let told = flavor::tell(dialect, source);
+    let flavor = told.flavor;
     let mut faults = Vec::new();
     let mut block = parser::Block::default();
     let mut at = Mark::START;
@@ -107,8 +112,9 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
         match parser::parse_line(line, flavor, &mut block) {
             Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
             Ok(()) => {
+                let refused = block.words.iter();
                 let refused =
-                    block.words.iter().filter_map(|word| block::refused_word(flavor, &settings.control, word));
+                    refused.filter_map(|word| block::refused_word(flavor, !told.certain, &settings.control, word));
                 faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
             }
         }

@@ -15,6 +15,8 @@ pub(crate) enum MotionMode {
     Thread,
     /// G5, G5.1 of `LinuxCNC`.
     Spline,
+    /// G5.2, G5.3 of `LinuxCNC`.
+    Nurbs,
     /// G38.2 to G38.5: the code times ten. The mode holds for one block.
     Probe,
 }

@@ -22,6 +22,13 @@ impl Interpreter {
             return self.cycle_block(p, span);
         }
         let axes = p.axes();
+        if self.modal.motion == Some(MotionMode::Nurbs) {
+            return self.nurbs_block(p, span);
+        }
+        let unset = self.modal.motion.is_none() && self.settings.control.start.motion.is_none();
+        if unset && axes != 0 && !self.own.flavor.is_linuxcnc() {
+            self.motion_at_power_on();
+        }
         let Some(mode) = self.modal.motion else { return Ok(()) };
         let vector = self.modal.vectors && p.any_free(b"IJK");
         let arc = matches!(mode, MotionMode::Clockwise | MotionMode::CounterClockwise);
@@ -31,7 +38,7 @@ impl Interpreter {
                 Fault::new(codes::MISSING_VALUE, span, message).help("write the point that is probed for: G38.2 Z-5")
             );
         }
-        if axes == 0 && !vector && !(arc && p.any_free(b"IJKR")) {
+        if !(axes != 0 || p.has_polar() || vector || arc && p.any_free(b"IJKR")) {
             return Ok(());
         }
         self.before_motion(axes, p, span)?;
@@ -42,7 +49,16 @@ impl Interpreter {
             MotionMode::Thread => self.thread(p, span),
             MotionMode::Spline => self.spline(p, span),
             MotionMode::Probe => self.probe(p, self.modal.motion_code, span),
+            MotionMode::Nurbs => Ok(()),
         }
+    }
+
+    /// Axis words before any G0 or G1. A Haas begins with G0 (*Mill operator's manual*, list of G codes), a Fanuc with what bit 0
+    /// of parameter 3402 says, G0 where it is not set.
+    fn motion_at_power_on(&mut self) {
+        self.modal.motion = Some(MotionMode::Rapid);
+        self.modal.motion_code = 0;
+        self.assume("no G0 or G1 stands before the first axis word: it is read as G0, which is in force at power-on unless the control is set up to begin with G1");
     }
 
     /// What is settled before a block moves linear axes.
@@ -102,7 +118,7 @@ impl Interpreter {
             return Ok(());
         }
         let exact_stop = p.g(Group::ExactStop).is_some();
-        self.surface_speed(end.get(0), span)?;
+        self.surface_speed(end.get(0));
         if rapid && vector.is_none() {
             return self.rapid(end, programmed, exact_stop, span);
         }
@@ -145,6 +161,9 @@ impl Interpreter {
         let mut programmed = axes;
         if self.modal.polar && axes & LINEAR != 0 {
             programmed = self.polar_target(p, &mut end, span)?;
+        }
+        if p.has_polar() {
+            programmed |= self.polar_words(p, &mut end, span)?;
         }
         for (axis, &letter) in AXES.iter().enumerate() {
             if axes >> axis & 1 == 0 || !p.any_free(&[letter]) {

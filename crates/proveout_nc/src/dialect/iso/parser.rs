@@ -149,6 +149,13 @@ pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Resul
                 first = false;
                 end = s.pos();
             }
+            b'@' | b'^' if flavor.is_linuxcnc() => {
+                start = start.or(Some(at));
+                let word = word(&mut s, flavor)?;
+                block.words.push(word);
+                first = false;
+                end = s.pos();
+            }
             b'A'..=b'Z' | b'a'..=b'z' | b':' => {
                 start = start.or(Some(at));
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
@@ -172,6 +179,7 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     let shown = s.peek_char().unwrap_or(' ');
     let (code, help) = match shown {
         c if c.is_control() => (codes::SYNTAX, "take the control character out"),
+        ',' if s.peek_at(1).is_ascii_digit() => (codes::SYNTAX, "decimal comma? write a decimal point"),
         ',' => (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3"),
         '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
         '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),

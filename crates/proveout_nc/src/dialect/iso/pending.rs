@@ -16,6 +16,10 @@ pub(crate) struct Pending {
     groups: u32,
     m: [u32; 10],
     m_count: usize,
+    /// `@` and `^`: polar radius and angle.
+    polar: [Option<f64>; 2],
+    polar_taken: bool,
+    second_tool: Option<f64>,
 }
 
 /// More words of one kind than a block may have.
@@ -45,6 +49,9 @@ impl Pending {
             groups: 0,
             m: [0; 10],
             m_count: 0,
+            polar: [None; 2],
+            polar_taken: false,
+            second_tool: None,
         }
     }
 
@@ -57,6 +64,30 @@ impl Pending {
             self.points |= bit(letter);
         }
         fresh
+    }
+
+    /// `@` or `^` (the angle); false where it stands already.
+    pub(crate) fn put_polar(&mut self, angle: bool, value: f64) -> bool {
+        self.polar[usize::from(angle)].replace(value).is_none()
+    }
+
+    pub(crate) fn has_polar(&self) -> bool {
+        !self.polar_taken && self.polar != [None; 2]
+    }
+
+    /// Polar radius and angle as written; they have found their use.
+    pub(crate) fn take_polar(&mut self) -> [Option<f64>; 2] {
+        self.polar_taken = true;
+        self.polar
+    }
+
+    /// A second T; false where it stands already.
+    pub(crate) fn put_second_tool(&mut self, value: f64) -> bool {
+        self.second_tool.replace(value).is_none()
+    }
+
+    pub(crate) fn second_tool(&self) -> Option<f64> {
+        self.second_tool
     }
 
     pub(crate) fn has(&self, letter: u8) -> bool {
@@ -113,6 +144,16 @@ impl Pending {
     /// Adds a G word; the code of the other word of its group, where one stands already.
     pub(crate) fn put_g(&mut self, code: u32, group: Group) -> Result<Option<u32>, Full> {
         let mask = 1 << group as u32;
+        // On a LinuxCNC G80 stands in the group of the motions, and any of them takes its place.
+        if group == Group::Motion && self.groups & mask != 0 {
+            if code == 800 {
+                return Ok(None);
+            }
+            if let Some(slot) = self.g[..self.g_count].iter_mut().find(|(other, g)| *g == group && *other == 800) {
+                slot.0 = code;
+                return Ok(None);
+            }
+        }
         let clash = if self.groups & mask != 0 {
             self.g[..self.g_count].iter().find(|(_, g)| *g == group).map(|(code, _)| *code)
         } else {

@@ -178,6 +178,10 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     let label = match s.peek() {
         b'<' => Label::Fixed(name_in_brackets(s, start)?),
         b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
+        // A Haas takes names of letters too.
+        byte if flavor == Flavor::Haas && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
+            Label::Fixed(format!("<{}>", s.identifier().to_ascii_lowercase()))
+        }
         _ => match s.integer() {
             Some(number) => Label::Fixed(number.to_string()),
             None => {

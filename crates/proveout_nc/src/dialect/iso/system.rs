@@ -184,6 +184,8 @@ impl Interpreter {
             "selected_tool" => tool(&self.technology.selected),
             "call_level" => self.depth() as f64,
             "task" => 1.0,
+            // Zero until a subprogram returns a value.
+            "value" | "value_returned" => 0.0,
             "line" => f64::from(self.own.sequence),
             "vmajor" | "vminor" | "current_pocket" | "selected_pocket" | "tool_offset" | "remap_level"
             | "speed_override" | "feed_override" | "adaptive_feed" | "feed_hold" | "value_undefined" => {

@@ -108,22 +108,41 @@ impl Interpreter {
     }
 
     /// G96: the speed for the radius X at the end of a motion.
-    pub(crate) fn surface_speed(&mut self, x: Option<f64>, span: Span) -> Result<(), Fault> {
-        let Some((surface, highest)) = self.modal.surface else { return Ok(()) };
-        let Some(x) = x else { return Ok(()) };
+    pub(crate) fn surface_speed(&mut self, x: Option<f64>) {
+        let Some((surface, highest)) = self.modal.surface else { return };
+        let Some(x) = x else { return };
         let speed = (1000.0 * surface / (std::f64::consts::TAU * x.abs())).min(highest);
         if !speed.is_finite() {
-            return Err(Fault::new(codes::BAD_VALUE, span, "G96 has no highest speed, and X is zero")
-                .help("write G96 D2000 S200, or G92 S2000 behind G96"));
+            // The spindle would turn as fast as it can: what that is the machine says.
+            if !std::mem::replace(&mut self.own.noted_surface_speed, true) {
+                self.assume(
+                    "G96 has no highest speed at X0: the speed before stays, where the spindle would turn as fast as it can; write G92 S, or D on a LinuxCNC",
+                );
+            }
+            return;
         }
         self.set_speed(speed, false);
-        Ok(())
     }
 
     pub(crate) fn tool_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(tool) = p.take(b'T') else { return Ok(()) };
         let number = whole(tool, "T", 99_999_999.0, span)?;
         let tool = if number == 0 { ToolName::Empty } else { ToolName::Number(number) };
+        self.select_tool(tool);
+        Ok(())
+    }
+
+    /// `T1 T2 M6`: the first tool goes into the spindle, the second is made ready.
+    pub(crate) fn second_tool_word(&mut self, p: &Pending, span: Span) -> Result<(), Fault> {
+        let Some(number) = p.second_tool() else { return Ok(()) };
+        if !p.has_m(6) {
+            return Err(
+                Fault::new(codes::CONFLICT, span, "`T` stands twice in a block without M6").help("take one out")
+            );
+        }
+        let number = whole(number, "T", 99_999_999.0, span)?;
+        let tool = if number == 0 { ToolName::Empty } else { ToolName::Number(number) };
+        self.assume("of two T words with M6 the first tool goes into the spindle, and the second is made ready");
         self.select_tool(tool);
         Ok(())
     }

@@ -45,6 +45,12 @@ pub(crate) enum Class {
     Unknown,
 }
 
+/// The class of a G word; `assumed`: nothing tells that the control is this one. There G70 and G71 are the unit of lengths, as on
+/// most controls that are no Fanuc, Haas or `LinuxCNC`.
+pub(crate) fn class(flavor: Flavor, assumed: bool, code: u32) -> Class {
+    if assumed && matches!(code, 700 | 710) { Class::Known(Group::Units) } else { classify(flavor, code) }
+}
+
 /// The class of a G word.
 pub(crate) fn classify(flavor: Flavor, code: u32) -> Class {
     let common = match code {
@@ -157,8 +163,8 @@ fn linuxcnc(code: u32) -> Class {
         901 | 911 => Class::Known(Group::ArcDistance),
         80 => Class::Note,
         70 => Class::Refused("diameter programming belongs to turning"),
-        52 | 53 => Class::Refused("program the path with G5, or with G1, G2 and G3"),
-        760 | 710..=722 => Class::Refused("turning cycles are not part of the twin"),
+        52 | 53 => Class::Known(Group::Motion),
+        700 | 760 | 710..=722 | 842 | 881 => Class::Refused("turning cycles are not part of the twin"),
         870 | 880 => Class::Refused("the control does not do this cycle; use G85, G86 or G89"),
         960 | 970 => Class::Known(Group::SpindleMode),
         _ => Class::Unknown,

@@ -14,16 +14,18 @@ use crate::{AxisValues, Motion};
 
 impl Interpreter {
     pub(super) fn arc(&mut self, p: &Pending, mut end: AxisValues, span: Span) -> Result<(), Fault> {
-        let start = self.start_point("the arc", span)?;
-        if self.modal.interpolation == Interpolation::Intermediate {
+        let [u, v, w] = self.modal.plane_axes();
+        let in_space = self.modal.interpolation == Interpolation::Intermediate;
+        let start =
+            if in_space { self.start_point("the arc", span)? } else { self.arc_start("the arc", [u, v, w], span)? };
+        if in_space {
             return self.intermediate_arc(p, start, end, span);
         }
-        let [u, v, w] = self.modal.plane_axes();
         let flat = |q: [f64; 3]| [q[u], q[v]];
-        let end_point = end.xyz().unwrap_or(start);
+        let end_point: [f64; 3] = std::array::from_fn(|axis| end.get(axis).unwrap_or(start[axis]));
         let mut programmed = p.programmed;
         let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let result = if self.modal.interpolation == Interpolation::Tangential {
             let Some(tangent) = self.own.tangent else {
                 return Err(Fault::new(

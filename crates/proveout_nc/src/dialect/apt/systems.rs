@@ -1,0 +1,54 @@
+//! Coordinate systems as `CAMWorks` tells them: `TRNTYP` before each operation, and `CSYS` with three rows of four values, the
+//! axes of the system in its columns and its origin in the fourth.
+//!
+//! ```text
+//!   CSYS/ xx, yx, zx, ox,
+//!         xy, yy, zy, oy,
+//!         xz, yz, zz, oz
+//! ```
+
+use super::reader::{AptReader, arity};
+use super::statement::{Bad, Statement};
+use crate::codes;
+use crate::source::Source;
+
+/// How far the values of a system that is none may be from those of the identity: CL data has six digits.
+const SAME: f64 = 1e-6;
+
+impl AptReader {
+    /// CSYS: only the system of the program itself; whether points of another one are seen from it or from the part is a
+    /// matter of the CAM system's setup.
+    pub(crate) fn csys(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+        let mut n = [0.0; 12];
+        let count = self.numbers(source, st, &mut n)?;
+        if count != 12 {
+            return Err(arity(st.head, "CSYS", count, "three rows of four values"));
+        }
+        let identity = |at: usize| if at.is_multiple_of(5) { 1.0 } else { 0.0 };
+        if n.iter().enumerate().any(|(at, value)| (value - identity(at)).abs() > SAME) {
+            return Err(st.head.bad(
+                codes::UNSUPPORTED_WORD,
+                "`CSYS` other than 1,0,0,0, 0,1,0,0, 0,0,1,0 is not supported",
+                "output the points in one coordinate system, with the tool axis as a vector",
+            ));
+        }
+        self.note("CSYS");
+        Ok(())
+    }
+
+    /// TRNTYP/WORLD,0,0,0: the points are those of the part.
+    pub(crate) fn transform_type(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+        let word = st.items.first().map(|item| Self::word(source, item)).unwrap_or_default();
+        let rest = st.items.get(1..).unwrap_or_default();
+        let values = rest.iter().map(|item| self.number(source, item)).collect::<Result<Vec<f64>, _>>()?;
+        if word != "WORLD" || values.iter().any(|value| value.abs() > SAME) {
+            return Err(st.head.bad(
+                codes::UNSUPPORTED_WORD,
+                format!("`TRNTYP/{word}` with these values is not supported"),
+                "output the points in the coordinate system of the part: TRNTYP/WORLD,0,0,0",
+            ));
+        }
+        self.note("TRNTYP/WORLD");
+        Ok(())
+    }
+}

@@ -1,0 +1,3 @@
+(nc-conflicting-words)
+T1 T2
+M30
