@@ -345,6 +345,7 @@ impl Interpreter {
     }
 
     /// Hands a straight motion out; one with rotary words leaves the tool inclined.
+    #[inline]
     pub(crate) fn drive(&mut self, motion: Motion, rapid: bool) {
         self.modal.inclined |= motion.programmed & ROTARY != 0 || motion.tool_axis.is_some();
         self.go(motion, rapid);
