@@ -96,7 +96,7 @@ impl Interpreter {
         let (start, center) = (self.flat(span)?, self.pole(span)?);
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let arc = arc::from_center(start, end, center, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
         self.arc_to(goal, arc, clockwise, span)
@@ -113,7 +113,7 @@ impl Interpreter {
         let start = self.flat(span)?;
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let arc = arc::from_radius(start, end, radius, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
         self.arc_to(goal, arc, clockwise, span)
@@ -228,7 +228,7 @@ impl Interpreter {
                 .help("take PR out"));
         }
         if radius < arc::SAME_POINT_MM {
-            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_tolerance, FULL_CIRCLE, span));
+            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_limit(), FULL_CIRCLE, span));
         }
         let value = self.variables.value(angle.value, span)?;
         let incremental = self.is_incremental(angle.reference);
