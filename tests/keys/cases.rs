@@ -184,6 +184,7 @@ cases! {
     "scene/OffsetFile.A_deg", Hybrid, ["scene", "work_offsets.G54.A_deg", "1"];
     "scene/OffsetFile.B_deg", Five, ["scene", "work_offsets.G54.B_deg", "1"];
     "scene/OffsetFile.C_deg", Five, ["scene", "work_offsets.G54.C_deg", "1"];
+    "scene/ControlFile.file", Mill, ["scene", "control.file", "\"okuma-osp\""];
     "scene/ControlFile.dynamics", Mill, ["scene", "control.dynamics", "\"ideal\""];
     "scene/ControlFile.plant", MillRapier, ["scene", "control.plant", "\"newton-euler\""];
     "scene/ControlFile.path_tolerance_mm", Mill, ["scene", "control.path_tolerance_mm", "0.01"];
@@ -419,6 +420,7 @@ cases! {
     "machine/TableFile.point_mm", Mill, ["machine", "table.point_mm", "[0, 0, 31]"];
     "machine/TableFile.normal", Mill, ["machine", "table.normal", "[0, 0, -1]"];
     "machine/ControlFile.cycle_time_ms", Mill, ["machine", "control.cycle_time_ms", "8"];
+    "machine/ControlFile.file", Mill, ["machine", "control.file", "\"okuma-osp\""];
     "machine/ControlFile.block_time_ms", Mill, ["machine", "control.block_time_ms", "60"];
     "machine/ControlFile.tool_change_time_s", Mill, ["machine", "control.tool_change_time_s", "0.4"];
     "machine/ControlFile.rapid_mode", Mill, ["machine", "control.rapid_mode", "\"independent\""];

@@ -122,18 +122,68 @@ pub(crate) enum RerunArg {
 
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scenes, machines, tool libraries, NC programs; files or folders
+    /// Scenes, machines, tool libraries, control files, NC programs; files or folders
     #[arg(required = true)]
     pub(crate) paths: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) reader: ReaderArgs,
+}
+
+/// How NC programs are read.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Reading NC programs")]
+pub(crate) struct ReaderArgs {
+    /// Dialect (default: that of the control, else found from the ending and the text)
+    #[arg(long)]
+    pub(crate) dialect: Option<String>,
+    /// Control: a built-in one (fanuc-0i, fanuc-30i, haas-ngc, siemens-840d-sl, heidenhain-tnc-640, heidenhain-itnc-530, linuxcnc-2.9,
+    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, millplus) or a control file (default: that of --machine)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) control: Option<String>,
+    /// Value of a variable that the program reads and does not set: #500=1.5, R5=2, Q10=3; may be repeated
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) variable: Vec<String>,
+    /// Work offset, mm and degrees; may be repeated
+    #[arg(long, value_name = "G54=X,Y,Z[,A,B,C]")]
+    pub(crate) offset: Vec<String>,
+    /// Where the axes stand before the first block, mm and degrees in the work offset that is then in force
+    #[arg(long, value_name = "X..,Y..", allow_hyphen_values = true)]
+    pub(crate) start: Option<String>,
+    /// Feed of motions before the first F, mm/min (default: as the control says, else such a motion is refused)
+    #[arg(long, value_name = "MM_MIN", allow_negative_numbers = true)]
+    pub(crate) feed: Option<f64>,
+    /// Folder of subprograms, searched after that of the program; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub(crate) subprograms: Vec<PathBuf>,
+    /// Largest difference of the radii at start and end of an arc, mm (default: as the control says, else 0.01)
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    pub(crate) arc_tolerance: Option<f64>,
+}
+
+impl ReaderArgs {
+    /// The call states something of how programs are read.
+    pub(crate) fn stated(&self) -> bool {
+        let Self { dialect, control, variable, offset, start, feed, subprograms, arc_tolerance } = self;
+        dialect.is_some()
+            || control.is_some()
+            || !variable.is_empty()
+            || !offset.is_empty()
+            || start.is_some()
+            || feed.is_some()
+            || !subprograms.is_empty()
+            || arc_tolerance.is_some()
+    }
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct NcArgs {
     /// Program text
     pub(crate) program: PathBuf,
-    /// Dialect (default: found from the ending and the text)
-    #[arg(long)]
-    pub(crate) dialect: Option<String>,
+    #[command(flatten)]
+    pub(crate) reader: ReaderArgs,
+    /// Instead list the words that the control has no meaning for, with counts and first places, as a table for a control file
+    #[arg(long, conflicts_with_all = ["tools", "post"])]
+    pub(crate) unknown: bool,
     /// Tool library: tool calls must be in it, and compensated contours (G41, RL) come as the path of the tool center
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,

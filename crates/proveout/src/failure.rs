@@ -129,6 +129,15 @@ impl From<&SimError> for Failure {
                     &line_of(&c.file, c.line),
                 )
                 .with_help(&c.remedy),
+            SimError::ControlFile(c) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
+                .at(
+                    &c.file,
+                    c.line,
+                    c.column,
+                    c.key.rsplit('.').next().map_or(1, str::len),
+                    &line_of(Path::new(&c.file), c.line),
+                )
+                .with_help(&c.remedy),
             SimError::Tools(ToolError::Defect(d)) => {
                 let tool = if d.tool.is_empty() { String::new() } else { format!("tool {:?}: ", d.tool) };
                 let key = if d.key.is_empty() { String::new() } else { format!("`{}` ", d.key) };

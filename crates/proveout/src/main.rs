@@ -43,7 +43,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => {
             commands::compare::compare(&args).map(|passed| if passed { PASS } else { NOT_PASSED })
         }
-        Command::Check(args) => commands::check::check(&args.paths).map(|clean| if clean { PASS } else { WRONG }),
+        Command::Check(args) => commands::check::check(&args).map(|clean| if clean { PASS } else { WRONG }),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
         Command::Plan(args) => commands::plan::plan(&args).map(|()| PASS),

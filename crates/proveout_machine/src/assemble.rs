@@ -194,6 +194,7 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
         Ok(v.unwrap_or(value))
     };
     Ok(Control {
+        file: file.file.clone(),
         cycle_time: required("cycle_time_ms", file.cycle_time_ms)? * 1e-3,
         block_time: not_negative(source, &at("block_time_ms"), file.block_time_ms)? * 1e-3,
         tool_change_time: not_negative(source, &at("tool_change_time_s"), file.tool_change_time_s)?,

@@ -207,6 +207,9 @@ pub(crate) enum KinematicsFile {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ControlFile {
+    /// Control file that says what words of its programs mean: the name of a built-in one (fanuc-30i), or a path from the folder of
+    /// this file.
+    pub(crate) file: Option<String>,
     /// Interpolation cycle.
     pub(crate) cycle_time_ms: f64,
     /// Shortest time for preparing one block.

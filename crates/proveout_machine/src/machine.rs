@@ -55,6 +55,8 @@ pub struct ControlKinematics {
 /// What the machine's control does and takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
+    /// Control file of its programs: the name of a built-in one, or a path from the folder of the machine's file.
+    pub file: Option<String>,
     /// Interpolation cycle, s.
     pub cycle_time: f64,
     /// Shortest time for preparing one block, s.

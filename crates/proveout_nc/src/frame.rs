@@ -1,5 +1,7 @@
 //! Transforms between coordinate systems, with exact right angles.
 
+use crate::WorkOffset;
+
 /// Sine and cosine of an angle in degrees; exact at multiples of 90 degrees.
 pub(crate) fn sin_cos_degrees(angle: f64) -> (f64, f64) {
     let turn = angle.rem_euclid(360.0);
@@ -29,6 +31,12 @@ pub(crate) struct Frame {
     pub(crate) translation: [f64; 3],
     /// Radian.
     pub(crate) rotary: [f64; 3],
+}
+
+impl From<WorkOffset> for Frame {
+    fn from(offset: WorkOffset) -> Self {
+        Self { rotary: offset.rotary, ..Self::translation(offset.translation) }
+    }
 }
 
 impl Frame {

@@ -16,7 +16,8 @@
 //! * [`post`] – commands back to text.
 //!
 //! **Algorithm and sources.** Hand-written scanner and Pratt parser for each line; an index of the structure of a file (loops,
-//! branches, labels, subprograms) made once; execution line by line. Language of the Siemens reader: Siemens, *SINUMERIK 840D
+//! branches, labels, subprograms) made once; execution line by line in one channel that all languages share: calls, recovery, feed and
+//! spindle, motions, courses of holes, formulas. Language of the Siemens reader: Siemens, *SINUMERIK 840D
 //! sl, NC programming*, chapters on frames, control structures, transformations, cycles. The README's table says word by word
 //! what is supported, approximated, ignored with a note, or refused by name.
 //!

@@ -64,7 +64,7 @@ impl Program {
             Dialect::Auto => detect(&source.name, &source.text),
             dialect => dialect,
         };
-        speaks(dialect, &source, settings)?;
+        let dialect = spoken(dialect, &source, settings)?;
         let mut source = source;
         let mut notes = VecDeque::new();
         for (line, text) in source.take_out(&settings.control.header, &settings.control.trailer) {
@@ -139,11 +139,19 @@ impl Iterator for Program {
     }
 }
 
-/// A control reads programs of its own language only.
-fn speaks(dialect: Dialect, source: &Source, settings: &Settings) -> Result<(), Diagnostics> {
+/// The dialect in which a control reads the text: its own, and on a TNC that of the text. It reads programs of its own language
+/// only.
+fn spoken(dialect: Dialect, source: &Source, settings: &Settings) -> Result<Dialect, Diagnostics> {
     let control = &settings.control;
-    if control.dialect() == Dialect::Auto || control.dialect() == dialect {
-        return Ok(());
+    match (control.dialect(), dialect) {
+        (Dialect::Auto, dialect) => return Ok(dialect),
+        (Dialect::Heidenhain | Dialect::HeidenhainIso, Dialect::Heidenhain | Dialect::HeidenhainIso) => {
+            let told = detect(&source.name, &source.text);
+            return Ok(if told.family() == Dialect::Heidenhain { told } else { dialect });
+        }
+        (own, Dialect::Iso) if own.family() == Dialect::Iso => return Ok(own),
+        (own, dialect) if own == dialect => return Ok(own),
+        _ => {}
     }
     Err(Diagnostics::from(Diagnostic {
         code: codes::DIALECT,

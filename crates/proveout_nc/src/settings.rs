@@ -60,6 +60,15 @@ impl Dialect {
         })
     }
 
+    /// The language, whichever control speaks it: ISO for Fanuc, Haas and `LinuxCNC`, Heidenhain for both forms of it.
+    pub fn family(self) -> Self {
+        match self {
+            Self::Fanuc | Self::Haas | Self::LinuxCnc => Self::Iso,
+            Self::HeidenhainIso => Self::Heidenhain,
+            other => other,
+        }
+    }
+
     /// Name of the dialect; `auto` for [`Dialect::Auto`].
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, dialect)| *dialect == self).map_or("auto", |(name, _)| name)
@@ -138,8 +147,9 @@ pub struct Settings {
     pub subprogram_folders: Vec<PathBuf>,
     /// Levels 0 to 9 of blocks with `/` that are skipped: bit i for level i.
     pub skipped_levels: u16,
-    /// Largest difference between the radius at the start and at the end of an arc.
-    pub arc_tolerance: ArcTolerance,
+    /// Largest difference between the radius at the start and at the end of an arc. None: 0.01 mm (as `MD21000` of an 840D), on a
+    /// `LinuxCNC` what its interpreter takes.
+    pub arc_tolerance: Option<ArcTolerance>,
     /// How a Fanuc and a Haas read numbers without a decimal point.
     pub whole_numbers: WholeNumbers,
     /// Where the axes stand before the first block: coordinates of the work offset that is then in force, mm and radian.
@@ -161,13 +171,18 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// No control, no offsets, no block skipped, 0.01 mm arc tolerance (as `MD21000` of an 840D), tool axis on the great circle.
+    /// No control, no offsets, no block skipped, tool axis on the great circle.
     fn default() -> Self {
         Self::of_control(Arc::new(Control::default()))
     }
 }
 
 impl Settings {
+    /// Largest difference of the radii of an arc where the language has no rule of its own.
+    pub(crate) fn arc_limit(&self) -> ArcTolerance {
+        self.arc_tolerance.unwrap_or(ArcTolerance::absolute(0.01))
+    }
+
     /// Settings as a control states them, without work offsets, tools and machine.
     pub fn of_control(control: Arc<Control>) -> Self {
         Self {

@@ -512,3 +512,18 @@ fn a_control_reads_programs_of_its_language_only() {
     let fault = Program::from_text("p.mpf", "G0 X1\nM30\n", &settings).unwrap_err();
     assert!(fault.to_string().contains("speaks fanuc"), "{fault}");
 }
+
+#[test]
+fn a_tnc_reads_both_forms_of_its_language() {
+    let settings = Settings::of_control(Control::find("heidenhain-tnc-640", None).unwrap());
+    for (name, text) in [
+        ("p.h", "0 BEGIN PGM A MM\n1 L X+1 R0 FMAX\n2 END PGM A MM\n"),
+        ("p.i", "%A G71 *\nN10 G00 G40 G90 X+1 *\nN99999999 %A G71 *\n"),
+    ] {
+        assert_eq!(proveout_nc::check_text(name, text, &settings), [], "{name}");
+    }
+    let settings = Settings::of_control(Control::find("haas-ngc", None).unwrap());
+    let iso = Settings { dialect: proveout_nc::Dialect::Iso, ..settings };
+    let program = Program::from_text("p.nc", "G0 G154 P3 X0\nM30\n", &iso).unwrap();
+    assert_eq!(program.dialect(), proveout_nc::Dialect::Haas);
+}

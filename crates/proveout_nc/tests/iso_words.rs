@@ -411,6 +411,15 @@ fn a_linuxcnc_takes_a_spiral_about_the_programmed_center() {
     assert_eq!(arc(Dialect::LinuxCnc, 200.2), None);
 }
 
+#[test]
+fn words_of_another_control_are_named() {
+    let settings = Settings { dialect: Dialect::Fanuc, ..Settings::default() };
+    for (text, told) in [("NOEX VC1=5\n", "Okuma OSP"), ("12 TOOL CALL 5 Z S100\n", "Heidenhain")] {
+        let faults = check_text("p.nc", text, &settings);
+        assert!(faults[0].help.as_ref().is_some_and(|help| help.contains(told)), "{text}{faults:?}");
+    }
+}
+
 /// What the words of an arc would mean elsewhere is told with the fault.
 #[test]
 fn a_center_that_fits_otherwise_is_named() {

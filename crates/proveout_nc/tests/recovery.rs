@@ -129,11 +129,15 @@ fn is_head(line: &str) -> bool {
     line.strip_prefix('O').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
 }
 
+fn defines_cycle(line: &str) -> bool {
+    line.contains("CYCL DEF") || line.contains("CYCLE DEF")
+}
+
 /// A block of its own, without a comment that would swallow what is put behind it.
 fn is_plain(line: &str) -> bool {
     let code = line.trim();
     // The first block of an old cycle ends with its title.
-    let title = code.contains("CYCL DEF") && code.contains(".0 ");
+    let title = defines_cycle(code) && code.contains(".0 ");
     !code.is_empty()
         && !title
         && !code.contains(['(', ';', '%', '$', '*', '~', '"', '{'])
@@ -148,6 +152,7 @@ fn is_plain(line: &str) -> bool {
             "BEGIN",
             "PGM",
             "CYCL DEF 2",
+            "CYCLE DEF 2",
             "F-PRINT",
             "TOOL DEF",
             "REMARK",

@@ -7,7 +7,7 @@ use proveout_controller::ControlError;
 use proveout_geom::{MeshError, MeshFileError};
 use proveout_machine::MachineError;
 use proveout_nc::post::PostError;
-use proveout_nc::{Diagnostic, Diagnostics};
+use proveout_nc::{ControlFileError, Diagnostic, Diagnostics};
 use proveout_stock::StockError;
 use proveout_tool::ToolError;
 use thiserror::Error;
@@ -20,6 +20,9 @@ pub enum SimError {
     /// Scene file.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// Control file.
+    #[error(transparent)]
+    ControlFile(#[from] Box<ControlFileError>),
     /// NC program: everything that was found wrong with its text, or the fault that stopped it.
     #[error(transparent)]
     Program(#[from] Diagnostics),

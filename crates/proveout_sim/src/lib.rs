@@ -13,6 +13,7 @@
 
 pub mod compare;
 pub mod config;
+mod control_file;
 pub mod finding;
 pub mod gates;
 pub mod log;
@@ -59,6 +60,7 @@ mod surface_map;
 mod survey;
 mod texture;
 
+pub use control_file::{control_of, settings_on};
 pub use engagement::Engagement;
 pub use error::SimError;
 pub use machine_data::with_machine;

@@ -16,6 +16,7 @@ use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
     config::ConfigError,
+    control_file::{control_of, settings_on},
     digest,
     error::SimError,
     machine_data::with_machine,
@@ -80,6 +81,8 @@ pub struct Prepared {
     pub made: Option<MadeProgram>,
     /// Settings of the reader.
     pub nc_settings: NcSettings,
+    /// Why the control file of scene or machine has no part in reading the program, where it has none.
+    pub control_note: Option<String>,
     /// The machine, with the limits that the scene sets.
     pub machine: Machine,
     /// Those limits beside the machine's own.
@@ -157,7 +160,10 @@ impl Prepared {
         ];
         inputs.extend(model_of(&machine_file).map(|model| ("machine model".to_owned(), model)));
 
-        let nc_settings = Self::running_settings(&scene, entry, &tools, &machine)?;
+        let control = control_of(Some(&scene), &machine)?;
+        inputs.extend(control.iter().flat_map(|c| c.files()).map(|file| (control_role(file, &scene), file.clone())));
+        let (nc_settings, control_note) =
+            Self::running_settings(&scene, entry, &tools, &machine, &program_path, choice.nc.is_some())?;
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
         let read = |look: &mut Look<'_>| Survey::of_file(&program_path, &nc_settings, look);
@@ -194,7 +200,14 @@ impl Prepared {
         };
         let nc_settings = match made {
             None => nc_settings,
-            Some(_) => NcSettings { dialect: Dialect::Siemens840d, ..nc_settings },
+            Some(_) => NcSettings {
+                work_offsets: nc_settings.work_offsets,
+                compensation: nc_settings.compensation,
+                reference_points: nc_settings.reference_points,
+                kinematics: nc_settings.kinematics,
+                dialect: Dialect::Siemens840d,
+                ..NcSettings::default()
+            },
         };
         let program_lines = match &made {
             Some(made) => {
@@ -216,6 +229,7 @@ impl Prepared {
             program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
             made,
             nc_settings,
+            control_note,
             machine,
             own_machine: (!changed_limits.is_empty()).then_some(described),
             changed_limits,
@@ -245,16 +259,23 @@ impl Prepared {
 
     /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
     ///
+    /// `given`: the program is not that of the entry. Told is what the control of the scene has no part in.
+    ///
     /// # Errors
-    /// A dialect that is not known.
+    /// A dialect that is not known, a control file that is wrong.
     pub(crate) fn running_settings(
         scene: &Scene,
         entry: Option<&ProgramFile>,
         tools: &ToolLibrary,
         machine: &Machine,
-    ) -> Result<NcSettings, ConfigError> {
+        program: &Path,
+        given: bool,
+    ) -> Result<(NcSettings, Option<String>), SimError> {
         let compensation = Compensation::ToolCenter(tool_radii(tools));
-        Ok(NcSettings { compensation, ..with_machine(Self::reader_settings(scene, entry)?, machine) })
+        let control = control_of(Some(scene), machine)?;
+        let (on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
+        let work_offsets = work_offsets(scene, entry);
+        Ok((NcSettings { compensation, work_offsets, ..with_machine(on_control, machine) }, note))
     }
 
     /// The text that runs, as findings name it.
@@ -267,10 +288,9 @@ impl Prepared {
     /// # Errors
     /// A dialect that is not known.
     pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, ConfigError> {
-        let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
         Ok(NcSettings {
-            dialect: dialect(scene, entry)?,
-            work_offsets: offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect(),
+            dialect: dialect(scene, entry, false)?,
+            work_offsets: work_offsets(scene, entry),
             ..NcSettings::default()
         })
     }
@@ -413,8 +433,23 @@ fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> 
     }
 }
 
-/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from.
-fn dialect(scene: &Scene, entry: Option<&ProgramFile>) -> Result<Dialect, ConfigError> {
+/// Role of a control file among the inputs of a run: its path from the scene, as scenes may name several.
+fn control_role(file: &Path, scene: &Scene) -> String {
+    let folder = scene.path.parent().unwrap_or(Path::new(""));
+    format!("control {}", file.strip_prefix(folder).unwrap_or(file).display())
+}
+
+fn work_offsets(scene: &Scene, entry: Option<&ProgramFile>) -> BTreeMap<String, WorkOffset> {
+    let offsets = entry.and_then(|e| e.work_offsets.as_ref()).unwrap_or(&scene.file.work_offsets);
+    offsets.iter().map(|(word, o)| (word.clone(), o.into())).collect()
+}
+
+/// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from, and that of a
+/// text that is `given` instead is told from the text.
+fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Dialect, ConfigError> {
+    if given {
+        return Ok(Dialect::Auto);
+    }
     let source = entry.and_then(|e| e.reschedule.as_ref()).and_then(|r| scene.program(Some(&r.from)));
     match [entry, source].into_iter().flatten().find_map(|e| e.dialect.as_deref()) {
         None => Ok(Dialect::Auto),

@@ -330,10 +330,11 @@ impl<'a> Rescheduling<'a> {
         let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
         let mut machine = Machine::read(&scene.resolve(self.entry.machine.as_ref().unwrap_or(&scene.file.machine)))?;
         limit_joints(scene, &mut machine)?;
-        let settings = Prepared::running_settings(scene, Some(self.entry), &tools, &machine)?;
         let part = Prepared::part_on_table(scene, Some(self.entry))?;
         let Some(program) = &self.source.file else { return Ok(String::new()) };
-        let made = rescheduled(&self.file, &scene.resolve(program), &settings, &machine, &tools, &part)?;
+        let program = scene.resolve(program);
+        let (settings, _) = Prepared::running_settings(scene, Some(self.entry), &tools, &machine, &program, false)?;
+        let made = rescheduled(&self.file, &program, &settings, &machine, &tools, &part)?;
         text(&made.commands, dialect, &settings)
     }
 }

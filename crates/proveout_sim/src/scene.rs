@@ -291,6 +291,9 @@ pub enum PlantFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlFile {
+    /// Control file that says what words of the programs mean: the name of a built-in one (fanuc-30i), or a path from the folder of
+    /// the scene; otherwise that of the machine. Programs in another language are read without it.
+    pub file: Option<String>,
     /// Which motion cuts the stock.
     #[serde(default)]
     pub dynamics: DynamicsFile,

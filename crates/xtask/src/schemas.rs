@@ -9,6 +9,7 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), Failure> {
     let schemas = [
         ("machine", text(&proveout_machine::machine_schema())?),
         ("tools", proveout_tool::library_schema()),
+        ("control", text(&proveout_nc::control_schema())?),
         ("scene", text(&schemars::schema_for!(proveout_sim::scene::SceneFile))?),
         ("verdict", text(&schemars::schema_for!(proveout_sim::verdict::Verdict))?),
         ("compare", text(&schemars::schema_for!(proveout_sim::compare::Comparison))?),

@@ -1,10 +1,12 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use proveout_machine::Machine;
-use proveout_nc::{Settings, Survey};
-use proveout_sim::{Choice, Prepared, SimError, scene::Scene};
+use proveout_nc::{Control, Survey};
+use proveout_sim::{Choice, Prepared, SimError, control_of, scene::Scene};
 use proveout_tool::ToolLibrary;
 
+use super::reader;
+use crate::args::CheckArgs;
 use crate::failure::Failure;
 
 /// Most stretches of text that are not run and are told.
@@ -15,20 +17,28 @@ enum Kind {
     Scene,
     Machine,
     Tools,
+    Control,
     Program,
 }
 
 /// Checks files without running them; true when none has an error.
-pub(crate) fn check(paths: &[PathBuf]) -> Result<bool, Failure> {
+pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     let mut clean = true;
-    for path in paths {
-        let result = match kind(path)? {
+    let kinds = args.paths.iter().map(|path| Ok((path, kind(path)?))).collect::<Result<Vec<_>, Failure>>()?;
+    if args.reader.stated() && !kinds.iter().any(|(_, kind)| matches!(kind, Kind::Program)) {
+        return Err(Failure::new("the call says how programs are read, and names no NC program")
+            .with_help("leave --control and the other options for programs out: scenes and machines state theirs"));
+    }
+    for (path, kind) in kinds {
+        let result = match kind {
             Kind::Scene => check_scene(path),
             Kind::Machine => check_machine(path).map_err(told),
             Kind::Tools => ToolLibrary::read(path)
                 .map(|l| vec![format!("{} tools", l.tools.len())])
                 .map_err(|e| told(SimError::from(e))),
-            Kind::Program => check_program(&Survey::of_file(path, &Settings::default(), &mut |_, _| None)),
+            Kind::Control => check_control(path),
+            Kind::Program => reader::settings(&args.reader, None, path)
+                .and_then(|settings| check_program(&Survey::of_file(path, &settings, &mut |_, _| None))),
         };
         match result {
             Ok(notes) => {
@@ -66,9 +76,25 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
     Ok(match (name.as_str(), path.extension().and_then(|e| e.to_str())) {
         ("scene.toml", _) => Kind::Scene,
         ("machine.toml", _) => Kind::Machine,
+        (_, Some("toml")) if is_control(path) => Kind::Control,
         (_, Some("toml")) => Kind::Tools,
         _ => Kind::Program,
     })
+}
+
+/// A control file names its language or its parent, or lists words; a tool library has none of these.
+fn is_control(path: &Path) -> bool {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.lines().any(|line| {
+        let line = line.trim_start();
+        let key = line.split(['=', ' ', '\t']).next().unwrap_or_default();
+        matches!(key, "dialect" | "inherits") || line.starts_with("[words")
+    })
+}
+
+fn check_control(path: &Path) -> Result<Vec<String>, Failure> {
+    let control = Control::find(&path.display().to_string(), None).map_err(|e| told(e.into()))?;
+    Ok(vec![format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())])
 }
 
 fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
@@ -85,6 +111,7 @@ fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
         let choice = Choice { program: Some(program.name.clone()), ..Choice::default() };
         let prepared = Prepared::read(path, &choice).map_err(told)?;
         let found = check_program(&prepared.survey)?;
+        notes.extend(prepared.control_note.iter().map(|note| format!("program {}: note: {note}", program.name)));
         notes.extend(found.into_iter().map(|note| format!("program {}: {note}", program.name)));
     }
     Ok(notes)
@@ -92,6 +119,7 @@ fn check_scene(path: &Path) -> Result<Vec<String>, Failure> {
 
 fn check_machine(path: &Path) -> Result<Vec<String>, SimError> {
     let machine = Machine::read(path)?;
+    control_of(None, &machine)?;
     let all = machine.diagnose();
     Ok(all.iter().map(|d| format!("{}:{d}", machine.file().display())).collect())
 }

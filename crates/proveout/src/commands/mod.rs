@@ -7,6 +7,7 @@ pub(crate) mod kinematics;
 pub(crate) mod measure;
 pub(crate) mod nc;
 pub(crate) mod plan;
+pub(crate) mod reader;
 pub(crate) mod run;
 pub(crate) mod texture;
 pub(crate) mod view;

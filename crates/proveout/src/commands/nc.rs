@@ -4,11 +4,12 @@ use proveout_machine::Machine;
 use proveout_nc::post::{Post, PostError, PostSettings, post_for};
 use proveout_nc::{
     Command, Compensation, Dialect, JsonWriter, NotRun, Op, Program, ReferencePoints, Settings, ToolAction, ToolName,
-    Weight,
+    UnknownWords, Weight,
 };
-use proveout_sim::{SimError, tool_radii, with_machine};
+use proveout_sim::{SimError, tool_radii};
 use proveout_tool::{ToolId, ToolLibrary};
 
+use super::reader::{self, dialect_of};
 use crate::{args::NcArgs, failure::Failure};
 
 /// Where the commands go.
@@ -50,14 +51,6 @@ fn unsaid(error: PostError) -> Failure {
     }
 }
 
-fn dialect_of(name: &str) -> Result<Dialect, Failure> {
-    Dialect::from_name(name).ok_or_else(|| {
-        let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
-        Failure::new(format!("dialect {name:?} is not known"))
-            .with_help(format!("write one of {}, or leave it out", names.join(", ")))
-    })
-}
-
 /// The format that the call asks for.
 fn format(args: &NcArgs, from: Dialect, to: Dialect) -> PostSettings {
     let mut settings = PostSettings::between(from, to);
@@ -87,20 +80,21 @@ fn format(args: &NcArgs, from: Dialect, to: Dialect) -> PostSettings {
 
 /// Prints the canonical commands of a program as JSON lines, or the program in another dialect.
 pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
-    let dialect = args.dialect.as_deref().map_or(Ok(Dialect::Auto), dialect_of)?;
+    let machine = args.machine.as_deref().map(Machine::read).transpose();
+    let machine = machine.map_err(|e| Failure::from(&SimError::from(e)))?;
+    let settings = reader::settings(&args.reader, machine.as_ref(), &args.program)?;
+    if args.unknown {
+        return unknown(args, &settings);
+    }
     let tools = args.tools.as_ref().map(|t| ToolLibrary::read(t)).transpose();
     let tools = tools.map_err(|e| Failure::from(&SimError::from(e)))?;
     let target = args.post.as_deref().map(dialect_of).transpose()?;
     let compensation = tools.as_ref().map_or(Compensation::Programmed, |t| Compensation::ToolCenter(tool_radii(t)));
-    let settings = Settings { dialect, compensation, ..Settings::default() };
-    let settings = match &args.machine {
-        Some(folder) => {
-            let machine = Machine::read(folder).map_err(|e| Failure::from(&SimError::from(e)))?;
-            with_machine(settings, &machine)
-        }
-        // A written program moves to the coordinates that stand in it: a reference point that nobody knows is refused.
+    let settings = Settings { compensation, ..settings };
+    // A written program moves to the coordinates that stand in it: a reference point that nobody knows is refused.
+    let settings = match settings.reference_points {
         None if target.is_some() => Settings { reference_points: Some(ReferencePoints::default()), ..settings },
-        None => settings,
+        _ => settings,
     };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
     let mut out = BufWriter::new(io::stdout().lock());
@@ -137,6 +131,13 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     }
     sink.flush()?;
     not_run(&program.not_run())
+}
+
+/// Prints the words that the control has no meaning for.
+fn unknown(args: &NcArgs, settings: &Settings) -> Result<(), Failure> {
+    let found = UnknownWords::of_file(&args.program, settings).map_err(|e| Failure::from(&SimError::from(e)))?;
+    let mut out = io::stdout().lock();
+    write!(out, "{found}").map_err(told)
 }
 
 /// Tells the text that is not among the commands; what belongs to the program is an error.

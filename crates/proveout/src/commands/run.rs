@@ -34,6 +34,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
     };
     let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
     let prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
+    if let Some(note) = &prepared.control_note {
+        tell!("note: {note}");
+    }
     let place = args.out.clone().unwrap_or_else(|| {
         PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
     });

@@ -81,6 +81,9 @@ pub(crate) fn sandbox() -> TempDir {
     write("part/main.mpf", MAIN);
     write("part/other.mpf", &MAIN.replace("F600", "F900"));
     write("part/fanuc.nc", FANUC);
+    write("shop.nc", SHOP);
+    write("shop.toml", SHOP_CONTROL);
+    write("broken.toml", "inherits = \"fanuc-30i\"\n[words]\nM25 = { does = \"M333\" }\n");
     // The production program that `--nc` wants is published elsewhere.
     let stand_in = MAIN.replace("Y0", "Y25").replace("X-40", "X-70").replace("Z15", "Z-2");
     for name in ["stand-in.mpf", "Coordinate_system_representation_Achskreuz.mpf"] {
@@ -193,3 +196,10 @@ fn block() -> String {
     }
     text + "endsolid block\n"
 }
+
+/// A program with words of its machine.
+const SHOP: &str =
+    "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nS1000 M13\nG0 X#500 Y0.\nG1 X10. M25\nG2 X0. Y10.05 R10.\nM25\nM30\n%\n";
+/// What they mean.
+const SHOP_CONTROL: &str =
+    "name = \"Mill 7\"\ninherits = \"fanuc-30i\"\n\n[words]\nM13 = { does = \"M3 M8\" }\nM25 = { ignore = \"vise\" }\n";

@@ -53,9 +53,9 @@ impl<L: Lines> Channel<L> {
         };
         level.cursor = next;
         self.coverage.mark(loaded.file, at.line, next.line);
-        let mut block = std::mem::take(&mut self.block);
+        let mut block = self.block.take().unwrap_or_default();
         let result = L::run_line(self, &loaded, line, at, &mut block);
-        self.block = block;
+        self.block = Some(block);
         match result {
             Ok(()) => {
                 L::settle_doubt(self);

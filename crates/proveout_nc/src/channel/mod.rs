@@ -42,7 +42,7 @@ use passes::Passes;
 
 pub(crate) use flow::{Level, Loaded, Section};
 pub(crate) use holes::{Holes, Stroke};
-pub(crate) use motion::{arc_fault, unknown_axes};
+pub(crate) use motion::{arc_fault, finite, unknown_axes, unknown_axis};
 pub(crate) use recover::{Failed, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};
 
@@ -67,6 +67,7 @@ pub(crate) trait Language: Debug + Sized {
     fn step(channel: &mut Channel<Self>) -> Result<(), Box<Diagnostic>>;
 
     /// The next command that may leave; languages in which a motion depends on the block behind it keep it back here.
+    #[inline]
     fn hand_out(channel: &mut Channel<Self>) -> Option<Command> {
         channel.queue.pop_front().map(|(command, _)| command)
     }
@@ -146,7 +147,8 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) main: Arc<Loaded<L::Index>>,
     pub(crate) files: BTreeMap<PathBuf, Arc<Loaded<L::Index>>>,
     pub(crate) stack: Vec<Level<L>>,
-    pub(crate) block: L::Block,
+    /// Words of the block, boxed, because it is taken out for every block.
+    pub(crate) block: Option<Box<L::Block>>,
     pub(crate) queue: VecDeque<(Command, L::Mark)>,
     pub(crate) location: Location,
     pub(crate) done: bool,
@@ -198,7 +200,7 @@ impl<L: Language> Channel<L> {
             main: loaded,
             files: BTreeMap::new(),
             stack: vec![level],
-            block: L::Block::default(),
+            block: None,
             queue: VecDeque::new(),
             location,
             done: false,
@@ -219,6 +221,7 @@ impl<L: Language> Channel<L> {
     }
 
     /// Hands a command out with the place of the block.
+    #[inline]
     pub(crate) fn emit(&mut self, op: Op) {
         self.queue.push_back((Command { location: self.location.clone(), op }, L::Mark::default()));
     }

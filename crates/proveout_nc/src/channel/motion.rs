@@ -1,16 +1,19 @@
 //! Motions from their programmed end: base coordinates, straight lines, arcs, threads.
 
+use std::f64::consts::TAU;
+
 use super::{Channel, Language};
 use crate::arc::{ArcFault, PlaneArc};
 use crate::codes;
 use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::state::MissingAxes;
-use crate::{ArcMotion, AxisValues, Motion, Op, SpindleDirection, ThreadMotion};
+use crate::{AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, SpindleDirection, ThreadMotion};
 
 impl<L: Language> Channel<L> {
     /// The motion to an end in work coordinates of which these axes (bit mask) are programmed; the missing axes where a turned
     /// frame needs more.
+    #[inline]
     pub(crate) fn motion_to(&self, end: AxisValues, programmed: u16) -> Result<Motion, MissingAxes> {
         Ok(Motion {
             end,
@@ -23,7 +26,47 @@ impl<L: Language> Channel<L> {
         })
     }
 
+    /// Hands a motion out that ends at positions of the machine axes. What the program knows behind it is settled before.
+    pub(crate) fn go_in_machine(&mut self, end: AxisValues, programmed: u16, rapid: bool, exact_stop: bool) {
+        let motion = Motion {
+            end,
+            end_base: end,
+            tool_axis: None,
+            tool_axis_base: None,
+            programmed,
+            machine_coordinates: true,
+            exact_stop,
+        };
+        L::moving(self);
+        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+    }
+
+    /// Tells the frame in force.
+    pub(crate) fn tell_frame(&mut self, word: &str) {
+        let frame = *self.position.frame();
+        self.emit(Op::Frame(FrameChange {
+            word: word.to_owned(),
+            rotation: frame.linear,
+            translation: frame.translation,
+            rotary: frame.rotary,
+        }));
+    }
+
+    /// Where an axis stands, which an increment starts from.
+    pub(crate) fn known(&self, axis: usize, span: Span) -> Result<f64, Fault> {
+        self.position.work.get(axis).ok_or_else(|| unknown_axis(axis, span))
+    }
+
+    /// The nearest of the positions of a rotary axis that are this value; the value itself where it stands is not known.
+    pub(crate) fn short_way(&self, axis: usize, value: f64) -> f64 {
+        self.position.work.get(axis).map_or(value, |now| {
+            let turn = (value - now).rem_euclid(TAU);
+            now + if turn > TAU / 2.0 { turn - TAU } else { turn }
+        })
+    }
+
     /// Hands a straight motion out and takes its end as the position.
+    #[inline]
     pub(crate) fn go(&mut self, motion: Motion, rapid: bool) {
         self.position.move_to(motion.end, motion.end_base);
         L::moving(self);
@@ -96,6 +139,23 @@ impl<L: Language> Channel<L> {
                 .help(format!("program X, Y and Z before {what}"))
         })
     }
+}
+
+/// An axis that an increment or a cycle needs, and the program has not set.
+pub(crate) fn unknown_axis(axis: usize, span: Span) -> Fault {
+    let letter = AXIS_LETTERS[axis];
+    let message = format!("the position of `{letter}` is not known to the program here");
+    Fault::new(codes::POSITION_UNKNOWN, span, message)
+        .help(format!("program `{letter}` with an absolute coordinate first"))
+}
+
+/// The coordinate that an axis is sent to.
+pub(crate) fn finite(axis: usize, target: f64, span: Span) -> Result<f64, Fault> {
+    if target.is_finite() {
+        return Ok(target);
+    }
+    let message = format!("the coordinate of `{}` is not finite", AXIS_LETTERS[axis]);
+    Err(Fault::new(codes::BAD_VALUE, span, message).help("check the value"))
 }
 
 /// A motion in a turned frame without the coordinates that it depends on.

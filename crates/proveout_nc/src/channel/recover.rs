@@ -119,7 +119,7 @@ impl<L: Language> Channel<L> {
 impl<L: Salvage> Channel<L> {
     /// Executes the words of the block that are no fault; gives what is in doubt behind them.
     pub(crate) fn salvage_words(&mut self, failed: &Failed<L::Index>, unread: bool) -> Doubt {
-        let mut block = std::mem::take(&mut self.block);
+        let mut block = self.block.take().unwrap_or_default();
         // Behind a fault of grammar nothing is read; before it words are good unless they touch it. Where a block with a fault
         // would have gone is not known, even if its axis words can be read.
         let start = L::touching(&block, failed.span.start).unwrap_or(failed.span.start) as usize;
@@ -149,7 +149,7 @@ impl<L: Salvage> Channel<L> {
                 }
             }
         }
-        self.block = block;
+        self.block = Some(block);
         doubt
     }
 }

@@ -147,7 +147,7 @@ pub struct Control {
     /// Where the axes stand at the start, coordinates of the work offset that is then in force; mm, radian.
     pub(crate) position: AxisValues,
     pub(crate) whole_numbers: WholeNumbers,
-    pub(crate) arc_tolerance: ArcTolerance,
+    pub(crate) arc_tolerance: Option<ArcTolerance>,
     pub(crate) centers: Centers,
     pub(crate) fine_boring: FineBoring,
     /// By the letter of the word, A to Z.
@@ -177,7 +177,7 @@ impl Default for Control {
             start: Start::default(),
             position: AxisValues::NONE,
             whole_numbers: WholeNumbers::Assumed,
-            arc_tolerance: ArcTolerance::absolute(0.01),
+            arc_tolerance: None,
             centers: Centers::Incremental,
             fine_boring: FineBoring::NeedsShift,
             dwell: [None; 26],

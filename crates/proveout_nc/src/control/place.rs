@@ -107,7 +107,9 @@ fn explain(message: &str, at: &str) -> (&'static str, String, String) {
 
 /// `did you mean x?`, or all of them.
 pub(super) fn nearest(name: &str, known: &[&str]) -> String {
-    match known.iter().min_by_key(|k| strsim::levenshtein(name, k)) {
+    // Of two as near as each other the one that begins alike.
+    let alike = |k: &str| name.bytes().zip(k.bytes()).take_while(|(a, b)| a == b).count();
+    match known.iter().min_by_key(|k| (strsim::levenshtein(name, k), std::cmp::Reverse(alike(k)))) {
         Some(k) if strsim::levenshtein(name, k) <= name.len().max(k.len()) / 3 + 1 => format!("did you mean {k}?"),
         _ => format!("known here: {}", known.join(", ")),
     }

@@ -314,7 +314,10 @@ fn arcs(control: &mut Control, file: &ArcsFile, text: &Text<'_>) -> Checked<()> 
             CentersFile::Unsigned => Centers::Unsigned,
         };
     }
-    let before = control.arc_tolerance;
+    if file.tolerance_mm.is_none() && file.tolerance_ratio.is_none() && file.largest_difference_mm.is_none() {
+        return Ok(());
+    }
+    let before = control.arc_tolerance.unwrap_or(ArcTolerance::absolute(0.01));
     let absolute_mm = match file.tolerance_mm {
         Some(value) => positive(value, &["arcs", "tolerance_mm"], text)?,
         None => before.absolute_mm,
@@ -358,7 +361,7 @@ fn arcs(control: &mut Control, file: &ArcsFile, text: &Text<'_>) -> Checked<()> 
             "make it larger, or the tolerance smaller",
         ));
     }
-    control.arc_tolerance = ArcTolerance { absolute_mm, relative, largest_mm };
+    control.arc_tolerance = Some(ArcTolerance { absolute_mm, relative, largest_mm });
     Ok(())
 }
 

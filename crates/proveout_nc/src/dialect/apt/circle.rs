@@ -170,14 +170,14 @@ impl AptReader {
         let drop = frame::dot(normal, frame::sub(end, start));
         if circle.zero_at_one_point
             && circle.angle.is_none()
-            && apart <= self.settings.arc_tolerance.absolute_mm
-            && drop.abs() <= self.settings.arc_tolerance.absolute_mm
+            && apart <= self.settings.arc_limit().absolute_mm
+            && drop.abs() <= self.settings.arc_limit().absolute_mm
         {
             self.straight(end, false);
             return Ok(());
         }
         let measured = a[0].hypot(a[1]);
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         if let Some(radius) = circle.radius.filter(|r| (measured - r.abs()).abs() > tolerance.of(measured.max(r.abs())))
         {
             let message = format!(

@@ -15,7 +15,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::frame::Frame;
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::{CompSide, FrameChange, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName, WorkOffset};
+use crate::{CompSide, Offset, Op, Settings, SpindleDirection, ToolAction, ToolName, WorkOffset};
 
 /// Millimeters of an inch.
 pub(crate) const INCH: f64 = 25.4;
@@ -126,7 +126,7 @@ impl Language for Apt {
             return Ok(());
         };
         let (loaded, at) = (Arc::clone(&level.loaded), level.cursor);
-        let mut statement = std::mem::take(&mut channel.block);
+        let mut statement = channel.block.take().unwrap_or_default();
         let Some((read, next)) = statement::read(&loaded.source, at, &mut statement) else {
             channel.done = true;
             return Ok(());
@@ -135,7 +135,7 @@ impl Language for Apt {
         channel.set_cursor(next);
         channel.recovery.faults.stage = Stage::Unread;
         let result = read.and_then(|()| channel.run(&loaded.source, &statement));
-        channel.block = statement;
+        channel.block = Some(statement);
         match result {
             Ok(()) => {
                 recover::settle_doubt(channel);
@@ -164,7 +164,7 @@ impl Language for Apt {
     }
 
     fn go_on(channel: &mut AptReader, _failed: &Failed<()>) -> Option<Doubt> {
-        Some(recover::doubt_of(&channel.block))
+        channel.block.as_deref().map(recover::doubt_of)
     }
 
     fn not_run(channel: &AptReader) -> Vec<NotRun> {
@@ -246,7 +246,7 @@ impl AptReader {
     /// Takes a work offset into effect and tells it.
     pub(crate) fn work_offset(&mut self, word: &str) {
         let values = self.own.offsets.get(word).copied().unwrap_or_default();
-        self.own.settable = Frame { rotary: values.rotary, ..Frame::translation(values.translation) };
+        self.own.settable = Frame::from(values);
         self.emit(Op::Offset(Offset::Work { word: word.to_owned() }));
         self.take_frame(word);
     }
@@ -258,12 +258,7 @@ impl AptReader {
             return;
         }
         self.position.set_frame(total);
-        self.emit(Op::Frame(FrameChange {
-            word: word.to_owned(),
-            rotation: total.linear,
-            translation: total.translation,
-            rotary: total.rotary,
-        }));
+        self.tell_frame(word);
     }
 
     /// `NAME=3.5`.

@@ -37,32 +37,19 @@ impl Interpreter {
         }
         let mut pole = [0.0; 2];
         for (slot, axis) in pole.iter_mut().zip([u, v]) {
-            let known = self.position.work.get(axis);
             *slot = match w.axes[axis] {
                 Some(c) if self.is_incremental(c.reference) => {
-                    self.known(known, axis, span)? + self.coordinate(axis, self.variables.value(c.value, span)?)
+                    self.known(axis, span)? + self.coordinate(axis, self.variables.value(c.value, span)?)
                 }
                 Some(c) => self.coordinate(axis, self.variables.value(c.value, span)?),
                 None => match (w.programmed, self.modal.pole) {
-                    (0, _) | (_, None) => self.known(known, axis, span)?,
+                    (0, _) | (_, None) => self.known(axis, span)?,
                     (_, Some(old)) => old[usize::from(axis == v)],
                 },
             };
         }
         self.modal.pole = Some(pole);
         Ok(())
-    }
-
-    fn known(&self, value: Option<f64>, axis: usize, span: Span) -> Result<f64, Fault> {
-        value.ok_or_else(|| {
-            let letter = crate::AXIS_LETTERS[axis];
-            Fault::new(
-                codes::POSITION_UNKNOWN,
-                span,
-                format!("the position of `{letter}` is not known to the program here"),
-            )
-            .help("program X, Y and Z before it")
-        })
     }
 
     fn pole(&self, span: Span) -> Result<[f64; 2], Fault> {
@@ -73,7 +60,7 @@ impl Interpreter {
 
     pub(crate) fn flat(&self, span: Span) -> Result<[f64; 2], Fault> {
         let [u, v, _] = self.modal.plane_axes();
-        Ok([self.known(self.position.work.get(u), u, span)?, self.known(self.position.work.get(v), v, span)?])
+        Ok([self.known(u, span)?, self.known(v, span)?])
     }
 
     fn direction(w: &Words, span: Span) -> Result<bool, Fault> {
@@ -96,7 +83,7 @@ impl Interpreter {
         let (start, center) = (self.flat(span)?, self.pole(span)?);
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let arc = arc::from_center(start, end, center, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
         self.arc_to(goal, arc, clockwise, span)
@@ -113,7 +100,7 @@ impl Interpreter {
         let start = self.flat(span)?;
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let arc = arc::from_radius(start, end, radius, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
         self.arc_to(goal, arc, clockwise, span)
@@ -228,7 +215,7 @@ impl Interpreter {
                 .help("take PR out"));
         }
         if radius < arc::SAME_POINT_MM {
-            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_tolerance, FULL_CIRCLE, span));
+            return Err(arc_fault(ArcFault::NoRadius, self.settings.arc_limit(), FULL_CIRCLE, span));
         }
         let value = self.variables.value(angle.value, span)?;
         let incremental = self.is_incremental(angle.reference);

@@ -15,7 +15,7 @@ use super::words::{Coordinate, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
-use crate::{FrameChange, Offset, Op, Settings, WorkOffset};
+use crate::{Offset, Op, Settings, WorkOffset};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Transform {
@@ -56,7 +56,7 @@ impl Frames {
     pub(crate) fn new(settings: &Settings) -> Self {
         // Row 0 of the preset table is what the operator has set.
         let preset = settings.work_offsets.get("PRESET0").copied().unwrap_or_default();
-        Self { preset: offset_frame(preset), zones: vec![Zone { tilt: Frame::IDENTITY, list: Vec::new() }] }
+        Self { preset: Frame::from(preset), zones: vec![Zone { tilt: Frame::IDENTITY, list: Vec::new() }] }
     }
 
     pub(crate) fn total(&self) -> Frame {
@@ -112,10 +112,6 @@ fn put(list: &mut Vec<Entry>, entry: Entry) {
     }
 }
 
-fn offset_frame(offset: WorkOffset) -> Frame {
-    Frame { rotary: offset.rotary, ..Frame::translation(offset.translation) }
-}
-
 impl Interpreter {
     /// Takes the transforms into effect and tells them.
     pub(crate) fn take_frames(&mut self, word: &str, span: Span) -> Result<(), Fault> {
@@ -125,12 +121,7 @@ impl Interpreter {
             return Err(Fault::new(codes::BAD_VALUE, span, "the transformation is degenerate").help("check its values"));
         }
         self.modal.tangent = None;
-        self.emit(Op::Frame(FrameChange {
-            word: word.to_owned(),
-            rotation: total.linear,
-            translation: total.translation,
-            rotary: total.rotary,
-        }));
+        self.tell_frame(word);
         Ok(())
     }
 
@@ -147,7 +138,7 @@ impl Interpreter {
         }
         let word = format!("PRESET{row}");
         let offset = self.settings.work_offsets.get(&word).copied().unwrap_or_default();
-        self.modal.frames.preset = offset_frame(offset);
+        self.modal.frames.preset = Frame::from(offset);
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));
         // Activating a preset resets datum shift, mirror, rotation and scale.
         for zone in &mut self.modal.frames.zones {
@@ -170,7 +161,7 @@ impl Interpreter {
         values[..3].copy_from_slice(&offset.translation);
         values[3..].copy_from_slice(&offset.rotary);
         self.emit(Op::Offset(Offset::Work { word: word.clone() }));
-        self.define(Transform::Shift, values, offset_frame(offset), &word, span)
+        self.define(Transform::Shift, values, Frame::from(offset), &word, span)
     }
 
     /// Datum shift by the axes of the words; axes that are not written keep their shift.
@@ -188,7 +179,7 @@ impl Interpreter {
     }
 
     pub(crate) fn shift_to(&mut self, values: [f64; 6], word: &str, span: Span) -> Result<(), Fault> {
-        let frame = offset_frame(WorkOffset {
+        let frame = Frame::from(WorkOffset {
             translation: [values[0], values[1], values[2]],
             rotary: [values[3], values[4], values[5]],
         });

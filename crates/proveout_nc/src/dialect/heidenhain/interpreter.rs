@@ -145,8 +145,7 @@ fn whole(source: &Source) -> Section {
 impl Language for Heidenhain {
     type Index = Labels;
     type Level = CallLevel;
-    /// Boxed, because it is taken out for every block.
-    type Block = Option<Box<Block>>;
+    type Block = Block;
     type Mark = ();
     type Variables = Variables;
     type Modal = State;

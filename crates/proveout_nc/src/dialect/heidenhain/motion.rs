@@ -1,13 +1,12 @@
 //! Path blocks: what they have in common, and straight motions.
 
-use std::f64::consts::TAU;
-
 use super::interpreter::Interpreter;
 use super::words::{Coordinate, FeedWord, Kind, Param, Path, Reference, Side, Value, Words};
+use crate::channel::finite;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
-use crate::{AXIS_LETTERS, AxisValues, CompSide, CutterComp, Feed, Motion, Op};
+use crate::{AxisValues, CompSide, CutterComp, Feed, Motion, Op};
 
 /// Bits of X, Y and Z.
 pub(crate) const LINEAR: u16 = 0b111;
@@ -180,38 +179,18 @@ impl Interpreter {
         }
     }
 
-    /// Position of an axis that an increment starts from.
-    fn current(&self, axis: usize, span: Span) -> Result<f64, Fault> {
-        self.position.work.get(axis).ok_or_else(|| {
-            let letter = AXIS_LETTERS[axis];
-            Fault::new(
-                codes::POSITION_UNKNOWN,
-                span,
-                format!("the position of `{letter}` is not known to the program here"),
-            )
-            .help(format!("program `{letter}` with an absolute coordinate first"))
-        })
-    }
-
     fn target(&self, axis: usize, c: Coordinate, span: Span) -> Result<f64, Fault> {
         let value = self.coordinate(axis, self.variables.value(c.value, span)?);
         let rotary = (3..6).contains(&axis);
         let target = if self.is_incremental(c.reference) {
-            self.current(axis, span)? + value
+            self.known(axis, span)? + value
         } else if rotary && self.modal.shortest {
-            // M126: the short way from where the axis stands; unknown, it goes to the value as written.
-            self.position.work.get(axis).map_or(value, |now| {
-                let turn = (value - now).rem_euclid(TAU);
-                now + if turn > TAU / 2.0 { turn - TAU } else { turn }
-            })
+            // M126; unknown, it goes to the value as written.
+            self.short_way(axis, value)
         } else {
             value
         };
-        if target.is_finite() {
-            return Ok(target);
-        }
-        Err(Fault::new(codes::BAD_VALUE, span, format!("the coordinate of `{}` is not finite", AXIS_LETTERS[axis]))
-            .help("check the value"))
+        finite(axis, target, span)
     }
 
     /// `A+Q120 B+Q121 C+Q122`: the rotary axes go where the tilted plane needs them.
@@ -366,6 +345,7 @@ impl Interpreter {
     }
 
     /// Hands a straight motion out; one with rotary words leaves the tool inclined.
+    #[inline]
     pub(crate) fn drive(&mut self, motion: Motion, rapid: bool) {
         self.modal.inclined |= motion.programmed & ROTARY != 0 || motion.tool_axis.is_some();
         self.go(motion, rapid);

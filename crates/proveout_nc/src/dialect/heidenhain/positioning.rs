@@ -1,13 +1,12 @@
 //! LN blocks and motions in machine coordinates.
 
-use super::interpreter::{Heidenhain, Interpreter};
+use super::interpreter::Interpreter;
 use super::motion::ROTARY;
 use super::words::{Path, Value, Words};
-use crate::channel::Language;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
-use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion, Op};
+use crate::{ASSUMED, AXIS_LETTERS, AxisValues};
 
 impl Interpreter {
     /// LN: a line with the normal of the surface and, in TX TY TZ, the axis of the tool.
@@ -93,17 +92,7 @@ impl Interpreter {
             ));
         }
         self.modal.tangent = None;
-        Heidenhain::moving(self);
-        let motion = Motion {
-            end,
-            end_base: end,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed: w.programmed,
-            machine_coordinates: true,
-            exact_stop: false,
-        };
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+        self.go_in_machine(end, w.programmed, rapid, false);
         Ok(())
     }
 

@@ -21,7 +21,8 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
         }
         "BLK" => Statement::Note(format!("BLK {}", x.rest())),
         "TOOL" => return tool(x, start, block).map(|()| true),
-        "CYCL" => return cycle_words::cycle(x, start, block).map(|()| true),
+        // Some posts write the word in full.
+        "CYCL" | "CYCLE" => return cycle_words::cycle(x, start, block).map(|()| true),
         "CALL" => return call(x, start, block).map(|()| true),
         "SEL" => select(x, start)?,
         "LBL" => {

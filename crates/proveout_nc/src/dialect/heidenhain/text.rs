@@ -16,19 +16,23 @@ pub(crate) struct Text<'a> {
     pub(crate) joined: bool,
 }
 
+/// `~` ends the line, or stands in front of its comment.
 fn continued(line: &str) -> bool {
-    line.trim_end().ends_with('~')
+    let ends = |text: &str| text.trim_end().ends_with('~');
+    ends(line) || line.split_once(';').is_some_and(|(code, _)| ends(code))
 }
 
 /// `CYCL DEF 2nn` without a parameter on its line: the next lines `Q200=...` belong to it.
 fn open_cycle(line: &str) -> bool {
     let rest = line.trim_start_matches(|c: char| c.is_ascii_digit() || c.is_ascii_whitespace() || c == '/');
-    let Some(head) = rest.get(..8) else { return false };
-    head.eq_ignore_ascii_case("CYCL DEF") && {
-        let rest = rest[8..].trim_start();
+    let after = |word: &str| {
+        rest.get(..word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word)).then(|| &rest[word.len()..])
+    };
+    after("CYCL DEF").or_else(|| after("CYCLE DEF")).is_some_and(|rest| {
+        let rest = rest.trim_start();
         let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
         digits == 3 && !rest[digits..].starts_with('.') && !rest.split(';').next().unwrap_or_default().contains('=')
-    }
+    })
 }
 
 fn parameter_line(line: &str) -> bool {
@@ -43,7 +47,7 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
     let (line, mut next) = source.line(at)?;
     // The common case first: nothing of a plain block looks like a continuation.
     let last = line.as_bytes().last().copied().unwrap_or(0);
-    let joins = (last == b'~' || last == b' ' || last == b'\t') && continued(line);
+    let joins = (matches!(last, b'~' | b' ' | b'\t') || line.contains('~')) && continued(line);
     let cycle = !joins
         && matches!(line.as_bytes().iter().find(|b| b.is_ascii_alphabetic()), Some(b'C' | b'c'))
         && open_cycle(line);

@@ -46,7 +46,7 @@ impl Interpreter {
         let (end, programmed) = self.targets(p, span)?;
         let flat = |q: [f64; 3]| [q[u], q[v]];
         let to = [end.get(u).unwrap_or(start[u]), end.get(v).unwrap_or(start[v])];
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let result = match radius {
             Some(_) if has_center => {
                 return Err(Fault::new(codes::CONFLICT, span, "R stands with a center").help("keep one"));
@@ -130,13 +130,13 @@ impl Interpreter {
         match found {
             Ok(arc) => {
                 let moved = (arc.center[0] - center[0]).hypot(arc.center[1] - center[1]);
-                if moved > self.settings.arc_tolerance.absolute_mm {
+                if moved > self.settings.arc_limit().absolute_mm {
                     kept((start[0] - center[0]).hypot(start[1] - center[1]))
                 } else {
                     found
                 }
             }
-            Err(ArcFault::Radii(first, last)) => {
+            Err(ArcFault::Radii(first, last)) if self.settings.arc_tolerance.is_none() => {
                 let apart = (first - last).abs();
                 let limit = if self.modal.inch == Some(true) { 25.4 * SPIRAL_INCH } else { SPIRAL_MM };
                 let relative = apart <= SPIRAL_RELATIVE * first.max(last) && apart <= 100.0 * limit;

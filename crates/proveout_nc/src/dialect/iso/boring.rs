@@ -5,7 +5,6 @@
 
 use super::cycles::Levels;
 use super::interpreter::Interpreter;
-use super::pending::AXES;
 use crate::SpindleDirection;
 use crate::channel::Stroke;
 use crate::codes;
@@ -97,10 +96,7 @@ impl Interpreter {
         let [u, v, _] = self.modal.plane_axes();
         let mut end = self.position.work;
         for (axis, value) in [(u, shift[0]), (v, shift[1])] {
-            let Some(now) = end.get(axis) else {
-                return Err(super::motion::unknown_axis(char::from(AXES[axis]), span));
-            };
-            end.put(axis, now + sign * value);
+            end.put(axis, self.known(axis, span)? + sign * value);
         }
         self.cycle_motion(end, 1 << u | 1 << v, true, span)
     }

@@ -24,7 +24,7 @@ use super::pending::{AXES, Pending};
 use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AXIS_LETTERS, AxisValues, Motion, Offset, Op};
+use crate::{AXIS_LETTERS, AxisValues, Offset, Op};
 
 /// What the twin does with machine coordinates under tool center point control.
 fn under_tcp(word: &str) -> String {
@@ -163,17 +163,7 @@ impl Interpreter {
             };
             self.assume(under_tcp(word));
         }
-        let motion = Motion {
-            end,
-            end_base: end,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed: axes,
-            machine_coordinates: true,
-            exact_stop,
-        };
-        self.begin_motion();
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+        self.go_in_machine(end, axes, rapid, exact_stop);
         if let Some(edge) = edge {
             self.emit(Op::Offset(Offset::ToolEdge { edge }));
         }

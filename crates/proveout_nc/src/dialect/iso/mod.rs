@@ -14,6 +14,7 @@ mod cycles;
 mod eval;
 mod expr;
 mod flavor;
+mod foreign;
 mod index;
 mod interpreter;
 mod leftover;

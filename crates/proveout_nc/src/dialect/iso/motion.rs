@@ -5,12 +5,12 @@ use super::modal::{MotionMode, Plane};
 use super::pending::{AXES, Pending};
 use super::technology::LINEAR;
 use super::words::Group;
-use crate::channel::unknown_axes;
+use crate::channel::{finite, unknown_axes};
 use crate::codes;
 use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
-use crate::{AXIS_LETTERS, AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
+use crate::{AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -175,24 +175,13 @@ impl Interpreter {
             } else {
                 self.length_of(p, letter).unwrap_or(0.0)
             };
-            let target = if self.modal.incremental {
-                match self.position.work.get(axis) {
-                    Some(now) => now + value,
-                    // An increment of zero needs no position.
-                    None if value == 0.0 => {
-                        programmed &= !(1 << axis);
-                        continue;
-                    }
-                    None => return Err(unknown_axis(AXIS_LETTERS[axis], span)),
-                }
-            } else {
-                value
-            };
-            if !target.is_finite() {
-                let message = format!("the coordinate of `{}` is not finite", AXIS_LETTERS[axis]);
-                return Err(Fault::new(codes::BAD_VALUE, span, message).help("check the value"));
+            if self.modal.incremental && value == 0.0 && self.position.work.get(axis).is_none() {
+                // An increment of zero needs no position.
+                programmed &= !(1 << axis);
+                continue;
             }
-            end.put(axis, target);
+            let target = if self.modal.incremental { self.known(axis, span)? + value } else { value };
+            end.put(axis, finite(axis, target, span)?);
         }
         Ok((end, programmed))
     }
@@ -380,9 +369,4 @@ impl Interpreter {
         self.emit(Op::Spline(SplineMotion { motion, control, control_base }));
         Ok(())
     }
-}
-
-pub(crate) fn unknown_axis(letter: char, span: Span) -> Fault {
-    Fault::new(codes::POSITION_UNKNOWN, span, format!("the position of `{letter}` is not known to the program here"))
-        .help(format!("program `{letter}` with an absolute coordinate (G90) first"))
 }

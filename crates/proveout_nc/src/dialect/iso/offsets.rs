@@ -7,10 +7,11 @@ use super::interpreter::{Interpreter, offset_key};
 use super::modal::{Plane, Shift};
 use super::pending::{AXES, Pending};
 use super::words::Group;
+use crate::channel::unknown_axis;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
-use crate::{FrameChange, Offset, Op, Override, PathMode, WorkOffset};
+use crate::{Offset, Op, Override, PathMode, WorkOffset};
 
 impl Interpreter {
     /// Takes the values of a work offset into the frames.
@@ -20,17 +21,6 @@ impl Interpreter {
             self.own.offsets.get(&key).copied().unwrap_or_default();
         self.modal.frames.settable = [x, y, z, a, b, c];
         self.modal.frames.turn = self.own.turns.get(&key).copied().unwrap_or(0.0);
-    }
-
-    /// Hands the frame out.
-    pub(crate) fn tell_frame(&mut self, word: &str) {
-        let total = *self.position.frame();
-        self.emit(Op::Frame(FrameChange {
-            word: word.to_owned(),
-            rotation: total.linear,
-            translation: total.translation,
-            rotary: total.rotary,
-        }));
     }
 
     /// Takes changed frames into effect: the tool stays where it is.
@@ -284,7 +274,7 @@ impl Interpreter {
         for (axis, value) in values.into_iter().enumerate() {
             let Some(value) = value else { continue };
             let Some(now) = without.work.get(axis) else {
-                return Err(super::motion::unknown_axis(char::from(AXES[axis]), span));
+                return Err(unknown_axis(axis, span));
             };
             let slot = if axis < 3 { &mut offset.translation[axis] } else { &mut offset.rotary[axis - 3] };
             *slot = now - value;

@@ -2,6 +2,7 @@
 
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
+use super::foreign;
 use super::statement::{self, Statement};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -84,6 +85,13 @@ impl Block {
 
 /// Reads a line into the block.
 pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+    read_line(line, flavor, block).map_err(|fault| match foreign::looks_like(line) {
+        Some(control) => fault.help(format!("this looks like {control}: name that dialect, or post for this control")),
+        None => fault,
+    })
+}
+
+fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
     block.clear();
     let mut s = Scanner::new(line);
     s.skip_blanks();

@@ -26,7 +26,8 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
         return;
     }
     doubt.settle(&channel.position.work, channel.own.feed.is_some(), channel.technology.selected.is_some());
-    doubt.mode &= !(channel.own.moved_in_block && channel.block.words.iter().any(|word| word.letter == b'G'));
+    let named = channel.block.iter().any(|block| block.words.iter().any(|word| word.letter == b'G'));
+    doubt.mode &= !(channel.own.moved_in_block && named);
 }
 
 /// Goes on behind the block that has failed; gives what is in doubt there.

@@ -25,7 +25,7 @@ impl Interpreter {
         let end_point: [f64; 3] = std::array::from_fn(|axis| end.get(axis).unwrap_or(start[axis]));
         let mut programmed = p.programmed;
         let mut clockwise = self.modal.interpolation == Interpolation::Clockwise;
-        let tolerance = self.settings.arc_tolerance;
+        let tolerance = self.settings.arc_limit();
         let result = if self.modal.interpolation == Interpolation::Tangential {
             let Some(tangent) = self.own.tangent else {
                 return Err(Fault::new(

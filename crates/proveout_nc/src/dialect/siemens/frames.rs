@@ -17,7 +17,7 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
 use crate::machine_data::KinematicsKind;
-use crate::{FrameChange, Motion, Offset, Op, PathMode};
+use crate::{Motion, Offset, Op, PathMode};
 
 impl Interpreter {
     /// Takes the frames of the modal state into effect and tells them.
@@ -25,12 +25,7 @@ impl Interpreter {
         let total = self.modal.frames.total();
         self.position.set_frame(total);
         self.own.tangent = None;
-        self.emit(Op::Frame(FrameChange {
-            word: word.to_owned(),
-            rotation: total.linear,
-            translation: total.translation,
-            rotary: total.rotary,
-        }));
+        self.tell_frame(word);
     }
 
     pub(crate) fn work_offset(&mut self, code: u32) {

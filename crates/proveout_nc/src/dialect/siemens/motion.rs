@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::{Interpreter, Siemens};
+use super::interpreter::Interpreter;
 use super::modal::{Interpolation, OrientationAngles};
 use super::pending::{Coordinate, Pending, Reference};
-use crate::channel::{Language, unknown_axes};
+use crate::channel::{finite, unknown_axes};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
-use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion, Op};
+use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -93,17 +93,6 @@ impl Interpreter {
             other => other,
         };
         let letter = AXIS_LETTERS[axis];
-        let current = self.position.work.get(axis);
-        let known = || {
-            current.ok_or_else(|| {
-                Fault::new(
-                    codes::POSITION_UNKNOWN,
-                    span,
-                    format!("the position of `{letter}` is not known to the program here"),
-                )
-                .help(format!("program `{letter}` with an absolute coordinate first"))
-            })
-        };
         if !rotary && matches!(reference, Reference::Shortest | Reference::Positive | Reference::Negative) {
             return Err(Fault::new(
                 codes::BAD_VALUE,
@@ -114,26 +103,18 @@ impl Interpreter {
         }
         let target = match reference {
             Reference::Modal | Reference::Absolute => value,
-            Reference::Incremental => known()? + value,
-            // Where the position is unknown the machine goes to the value as it is written.
-            Reference::Shortest => current.map_or(value, |now| {
-                let turn = (value - now).rem_euclid(TAU);
-                now + if turn > TAU / 2.0 { turn - TAU } else { turn }
-            }),
+            Reference::Incremental => self.known(axis, span)? + value,
+            Reference::Shortest => self.short_way(axis, value),
             Reference::Positive => {
-                let now = known()?;
+                let now = self.known(axis, span)?;
                 now + (value - now).rem_euclid(TAU)
             }
             Reference::Negative => {
-                let now = known()?;
+                let now = self.known(axis, span)?;
                 now - (now - value).rem_euclid(TAU)
             }
         };
-        if target.is_finite() {
-            return Ok(target);
-        }
-        Err(Fault::new(codes::BAD_VALUE, span, format!("the coordinate of `{letter}` is not finite"))
-            .help("check the value"))
+        finite(axis, target, span)
     }
 
     /// Base coordinates and orientation of the end of a motion.
@@ -246,17 +227,7 @@ impl Interpreter {
             ));
         }
         self.own.tangent = None;
-        Siemens::moving(self);
-        let motion = Motion {
-            end,
-            end_base: end,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed: p.programmed,
-            machine_coordinates: true,
-            exact_stop: p.exact_stop,
-        };
-        self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
+        self.go_in_machine(end, p.programmed, rapid, p.exact_stop);
         Ok(())
     }
 }

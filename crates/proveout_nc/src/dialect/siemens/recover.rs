@@ -31,7 +31,7 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
     doubt.settle(&channel.position.work, channel.technology.feed.is_some(), channel.technology.selected.is_some());
     let letter = |wanted: &dyn Fn(u8) -> bool| {
         let is = |kind: &WordKind| matches!(kind, WordKind::Address { letter, .. } if wanted(*letter));
-        channel.block.words.iter().any(|word| is(&word.kind))
+        channel.block.iter().any(|block| block.words.iter().any(|word| is(&word.kind)))
     };
     doubt.mode &= !(letter(&|l| l == b'G') && letter(&|l| matches!(l, b'X'..=b'Z')));
 }

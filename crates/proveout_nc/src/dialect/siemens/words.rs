@@ -100,7 +100,7 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
     matches!(
         code,
         // Exact stop windows, corner behavior and approach of radius compensation that is off, Siemens mode.
-        290 | 460 | 461 | 462 | 601 | 602 | 603 | 140..=143 | 340 | 341 | 347 | 348 | 810..=819
+        62 | 621 | 290 | 460 | 461 | 462 | 601 | 602 | 603 | 140..=143 | 340 | 341 | 347 | 348 | 810..=819
     )
 }
 

@@ -22,7 +22,7 @@ use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::frame::Frame;
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::{Command, Settings, WorkOffset};
+use crate::{Command, Settings};
 
 pub(crate) use calls::missing_subprogram;
 
@@ -104,7 +104,7 @@ impl Siemens {
 
 /// The program, before its first block. `folder`: where it lies, if it is a file.
 pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Interpreter {
-    let offsets = settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), settable(offset)));
+    let offsets = settings.work_offsets.iter().map(|(word, &offset)| (word.to_ascii_uppercase(), Frame::from(offset)));
     let own = Siemens { offsets: offsets.collect(), ..Siemens::default() };
     let variables = Variables::new(&settings.variables, settings.limits.max_array_elements);
     let modal = Modal::new(settings.orientation_interpolation, &settings.control);
@@ -369,9 +369,4 @@ impl Interpreter {
         }
         Ok(())
     }
-}
-
-/// Settable frame of a work offset of the settings.
-fn settable(offset: WorkOffset) -> Frame {
-    Frame { rotary: offset.rotary, ..Frame::translation(offset.translation) }
 }

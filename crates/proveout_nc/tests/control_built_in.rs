@@ -1,0 +1,100 @@
+//! The built-in controls: what they read as the standard of their language, what they read otherwise, what they refuse by name.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
+
+use proveout_nc::{Command, Control, Op, Program, Settings, builtin_controls, check_text};
+
+fn settings(control: &str) -> Settings {
+    Settings::of_control(Control::find(control, None).unwrap())
+}
+
+fn commands(control: &str, text: &str) -> Vec<Op> {
+    let program = Program::from_text("part", text, &settings(control)).unwrap();
+    let commands: Result<Vec<Command>, _> = program.collect();
+    commands.unwrap_or_else(|e| panic!("{control}: {e}\n{text}")).into_iter().map(|c| c.op).collect()
+}
+
+/// A program that each control reads.
+fn plain(control: &str) -> &'static str {
+    match control {
+        "siemens-840d-sl" => "G0 X1 Y2 Z3\nG1 X2 F100\nM5\nM30\n",
+        "heidenhain-tnc-640" | "heidenhain-itnc-530" => {
+            "0 BEGIN PGM A MM\n1 L X+1 Y+2 Z+3 R0 FMAX M3\n2 L X+2 F100\n3 END PGM A MM\n"
+        }
+        "fagor-8055" | "millplus" | "mach3" => "G71 G0 X1. Y2. Z3.\nG1 X2. F100\nM5\nM30\n",
+        "okuma-osp" => "$PART.MIN%\nG21 G0 X1. Y2. Z3.\nG1 X2. F100\nM5\nM30\n",
+        _ => "G21 G0 X1. Y2. Z3.\nG1 X2. F100\nM5\nM30\n",
+    }
+}
+
+#[test]
+fn each_control_reads_a_program() {
+    for control in builtin_controls() {
+        assert_eq!(check_text("part", plain(control), &settings(control)), [], "{control}");
+        let ops = commands(control, plain(control));
+        let ends: Vec<_> = ops
+            .iter()
+            .filter_map(|op| match op {
+                Op::Rapid(m) | Op::Linear(m) => m.end.xyz(),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(ends, [[1.0, 2.0, 3.0], [2.0, 2.0, 3.0]], "{control}");
+    }
+}
+
+#[test]
+fn words_with_another_meaning_are_refused_by_name() {
+    for (control, text, says) in [
+        ("fanuc-0i", "G21 G43.4 H1\nM30\n", "`G43.4` is refused by the control \"Fanuc 0i\""),
+        ("fanuc-30i", "G21 G0 X10\nM30\n", "X10 has no decimal point"),
+        ("haas-ngc", "G21 G0 X10\nM30\n", "X10 has no decimal point"),
+        ("haas-ngc", "M46 Q1 P10\nM30\n", "`M46` is refused"),
+        ("okuma-osp", "G21 G15 H1\nM2\n", "`G15` is refused"),
+        ("okuma-osp", "G21 G54 G0 X1.\nM2\n", "`G54` is refused"),
+        ("okuma-osp", "G56 H1\nM2\n", "`G56` is refused"),
+        ("fagor-8055", "G21 G0 X1.\nM30\n", "`G21` is refused"),
+        ("fagor-8055", "G81 G99 X0 Y0 Z2 I-10\nM30\n", "`G81` is refused"),
+        ("millplus", "G79 X0 Y0\nM30\n", "`G79` is refused"),
+        ("hurco-isnc", "M140\nM30\n", "`M140` is refused"),
+        ("grbl-1.1", "G21 G43 H1\nM2\n", "`G43` is refused"),
+        ("grbl-1.1", "M777\nM2\n", "does not list it"),
+        ("mach3", "G4 P2\nM2\n", "`G4` is refused"),
+        ("linuxcnc-2.9", "M110\nM2\n", "does not list it"),
+        ("linuxcnc-2.9", "X1 Y1\nM2\n", "without a motion word"),
+        ("heidenhain-tnc-640", "0 BEGIN PGM A MM\n1 M115\n2 END PGM A MM\n", "`M115` is refused"),
+        ("heidenhain-itnc-530", "0 BEGIN PGM A MM\n1 M200\n2 END PGM A MM\n", "`M200` is refused"),
+    ] {
+        let faults = check_text("part", text, &settings(control));
+        assert!(faults.iter().any(|f| f.message.contains(says)), "{control}: {says}: {faults:?}");
+    }
+}
+
+#[test]
+fn what_a_control_states_is_taken() {
+    let seconds = |control: &str, text: &str| {
+        commands(control, text).into_iter().find_map(|op| match op {
+            Op::Dwell(dwell) => Some(dwell),
+            _ => None,
+        })
+    };
+    let dwell = |value: f64| Some(proveout_nc::Dwell::Seconds(value));
+    assert_eq!(seconds("fagor-8055", "G4 K150\nG0 X1\nM30\n"), dwell(1.5));
+    assert_eq!(seconds("millplus", "G4 X2\nG0 X1\nM30\n"), dwell(2.0));
+    assert_eq!(seconds("haas-ngc", "G4 P2.\nG21 G0 X1.\nM30\n"), dwell(2.0));
+    assert_eq!(seconds("haas-ngc", "G4 P200\nG21 G0 X1.\nM30\n"), dwell(0.2));
+    // Radii of 100 and 100.09 mm: 0.1 percent of the radius.
+    let arc = "G0 X100 Y0 Z0\nG3 X0 Y100.09 I-100 J0 F100\n";
+    for (control, taken) in [("siemens-840d-sl", true), ("grbl-1.1", true), ("linuxcnc-2.9", true), ("mach3", false)] {
+        let end = if control == "siemens-840d-sl" { "M30\n" } else { "M2\n" };
+        let head = if control == "siemens-840d-sl" { "" } else { "G21\n" };
+        let faults = check_text("part", &format!("{head}{arc}{end}"), &settings(control));
+        assert_eq!(faults.is_empty(), taken, "{control}: {faults:?}");
+    }
+    // Centers are coordinates on a MillPlus.
+    let ops = commands("millplus", "G71 G17 G0 X20 Y10 Z0\nG3 X10 Y20 I10 J10 F100\nM30\n");
+    assert!(ops.iter().any(|op| matches!(op, Op::Arc(arc) if arc.center == [10.0, 10.0, 0.0])), "{ops:?}");
+    // Grbl begins with G0.
+    assert!(commands("grbl-1.1", "X1 Y1\nM2\n").iter().any(|op| matches!(op, Op::Rapid(_))));
+    assert!(commands("hurco-isnc", "G21 G43 H1\nM128\nM30\n").iter().any(|op| matches!(op, Op::Tcp(tcp) if tcp.on)));
+}
