@@ -201,7 +201,7 @@ fn check_tells_the_faults_of_all_lines() {
             "%A G71 *\nN1 G00 X+ *\nN2 G999 *\nN3 G00 X+1 Y+1 Z+1 *\nN4 L9,0 *\nN5 M30 *\nN9 %A G71 *\n",
             &[2, 3, 5],
         ),
-        ("part.ngc", "g21\ng0 x\ng5.2 p1\ng0 x1 y1 z1\no<no> call\nm66 p1\nm2\n", &[2, 3, 5, 6]),
+        ("part.ngc", "g21\ng0 x\ng17.1\ng0 x1 y1 z1\no<no> call\nm66 p1\nm2\n", &[2, 3, 5, 6]),
     ] {
         let (status, told) = check(name, text);
         assert_eq!(status, Some(2), "{told}");
