@@ -107,10 +107,12 @@ pub(crate) fn make(
     let memory = |cells: [f64; 3], plans: &[PatchPlan]| {
         let of_patches = plans.iter().map(|p| TriDexel::rays_in(p.grid_bounds(), p.cells_mm()));
         let rays: Vec<f64> = std::iter::once(TriDexel::rays_in(&bounds, cells)).chain(of_patches).collect();
+        let size = bounds.size();
+        let along_x = (size.y / cells[1]).ceil() * (size.z / cells[2]).ceil();
         let names = std::iter::once("stock".to_owned()).chain(names());
         Memory {
             stocks: names.zip(&rays).map(|(n, r)| (n, memory::of_stock(*r, intervals) as u64)).collect(),
-            rest: held.saturating_add(memory::of_stages(&rays, intervals, demand) as u64),
+            rest: held.saturating_add(memory::of_stages(&rays, along_x, intervals, demand) as u64),
             history: if file.history { HISTORY_MEMORY } else { 0 },
             limit: limit_bytes,
         }
