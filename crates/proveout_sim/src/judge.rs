@@ -61,8 +61,10 @@ pub(crate) fn judge(
     }
     let textures = texture::evaluate(prepared, facts, &mut |texture| show(Shown::Texture(texture)))?;
     let mut surface = Surface { textures, ..Surface::default() };
-    let of_surface: Vec<Judgement> =
-        [scallop_judge::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)].into_iter().flatten().collect();
+    let of_surface: Vec<Judgement> = [scallop_judge::judge(prepared, facts, scallop.as_ref(), &mut surface, &mut log)]
+        .into_iter()
+        .flatten()
+        .collect();
     let of_surface = [of_surface, texture::judge(prepared, &mut surface, &mut log)].concat();
     let gates = judge_gates(prepared, facts, summary, measured.as_ref(), &inspection, &of_surface, &log);
     let verdict = Verdict {

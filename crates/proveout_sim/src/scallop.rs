@@ -13,8 +13,8 @@ use crate::{
     engine::Facts,
     kept_motion::{MOST_PIECES, Swept},
     prepare::Prepared,
-    scene_tolerance::SurfaceKey,
     scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch},
+    scene_tolerance::SurfaceKey,
 };
 
 /// Places on ridges that are measured at most; of more every second, third, ... is taken.
@@ -199,7 +199,8 @@ pub(crate) struct Known {
 impl Known {
     /// From heights with their bounds and weights.
     pub(crate) fn of(heights: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Self {
-        let (sum, weight) = heights.clone().fold((0.0, 0.0), |(s, w), (_, bound, weight)| (s + bound * weight, w + weight));
+        let (sum, weight) =
+            heights.clone().fold((0.0, 0.0), |(s, w), (_, bound, weight)| (s + bound * weight, w + weight));
         let at = |side: f64| percentile(heights.clone().map(|(height, bound, weight)| (height + side * bound, weight)));
         let p95 = match (at(-1.0), at(0.0), at(1.0)) {
             (Some(low), Some(middle), Some(high)) => (middle - low).max(high - middle),

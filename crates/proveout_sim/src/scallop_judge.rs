@@ -113,7 +113,15 @@ impl<'a> Group<'a> {
             }
             _ => String::new(),
         };
-        Self { name: tolerances.region_name(&limit), limit, heights: heights(&ridges), ridges, known, difference, among }
+        Self {
+            name: tolerances.region_name(&limit),
+            limit,
+            heights: heights(&ridges),
+            ridges,
+            known,
+            difference,
+            among,
+        }
     }
 
     fn figures(&self) -> ScallopRegion {
@@ -158,13 +166,7 @@ impl<'a> Group<'a> {
         (State::Pass, told)
     }
 
-    fn finding(
-        &self,
-        facts: &Facts,
-        of: &ScallopHeights,
-        told: &str,
-        highest: Option<&Ridge>,
-    ) -> finding::Finding {
+    fn finding(&self, facts: &Facts, of: &ScallopHeights, told: &str, highest: Option<&Ridge>) -> finding::Finding {
         let mut f = FindingLog::of(&finding::SCALLOP, format!("scallop: {told}"));
         (f.value, f.limit, f.unit) = (Some(of.p95_um), Some(self.limit.um), Some("um".into()));
         f.point_mm = highest.map(|r| r.point.coords.into());

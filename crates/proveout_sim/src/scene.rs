@@ -15,11 +15,11 @@ pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, Platfor
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
-pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
     SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
 };
+pub use crate::scene_tolerance::{ToleranceRegionFile, Tolerances};
 
 /// A scene as it stands in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

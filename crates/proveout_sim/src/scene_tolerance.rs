@@ -149,7 +149,8 @@ impl Tolerances {
             return Some((at, "a tolerance is negative or not a length".into(), "write lengths from 0 to 1000 mm"));
         }
         let of_surface = SurfaceKey::ALL.map(|key| (key, self.of_surface(key), text.find(key.word()).unwrap_or(0)));
-        let of_regions = self.region.iter().flat_map(|r| SurfaceKey::ALL.map(|k| (k, r.get_ref().bound(k), r.span().start)));
+        let of_regions =
+            self.region.iter().flat_map(|r| SurfaceKey::ALL.map(|k| (k, r.get_ref().bound(k), r.span().start)));
         for (key, bound, at) in of_surface.into_iter().chain(of_regions) {
             let Some(um) = bound else { continue };
             let word = key.word();
@@ -158,7 +159,11 @@ impl Tolerances {
                 return Some((at, format!("{word} = {um} is no height"), help));
             }
             if key == SurfaceKey::Scallop && !has_part {
-                return Some((at, format!("{word} has no design to be counted from"), "give the design part as [part]"));
+                return Some((
+                    at,
+                    format!("{word} has no design to be counted from"),
+                    "give the design part as [part]",
+                ));
             }
         }
         for (k, region) in self.region.iter().enumerate() {

@@ -265,7 +265,8 @@ fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
         // The marks run along the columns.
         let lay = textures[0].map.as_ref().unwrap().lay_deg.unwrap();
         assert!(lay.min(180.0 - lay) < 1.0, "{lay}");
-        let along = used.profiles[1].ra_um.unwrap_or_else(|| panic!("{:?} {:?}", used.profiles[1].report, used.remarks));
+        let along =
+            used.profiles[1].ra_um.unwrap_or_else(|| panic!("{:?} {:?}", used.profiles[1].report, used.remarks));
         assert!(along[1] < 0.01, "flat along the marks");
     }
 }

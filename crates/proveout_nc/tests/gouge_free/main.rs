@@ -108,7 +108,11 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
         // An equidistant of its block; the lines of a corner, which have the number of the block behind it, keep other distances.
         if s > 0.0 && s < 1.0 && (near - c.radius).abs() < 1e-6 && piece.length() > 1e-6 {
             let across = heading[0] * (p[1] - q[1]) - heading[1] * (p[0] - q[0]);
-            assert!(side * across > 0.0, "radius {}: {piece:?} of line {line} on the other side\n{text}\n{read:?}", c.radius);
+            assert!(
+                side * across > 0.0,
+                "radius {}: {piece:?} of line {line} on the other side\n{text}\n{read:?}",
+                c.radius
+            );
         }
     }
     read.overcuts.iter().map(|(_, told)| told.kind).collect()

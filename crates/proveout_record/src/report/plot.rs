@@ -168,11 +168,8 @@ pub(crate) struct Bar {
 pub(crate) fn histogram(bars: &[Bar], marks: [&str; 3], label: &str) -> String {
     const HEIGHT: f64 = 120.0;
     let top = bars.iter().map(|b| b.share).fold(0.0, f64::max).max(1e-12);
-    let mut out = format!(
-        r#"<svg class="plot" viewBox="0 0 480 {}" role="img" aria-label="{}">"#,
-        HEIGHT + 30.0,
-        escape(label)
-    );
+    let mut out =
+        format!(r#"<svg class="plot" viewBox="0 0 480 {}" role="img" aria-label="{}">"#, HEIGHT + 30.0, escape(label));
     let width = 480.0 / bars.len().max(1) as f64;
     for (i, bar) in bars.iter().enumerate() {
         let h = HEIGHT * bar.share / top;

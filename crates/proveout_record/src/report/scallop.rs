@@ -77,11 +77,8 @@ pub(crate) fn scallop(s: &Scallop) -> ScallopWords {
     put("The same, moving cutter", s.swept_width_min_mm.map(mm));
     let length: f64 = s.histogram.iter().map(|b| b.length_mm).sum();
     let share = |l: f64| if length > 0.0 { l / length } else { 0.0 };
-    let bars: Vec<Bar> = s
-        .histogram
-        .iter()
-        .map(|b| Bar { share: share(b.length_mm), color: "var(--accent, #3f7cc4)".into() })
-        .collect();
+    let bars: Vec<Bar> =
+        s.histogram.iter().map(|b| Bar { share: share(b.length_mm), color: "var(--accent, #3f7cc4)".into() }).collect();
     let ends = s.histogram.first().zip(s.histogram.last()).map_or([0.0; 2], |(a, b)| [a.from_um, b.to_um]);
     let marks = [ends[0], 0.5 * (ends[0] + ends[1]), ends[1]].map(micrometer);
     let [low, middle, high] = [&*marks[0], &*marks[1], &*marks[2]];

@@ -130,12 +130,17 @@ pub(crate) fn profile_figures(all: &[ShownTexture]) -> Vec<ProfileFigure> {
         };
         let mut strips = vec![strip("height above the design, unfiltered, µm", &p.heights)];
         strips.extend(p.roughness.as_ref().map(|r| strip("roughness profile, µm", r)));
-        let values = p.ra_rz_um.map_or_else(String::new, |[ra, rz]| format!(" Ra {}, Rz {}.", micrometer(ra), micrometer(rz)));
+        let values =
+            p.ra_rz_um.map_or_else(String::new, |[ra, rz]| format!(" Ra {}, Rz {}.", micrometer(ra), micrometer(rz)));
         let class = if p.class.is_empty() { String::new() } else { format!(" Class {}.", p.class) };
         ProfileFigure {
             svg: svg(&strips, 480.0, p.length, &[], &name),
             name,
-            words: format!("Along {} mm, a point every {} µm.{class}{values}", fixed(p.length, 2), fixed(1e3 * p.step, 2)),
+            words: format!(
+                "Along {} mm, a point every {} µm.{class}{values}",
+                fixed(p.length, 2),
+                fixed(1e3 * p.step, 2)
+            ),
         }
     };
     all.iter().flat_map(|t| t.profiles.iter().map(move |p| figure(t, p))).collect()

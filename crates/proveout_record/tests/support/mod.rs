@@ -334,7 +334,8 @@ fn measure(stock: &TriDexel) -> SurfaceMap {
             position: p.point.coords.into(),
             normal: n.into(),
             deviation: deviation(&p.point, &n),
-            scallop: None, scallop_geometric: None,
+            scallop: None,
+            scallop_geometric: None,
             made_by: p.made_by,
         }
     };

@@ -66,7 +66,14 @@ mod tests {
     }
 
     fn point(deviation: Option<f64>, made_by: Option<u32>) -> MapPoint {
-        MapPoint { position: [0.0; 3], normal: [0.0, 0.0, 1.0], deviation, scallop: None, scallop_geometric: None, made_by }
+        MapPoint {
+            position: [0.0; 3],
+            normal: [0.0, 0.0, 1.0],
+            deviation,
+            scallop: None,
+            scallop_geometric: None,
+            made_by,
+        }
     }
 
     #[test]

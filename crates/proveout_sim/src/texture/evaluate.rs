@@ -9,8 +9,8 @@ use proveout_surface::{
 use proveout_tool::Tool;
 
 use super::{
-    analytic::{self, Across},
     Entry, Maker, Plan, SurfaceTexture, TextureMap, TextureProfile, Wanted,
+    analytic::{self, Across},
     doubts::residual,
     places::Place,
     record::{Kept, PASSED_MM, Tracks},

@@ -139,8 +139,10 @@ fn one(
 fn unseen_regions(key: SurfaceKey, tolerances: &Tolerances, textures: &[TextureUsed]) -> Vec<String> {
     let seen: Vec<Limit> = textures.iter().filter_map(|t| tolerances.limit(key, &t.at_mm.into())).collect();
     let open = tolerances.limits(key).into_iter().filter(|l| l.region.is_some() && !seen.contains(l));
-    open.filter_map(|l| Some(format!("region {:?} has no patch or profile under [surface]", tolerances.region_name(&l)?)))
-        .collect()
+    open.filter_map(|l| {
+        Some(format!("region {:?} has no patch or profile under [surface]", tolerances.region_name(&l)?))
+    })
+    .collect()
 }
 
 /// Smallest, mean and largest over the places.

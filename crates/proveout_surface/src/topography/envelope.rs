@@ -298,7 +298,8 @@ fn falling(
         }
         // Where both tangents cross; every third time the middle, so that neither side is stuck.
         let slopes = high.1.by_height - low.1.by_height;
-        let crossing = (low.1.distance - high.1.distance + high.1.by_height * high.0 - low.1.by_height * low.0) / slopes;
+        let crossing =
+            (low.1.distance - high.1.distance + high.1.by_height * high.0 - low.1.by_height * low.0) / slopes;
         let inside = crossing > low.0 && crossing < high.0 && round % 3 != 2;
         let h = if inside { crossing } else { 0.5 * (low.0 + high.0) };
         let s = sample(ray, piece, body, time, h);

@@ -2,7 +2,8 @@ use serde::Serialize;
 
 use super::{AREAL_FILTER, AREAL_STANDARD, Asked, Form, PITCH_SLACK, REGRESSION, Unchecked};
 use crate::texture::{
-    ArealParameters, Autocorrelation, HeightMap, ProfileParameters, SettingClass, gaussian_mean_of_map, lay, spacing};
+    ArealParameters, Autocorrelation, HeightMap, ProfileParameters, SettingClass, gaussian_mean_of_map, lay, spacing,
+};
 
 /// A map wants this many points within a cut-off at least. Chosen: the Gaussian filter is then off its equation by less than 1e-6.
 const POINTS_IN_CUTOFF: f64 = 8.0;
