@@ -25,7 +25,10 @@ use std::fs;
 
 use proveout_geom::TriMesh;
 
-use crate::kept_motion::{MOST_PIECES, PIECE};
+use crate::{
+    kept_motion::{MOST_PIECES, PIECE},
+    program_survey::Motions,
+};
 
 /// Intervals of material that a ray may gain, as a mean over all rays.
 pub(crate) const GROWTH: f64 = 0.35;
@@ -53,8 +56,9 @@ const PART_TRIANGLE: f64 = 400.0;
 /// Bytes of a line of the program: its place, and the pieces of its motion.
 const LINE: f64 = 64.0;
 
-/// Pieces of motion of a line, about: as many are kept where there is a design.
-const PIECES_OF_LINE: f64 = 4.0;
+/// Pieces of a straight motion with its corner, and of any other (cone frustum: 10.4, blade root: 5.7): as many are kept where there is a design.
+const PIECES_OF_STRAIGHT: f64 = 2.0;
+const PIECES_OF_CURVED: f64 = 12.0;
 
 const MIB: f64 = (1 << 20) as f64;
 /// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few
@@ -92,6 +96,8 @@ pub enum Recorded {
 pub(crate) struct Demand<'a> {
     /// Lines of the program.
     pub(crate) lines: u64,
+    /// Its motions as they run.
+    pub(crate) motions: Motions,
     /// The design, where it is a mesh.
     pub(crate) part: Option<&'a TriMesh>,
     pub(crate) recorded: Recorded,
@@ -155,7 +161,9 @@ pub(crate) fn of_stages(rays: &[f64], along_x: f64, intervals: f64, demand: &Dem
     let meshes = END * ends + band.max(FACE_RAY * along_x) + pictures;
     let written = pictures + if demand.recorded == Recorded::Nothing { 0.0 } else { SAVED * ends };
     let parts = PARTS * rays.first().copied().unwrap_or(0.0);
-    let kept = demand.part.map_or(0.0, |_| PIECE * (PIECES_OF_LINE * demand.lines as f64).min(MOST_PIECES as f64));
+    let Motions { straight, curved } = demand.motions;
+    let pieces = PIECES_OF_STRAIGHT * straight as f64 + PIECES_OF_CURVED * curved as f64;
+    let kept = demand.part.map_or(0.0, |_| PIECE * pieces.min(MOST_PIECES as f64));
     LINE * demand.lines as f64
         + kept
         + demand.textures as f64
@@ -178,7 +186,7 @@ mod tests {
 
     #[test]
     fn more_of_anything_is_announced_with_more() {
-        let demand = |lines, recorded| Demand { lines, part: None, recorded, textures: 0 };
+        let demand = |lines, recorded| Demand { lines, recorded, ..Demand::default() };
         let base = of_stages(&[1e6], 1e4, 1.3, &demand(1000, Recorded::Folder));
         for more in [
             of_stages(&[2e6], 1e4, 1.3, &demand(1000, Recorded::Folder)),

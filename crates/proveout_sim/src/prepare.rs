@@ -167,7 +167,7 @@ impl Prepared {
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
         let read = |look: &mut Look<'_>| Survey::of_file(&program_path, &nc_settings, look);
-        let mut survey = program_survey::survey(read, &nc_settings, &tools, &machine, &place)?;
+        let (mut survey, motions) = program_survey::survey(read, &nc_settings, &tools, &machine, &place)?;
 
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
@@ -178,6 +178,7 @@ impl Prepared {
         let lines = ProgramText::open(&program_path)?.lines() as u64;
         let demand = Demand {
             lines,
+            motions,
             part: part_mesh.as_ref(),
             recorded: choice.recorded,
             textures: texture.as_ref().map_or(0, |t| t.memory(lines)),
@@ -215,7 +216,7 @@ impl Prepared {
                 let read = |look: &mut Look<'_>| Survey::of_text(&name, made.text.as_str(), &nc_settings, look);
                 let original = std::mem::replace(
                     &mut survey,
-                    program_survey::survey(read, &nc_settings, &tools, &machine, &place)?,
+                    program_survey::survey(read, &nc_settings, &tools, &machine, &place)?.0,
                 );
                 survey.not_run.extend(original.not_run);
                 made.text.lines().count()

@@ -36,7 +36,29 @@ struct Names<'a> {
     length_off_at: Option<Location>,
 }
 
-/// Reads a program to its end and looks up what it names; gives the text that its run does not reach.
+/// Motions of a program, as they run: loops and subprograms each time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Motions {
+    /// Straight, of linear axes alone.
+    pub(crate) straight: u64,
+    /// All others: arcs, curves, turns of rotary axes.
+    pub(crate) curved: u64,
+}
+
+impl Motions {
+    fn count(&mut self, command: &Command) {
+        let straight = |m: &Motion| m.tool_axis.is_none() && m.programmed & !0b111 == 0;
+        match &command.op {
+            Op::Rapid(m) | Op::Linear(m) if straight(m) => self.straight += 1,
+            Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_) | Op::Thread(_) => {
+                self.curved += 1
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Reads a program to its end and looks up what it names; gives the text that its run does not reach, and its motions.
 ///
 /// # Errors
 /// All faults of the text and all names that the scene does not know.
@@ -46,7 +68,8 @@ pub(crate) fn survey(
     tools: &ToolLibrary,
     machine: &Machine,
     scene: &str,
-) -> Result<Survey, SimError> {
+) -> Result<(Survey, Motions), SimError> {
+    let mut motions = Motions::default();
     let mut names = Names {
         settings,
         tools,
@@ -56,8 +79,11 @@ pub(crate) fn survey(
         in_spindle: ToolName::Empty,
         length_off_at: None,
     };
-    let survey = read(&mut |command, dialect| names.look(command, dialect));
-    if survey.faults.is_empty() { Ok(survey) } else { Err(SimError::Program(Diagnostics(survey.faults))) }
+    let survey = read(&mut |command, dialect| {
+        motions.count(command);
+        names.look(command, dialect)
+    });
+    if survey.faults.is_empty() { Ok((survey, motions)) } else { Err(SimError::Program(Diagnostics(survey.faults))) }
 }
 
 impl Names<'_> {

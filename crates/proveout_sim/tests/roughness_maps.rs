@@ -259,6 +259,12 @@ fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
         assert_eq!(low, high);
         assert!((low - 1e3 * ra).abs() < 0.02 * 1e3 * ra, "{low} against {}", 1e3 * ra);
         assert!(rq > ra);
+        // Beside it the model of rows of a torus, of which a ball is one; both unfiltered.
+        let model = across.analytic.as_ref().unwrap_or_else(|| panic!("{:?}", used.remarks));
+        assert!((model.pitch_mm - 0.2).abs() < 1e-3, "{model:?}");
+        assert!((model.radius_mm - 3.0).abs() < 1e-6 && model.curvature_per_mm.abs() < 1e-9, "{model:?}");
+        assert!((model.ra_um - 1e3 * ra).abs() < 0.003 * 1e3 * ra, "{model:?} against {}", 1e3 * ra);
+        assert!(model.difference_um.abs() < 0.005 * 1e3 * ra && model.feed_per_tooth_mm.is_none(), "{model:?}");
         assert!((used.sz_um.unwrap() - 1e3 * 0.04 / 24.0).abs() < 0.01, "{:?}", used.sz_um);
         assert_eq!(across.report["class"], "Sc3");
         assert_eq!(across.report["lambda_c_mm"], 0.8);

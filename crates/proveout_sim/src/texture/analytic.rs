@@ -88,7 +88,9 @@ pub(super) fn beside<'k>(
     let cut = feed_per_tooth.map_or(DongCut::Swept, DongCut::Stops);
     let profile = model.profile(pitch, pitch, pitch / POINTS, cut).map_err(|e| e.to_string())?;
     let simulated: Vec<f64> = cuts[first..last].iter().map(|c| c.height).collect();
-    let (ra_um, simulated_ra_um) = (1e3 * ra(profile.heights()), 1e3 * ra(&simulated));
+    // Both ends of a pitch are one place.
+    let of_model = profile.heights();
+    let (ra_um, simulated_ra_um) = (1e3 * ra(&of_model[..of_model.len() - 1]), 1e3 * ra(&simulated));
     Ok(AnalyticUsed {
         pitch_mm: pitch,
         inclination_deg: inclination.to_degrees(),
