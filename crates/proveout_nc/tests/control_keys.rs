@@ -302,28 +302,21 @@ const CASES: &[Case] = &[
     ),
 ];
 
+/// What a key should have given, and what a program gave without and with it.
+fn differs(key: &str, gives: &str, without: &str, with: &str) -> String {
+    format!("{key}: {gives}\n--- without\n{without}--- with\n{with}")
+}
+
 #[test]
 fn every_key_changes_what_a_program_gives() {
     let mut wrong = Vec::new();
     for Case { key, controls, program, gives } in CASES {
         let [without, with] = controls.map(|control| outcome(control, program));
         if without == with || !with.contains(gives) || !gives.is_empty() && without.contains(gives) {
-            wrong.push(format!(
-                "{key}: {gives}
---- without
-{without}--- with
-{with}"
-            ));
+            wrong.push(differs(key, gives, &without, &with));
         }
     }
-    assert!(
-        wrong.is_empty(),
-        "{}",
-        wrong.join(
-            "
-"
-        )
-    );
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
@@ -456,22 +449,10 @@ fn the_languages_use_what_their_control_says() {
         let dialect = control.lines().next().unwrap();
         let (without, with) = (outcome(dialect, program), outcome(control, program));
         if without == with || !with.contains(gives) {
-            wrong.push(format!(
-                "{control}: {gives}
---- without
-{without}--- with
-{with}"
-            ));
+            wrong.push(differs(control, gives, &without, &with));
         }
     }
-    assert!(
-        wrong.is_empty(),
-        "{}",
-        wrong.join(
-            "
-"
-        )
-    );
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -155,7 +155,7 @@ impl Tolerances {
             let Some(um) = bound else { continue };
             let word = key.word();
             if !(um > 0.0 && um <= 1e6) {
-                let help = "write a height above 0 micrometers, or leave it out";
+                let help = "write a height above 0 and up to 1,000,000 micrometers, or leave it out";
                 return Some((at, format!("{word} = {um} is no height"), help));
             }
             if key == SurfaceKey::Scallop && !has_part {
