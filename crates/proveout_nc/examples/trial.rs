@@ -5,12 +5,22 @@
 //! of a program counts.
 
 use std::collections::BTreeMap;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
 use proveout_nc::{Control, Diagnostic, Op, Program, Settings};
 
 fn main() -> ExitCode {
+    let mut out = BufWriter::new(io::stdout().lock());
+    match table(&mut out).and_then(|code| out.flush().map(|()| code)) {
+        Ok(code) => code,
+        Err(_) => ExitCode::from(2),
+    }
+}
+
+/// Reads the files of the call and writes the table.
+fn table(out: &mut impl Write) -> io::Result<ExitCode> {
     let mut settings = Settings::default();
     let mut files = Vec::new();
     let mut each = false;
@@ -24,8 +34,8 @@ fn main() -> ExitCode {
                 match Control::find(&name, None) {
                     Ok(control) => settings = Settings::of_control(control),
                     Err(error) => {
-                        println!("{error}");
-                        return ExitCode::from(2);
+                        writeln!(out, "{error}")?;
+                        return Ok(ExitCode::from(2));
                     }
                 }
             }
@@ -39,7 +49,7 @@ fn main() -> ExitCode {
             Ok((motions, assumed)) => {
                 read += 1;
                 if each {
-                    println!("read     {file}: {motions} motions, {assumed} assumed");
+                    writeln!(out, "read     {file}: {motions} motions, {assumed} assumed")?;
                 }
             }
             Err(fault) => {
@@ -47,19 +57,19 @@ fn main() -> ExitCode {
                 let reason = format!("{}: {}", fault.code, first.trim());
                 let place = format!("{file}:{}: {}", fault.line, fault.message);
                 if each {
-                    println!("refused  {place}");
+                    writeln!(out, "refused  {place}")?;
                 }
                 reasons.entry(reason).or_default().push(place);
             }
         }
     }
-    println!("{read} of {} read", files.len());
+    writeln!(out, "{read} of {} read", files.len())?;
     let mut by_count: Vec<_> = reasons.into_iter().collect();
     by_count.sort_by_key(|(_, places)| std::cmp::Reverse(places.len()));
     for (reason, places) in by_count {
-        println!("{:>4}  {reason}\n      {}", places.len(), places[0]);
+        writeln!(out, "{:>4}  {reason}\n      {}", places.len(), places[0])?;
     }
-    ExitCode::SUCCESS
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Motions and assumptions of a program that is read to its end; else its first fault.

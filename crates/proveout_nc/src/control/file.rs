@@ -368,7 +368,7 @@ pub(crate) enum UnlistedMFile {
     Refuse,
 }
 
-/// Meaning of a word: exactly one of does, kinematics, call, macro, offset, offset_once, message, note, ignore and refuse.
+/// Meaning of a word: exactly one of the keys but values and source.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WordFile {
