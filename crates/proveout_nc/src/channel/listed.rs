@@ -41,7 +41,7 @@ impl<L: Language> Channel<L> {
     pub(crate) fn default_feed(&mut self) -> Option<f64> {
         let mm_min = self.settings.default_feed_mm_per_min?;
         self.assume(format!(
-            "no F stands before the motion: its feed is taken as {mm_min} mm/min, which the settings or the control state"
+            "no F stands before the motion: its feed is taken as {mm_min} mm/min, as --feed or the control file says"
         ));
         self.technology.feed = Some(Feed::PerTime(mm_min / 60.0));
         Some(mm_min)

@@ -242,7 +242,7 @@ impl Interpreter {
             if !open.is_empty() && !self.own.noted_references.contains(&first) {
                 self.own.noted_references.push(first);
                 self.note(format!(
-                    "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
+                    "{word}: the reference point is taken as machine zero; #{first} and up, given with --variable or in the control file, say another"
                 ));
             }
             return Ok(end);

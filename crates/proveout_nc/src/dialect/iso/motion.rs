@@ -178,10 +178,11 @@ impl Interpreter {
         if p.has_polar() {
             programmed |= self.polar_words(p, &mut end, span)?;
         }
-        for (axis, &letter) in AXES.iter().enumerate() {
-            if axes >> axis & 1 == 0 || !p.any_free(&[letter]) {
-                continue;
-            }
+        let mut left = p.axes();
+        while left != 0 {
+            let axis = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let letter = AXES[axis];
             let rotary = (3..6).contains(&axis);
             let value = if rotary {
                 self.rotary_of(p, letter).unwrap_or(0.0)

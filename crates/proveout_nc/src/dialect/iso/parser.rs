@@ -43,7 +43,7 @@ pub(crate) enum Value {
         /// Written with a decimal point.
         point: bool,
     },
-    Expr(Expr),
+    Expr(Box<Expr>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -231,7 +231,7 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
             );
         }
     }
-    let value = Value::Expr(expr::operand(s, flavor)?);
+    let value = Value::Expr(Box::new(expr::operand(s, flavor)?));
     Ok(Word { letter, value, span: s.span_from(start) })
 }
 

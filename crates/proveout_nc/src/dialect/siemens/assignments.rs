@@ -3,7 +3,6 @@
 use super::block::{refused, word_text};
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::parser::Value;
 use super::pending::Pending;
 use super::words::{self, Class};
 use crate::AxisValues;
@@ -41,7 +40,7 @@ impl Interpreter {
                 return Ok(());
             }
             if matches!(name, "AP" | "RP") {
-                let coordinate = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+                let coordinate = Some(self.coordinate_of(value, span)?);
                 *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
                 return Ok(());
             }
@@ -80,7 +79,7 @@ impl Interpreter {
                 )
                 .help("use X Y Z A B C U V W"));
             };
-            p.axes[axis] = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+            p.axes[axis] = Some(self.coordinate_of(value, span)?);
             p.programmed |= 1 << axis;
             p.positioning = true;
             return Ok(());

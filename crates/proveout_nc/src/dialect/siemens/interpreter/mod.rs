@@ -232,7 +232,7 @@ impl Lines for Siemens {
             return Ok(());
         }
         channel.stands_at(&loaded.source.name, at, line, block.span);
-        if line.contains('$') || !channel.own.frame_variables.is_empty() {
+        if !block.is_plain() && (line.contains('$') || !channel.own.frame_variables.is_empty()) {
             channel.refresh_system(block);
         }
         match block.statement.take() {
