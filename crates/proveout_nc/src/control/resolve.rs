@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::error::ControlFileError;
 use super::file::{
-    ArcsFile, CentersFile, ControlFile, CycleReturnFile, DialectFile, DistanceFile, DwellFile, FineBoringFile,
-    InterpolationFile, MissingFeedFile, MissingSubprogramFile, MotionFile, NumbersFile, PlaneFile, StartFeedFile,
-    StartFile, UnitFile, UnlistedMFile, WithoutPointFile,
+    ArcsFile, CentersFile, ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, DistanceFile, DwellFile,
+    FineBoringFile, InterpolationFile, MissingFeedFile, MissingSubprogramFile, MotionFile, NumbersFile, PlaneFile,
+    StartFeedFile, StartFile, UnitFile, UnlistedMFile, WithoutHFile, WithoutPointFile,
 };
 use super::meanings;
 use super::model::{ArcTolerance, Centers, Control, DwellUnit, FineBoring, StartFeed, StartMotion, WholeNumbers};
@@ -50,7 +50,7 @@ impl Family {
             ["start", "plane" | "distance" | "feed" | "motion"] => iso || self == Siemens,
             ["start", "unit"] => iso || matches!(self, Siemens | Apt),
             ["start", "position_deg"] => self != Apt,
-            ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] => self == MacroB,
+            ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] | ["tool_length", _] => self == MacroB,
             ["arcs", "centers"] | ["dwell", _] => iso,
             ["orientation", "interpolation"] => self == Siemens,
             ["blocks", "skipped_levels"] | ["subprograms", _] => self != Apt,
@@ -91,6 +91,12 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     }
     if let Some(returns) = file.cycles.returns {
         control.stated_returns = matches!(returns, CycleReturnFile::M53);
+    }
+    if let Some(depth) = file.cycles.depth {
+        control.depth_in_i = matches!(depth, CycleDepthFile::I);
+    }
+    if let Some(without) = file.tool_length.without_h {
+        control.length_of_tool = matches!(without, WithoutHFile::Tool);
     }
     positions(&mut control.tool_change, &file.tool_change.position_mm, false, &["tool_change", "position_mm"], text)?;
     dwell(control, file, text)?;
