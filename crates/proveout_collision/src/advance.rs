@@ -4,13 +4,14 @@ use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
-use crate::distance::{Gap, gap, inside, penetration};
+use crate::distance::{Gap, Warm, gap, inside, penetration};
 use crate::report::{Breach, Nearest, Severity};
 
-/// Slack for the over-estimate of iterated distances near contact, mm (1e-4 was measured for curved bodies).
-const SLACK_MM: f64 = 2e-4;
-/// Distance from a threshold that counts as on it, mm: ends the advancement, and hides in no machine's accuracy.
-const TOLERANCE_MM: f64 = 5e-3;
+/// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of their edges, which is
+/// this much for edges of a meter.
+const SLACK_MM: f64 = 1e-5;
+/// Distance from a threshold that counts as on it, mm: ends the advancement. What passes by more than this and the slack is clear.
+const TOLERANCE_MM: f64 = 2e-4;
 /// Motion of a colliding pair between two looks at its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
 /// A pair is measured again when it may be nearer than this part of the smallest distance measured so far,
@@ -19,6 +20,8 @@ const WATCH: f64 = 0.75;
 const FAR_MM: f64 = 50.0;
 /// Longest range of a query beyond what is needed, mm.
 const LAST_REACH_MM: f64 = 3200.0;
+/// Largest distance that is kept of a pair, mm: beyond any machine.
+const MOST_PROVED_MM: f64 = 1e6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum State {
@@ -40,6 +43,8 @@ pub(crate) struct Pair {
     pub(crate) at: [f64; MAX_JOINTS],
     pub(crate) state: State,
     pub(crate) reach: f64,
+    /// What was nearest at the last query.
+    pub(crate) warm: Warm,
     /// Nothing is known yet: the inside test is due.
     pub(crate) fresh: bool,
     pub(crate) near: Option<usize>,
@@ -103,11 +108,13 @@ impl Interference {
             let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
             let limit = need + self.pairs[i].reach;
             match self.measure(i, step, t, limit) {
-                Gap::Beyond => {
-                    self.keep(i, limit, step, t);
+                Gap::Beyond(proved) => {
+                    // A pair without triangles is infinitely far; what is kept stays a number that can be counted down.
+                    let proved = proved.min(MOST_PROVED_MM);
+                    self.keep(i, proved, step, t);
                     self.pairs[i].reach = (2.0 * self.pairs[i].reach).min(LAST_REACH_MM);
-                    self.leave_near(i, limit, step, t);
-                    self.prove(limit - mu * (1.0 - t) - step.slack);
+                    self.leave_near(i, proved, step, t);
+                    self.prove(proved - mu * (1.0 - t) - step.slack);
                     return;
                 }
                 Gap::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
@@ -152,7 +159,7 @@ impl Interference {
         let distance = match measured {
             Gap::Meeting(_) => 0.0,
             Gap::At(d, ..) => d,
-            Gap::Beyond => limit,
+            Gap::Beyond(proved) => proved.min(MOST_PROVED_MM),
         };
         let within = match measured {
             Gap::Meeting(_) => None,
@@ -210,10 +217,14 @@ impl Interference {
     fn measure(&mut self, i: usize, step: &Step, t: f64, limit: f64) -> Gap {
         let q = step.joints(t);
         let (b_from_a, machine_from_b) = self.b_from_a(i, &q);
-        self.queries += 1;
-        let found = gap(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a, limit);
+        let pair = &mut self.pairs[i];
+        let found = gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limit, &mut pair.warm);
+        match found {
+            Gap::Beyond(_) => self.effort.misses += 1,
+            _ => self.effort.distances += 1,
+        }
         let (distance, point) = match found {
-            Gap::Beyond => return found,
+            Gap::Beyond(_) => return found,
             Gap::Meeting(p) => (0.0, p),
             Gap::At(d, p, q) => (d, nalgebra::center(&p, &q)),
         };

@@ -8,7 +8,7 @@ use proveout_tool::Tool;
 
 use crate::advance::{Pair, State, Step, dot, lower};
 use crate::parts::{Envelope, Fixture, Part, fixture_part, machine_parts, motion_weights, relation, tool_parts};
-use crate::report::{Breach, Clearance, CollisionError, Nearest, PairInfo, Severity};
+use crate::report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, Severity};
 
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
 const FIRST_REACH_MM: f64 = 100.0;
@@ -41,8 +41,7 @@ pub struct Interference {
     pub(crate) breaches: Vec<Breach>,
     pub(crate) nearest: Option<Nearest>,
     pub(crate) lower_bound: f64,
-    pub(crate) queries: u64,
-    pub(crate) pieces: u64,
+    pub(crate) effort: Effort,
 }
 
 impl Interference {
@@ -79,8 +78,7 @@ impl Interference {
             breaches: Vec::new(),
             nearest: None,
             lower_bound: f64::INFINITY,
-            queries: 0,
-            pieces: 0,
+            effort: Effort::default(),
         };
         all.pair_fixed_parts();
         Ok(all)
@@ -158,6 +156,7 @@ impl Interference {
                 at: self.path,
                 state: State::Clear,
                 reach: FIRST_REACH_MM,
+                warm: None,
                 fresh: true,
                 near: None,
                 contact: None,
@@ -194,7 +193,7 @@ impl Interference {
         slack: f64,
     ) -> std::ops::Range<usize> {
         let before = self.breaches.len();
-        self.pieces += 1;
+        self.effort.pieces += 1;
         if !(from.is_finite() && to.is_finite() && slack.is_finite()) {
             self.fail_all(time[0]);
             return before..self.breaches.len();
@@ -210,6 +209,7 @@ impl Interference {
         }
         let used = dot(&self.largest_weights, &motion);
         if self.spent + used + slack < self.budget {
+            self.effort.pieces_by_allowance += 1;
             self.spent += used;
             self.walk(&motion, 1.0);
         } else {
@@ -267,9 +267,11 @@ impl Interference {
             };
             for i in 0..self.pairs.len() {
                 let left = lower(&self.pairs[i], &self.path) - dot(&self.pairs[i].weights, &step.motion) - slack;
+                self.effort.pair_checks += 1;
                 if left <= self.threshold(&self.pairs[i]) {
                     self.examine_pair(i, &step);
                 } else {
+                    self.effort.pairs_by_allowance += 1;
                     self.prove(left);
                 }
             }
@@ -316,14 +318,19 @@ impl Interference {
         &self.infos
     }
 
+    /// How the checks so far were settled.
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
     /// Number of distance queries so far.
     pub fn queries(&self) -> u64 {
-        self.queries
+        self.effort.misses + self.effort.distances
     }
 
     /// Number of pieces so far.
     pub fn pieces(&self) -> u64 {
-        self.pieces
+        self.effort.pieces
     }
 
     /// Names of the parts now in place: machine bodies, fixtures, tool.

@@ -30,7 +30,7 @@ pub enum PartKind {
 pub enum Severity {
     /// Nearer than the clearance asked for, not touching.
     NearMiss,
-    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (5 micrometers).
+    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (0.2 micrometers).
     Collision,
     /// The distance could not be computed; counts as a collision.
     QueryFailed,
@@ -90,6 +90,30 @@ pub struct Clearance {
     pub measured: Option<Nearest>,
     /// Proved lower bound, mm; infinite when there is no pair to check.
     pub lower_bound: f64,
+}
+
+/// How checks were settled, from the cheapest to the dearest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Pieces of motion.
+    pub pieces: u64,
+    /// Pieces that the smallest allowance of all pairs settled: one scalar product for all of them.
+    pub pieces_by_allowance: u64,
+    /// Pairs that were looked at one by one, in pieces that were not settled so (a piece of much turning counts in steps).
+    pub pair_checks: u64,
+    /// Pairs that their own allowance settled: one scalar product.
+    pub pairs_by_allowance: u64,
+    /// Queries that ended with "farther than is needed", and a proved distance.
+    pub misses: u64,
+    /// Queries that ended with a distance.
+    pub distances: u64,
+}
+
+impl Effort {
+    /// Share of the pieces in which no distance was asked for, or could not be, 0 to 1: those settled by one scalar product.
+    pub fn share_by_allowance(&self) -> f64 {
+        if self.pieces == 0 { 1.0 } else { self.pieces_by_allowance as f64 / self.pieces as f64 }
+    }
 }
 
 /// A pair of parts and whether it is checked.
