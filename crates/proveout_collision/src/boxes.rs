@@ -76,20 +76,17 @@ pub fn nearest_leaves<A: BoxTree, B: BoxTree, W>(
             left_out = d;
         }
     }
-    let box_a = frames.moved(a.bounds(root_a));
-    let box_b = b.bounds(root_b);
-    let mut open = vec![Open { least: frames.apart(&box_a, &box_b), a: (root_a, box_a), b: (root_b, box_b) }];
-    while let Some(next) = open.pop() {
+    let apart = |x: A::Node, y: B::Node| frames.apart(&frames.moved(a.bounds(x)), &b.bounds(y));
+    let mut open = vec![(apart(root_a, root_b), root_a, root_b)];
+    while let Some((least, x, y)) = open.pop() {
         if bound <= 0.0 {
             break;
         }
-        if next.least >= bound {
-            left_out = left_out.min(next.least);
+        if least >= bound {
+            left_out = left_out.min(least);
             continue;
         }
-        let (in_a, in_b) = (a.open(next.a.0), b.open(next.b.0));
-        let a_is_larger = next.a.1.half.norm_squared() >= next.b.1.1.norm_squared();
-        let pairs = match (in_a, in_b) {
+        let pairs = match (a.open(x), b.open(y)) {
             (Branch::Leaf(items_a), Branch::Leaf(items_b)) => {
                 for i in items_a {
                     for j in items_b.clone() {
@@ -103,23 +100,26 @@ pub fn nearest_leaves<A: BoxTree, B: BoxTree, W>(
                 }
                 continue;
             }
-            (Branch::Two(x, y), in_b) if a_is_larger || matches!(in_b, Branch::Leaf(_)) => [x, y].map(|n| {
-                let moved = frames.moved(a.bounds(n));
-                Open { least: frames.apart(&moved, &next.b.1), a: (n, moved), b: next.b }
-            }),
-            (_, Branch::Two(x, y)) => [x, y].map(|n| {
-                let bounds = b.bounds(n);
-                Open { least: frames.apart(&next.a.1, &bounds), a: next.a, b: (n, bounds) }
-            }),
-            (Branch::Two(..), Branch::Leaf(_)) => continue,
+            (Branch::Two(..), Branch::Two(m, n)) if a.bounds(x).1.norm_squared() < b.bounds(y).1.norm_squared() => {
+                let box_a = frames.moved(a.bounds(x));
+                [m, n].map(|n| (frames.apart(&box_a, &b.bounds(n)), x, n))
+            }
+            (Branch::Two(m, n), _) => {
+                let box_b = b.bounds(y);
+                [m, n].map(|n| (frames.apart(&frames.moved(a.bounds(n)), &box_b), n, y))
+            }
+            (_, Branch::Two(m, n)) => {
+                let box_a = frames.moved(a.bounds(x));
+                [m, n].map(|n| (frames.apart(&box_a, &b.bounds(n)), x, n))
+            }
         };
         let [first, second] = pairs;
-        let (near, far) = if first.least <= second.least { (first, second) } else { (second, first) };
+        let (near, far) = if first.0 <= second.0 { (first, second) } else { (second, first) };
         for pair in [far, near] {
-            if pair.least < bound {
+            if pair.0 < bound {
                 open.push(pair);
             } else {
-                left_out = left_out.min(pair.least);
+                left_out = left_out.min(pair.0);
             }
         }
     }
@@ -183,13 +183,6 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
     best.map_or(NearestLeaves::Beyond(left_out), |w| NearestLeaves::At(bound, w))
 }
 
-#[derive(Clone, Copy)]
-struct Open<M, N> {
-    least: f64,
-    a: (M, Turned),
-    b: (N, (Point, Vector)),
-}
-
 /// A box of tree a: its middle in the frame of b, and half its edges along the axes of a and of b.
 #[derive(Clone, Copy)]
 struct Turned {
@@ -238,7 +231,7 @@ struct Node {
 }
 
 /// Triangles of a leaf.
-const LEAF: usize = 2;
+const LEAF: usize = 1;
 
 impl TriangleTree {
     pub(crate) fn new(mesh: &TriMesh) -> Self {
@@ -264,6 +257,47 @@ impl TriangleTree {
             }
         }
         Self { nodes, triangles }
+    }
+
+    /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
+    /// the point, if the half line passes through no edge.
+    pub(crate) fn leaving(&self, from: &Point, along: &Vector) -> i32 {
+        let mut sum = 0;
+        let mut open = Vec::from_iter(self.root());
+        while let Some(at) = open.pop() {
+            let (middle, half) = self.bounds(at);
+            // Box and half line are apart where one of the separating axes says so (Gottschalk 1996): the axes of the box and the
+            // products of the direction with them.
+            let way = from - middle;
+            let size = along.abs();
+            let behind = (0..3).any(|k| way[k].abs() > half[k] && way[k] * along[k] >= 0.0);
+            let product = way.cross(along).abs();
+            let limit = Vector::new(
+                half.y * size.z + half.z * size.y,
+                half.x * size.z + half.z * size.x,
+                half.x * size.y + half.y * size.x,
+            );
+            if behind || (0..3).any(|k| product[k] > limit[k]) {
+                continue;
+            }
+            match self.open(at) {
+                Branch::Two(x, y) => open.extend([x, y]),
+                Branch::Leaf(items) => {
+                    for [a, b, c] in items.map(|i| self.corners(i)) {
+                        let (u, v, w) = (a - from, b - from, c - from);
+                        let volumes = [u.cross(&v).dot(along), v.cross(&w).dot(along), w.cross(&u).dot(along)];
+                        let normal = (b - a).cross(&(c - a));
+                        let ahead = u.dot(&normal) * along.dot(&normal) > 0.0;
+                        if ahead && volumes.iter().all(|x| *x > 0.0) {
+                            sum += 1;
+                        } else if ahead && volumes.iter().all(|x| *x < 0.0) {
+                            sum -= 1;
+                        }
+                    }
+                }
+            }
+        }
+        sum
     }
 
     /// Corners of an item, mm.

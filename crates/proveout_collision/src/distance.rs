@@ -7,7 +7,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{NearestLeaves, nearest_leaf, nearest_leaves};
+use crate::boxes::{NearestLeaves, TriangleTree, nearest_leaf, nearest_leaves};
 use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 
@@ -34,7 +34,7 @@ pub(crate) type Warm = Option<[u32; 2]>;
 pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
     match (a, b) {
         (Shape::Convex(bodies), Shape::Mesh(mesh)) => bodies_mesh(bodies, mesh, b_from_a, limit, warm),
-        (Shape::Mesh(a), Shape::Mesh(b)) => mesh_mesh(a, b, b_from_a, limit, warm),
+        (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limit, warm),
         (Shape::Mesh(mesh), Shape::Convex(bodies)) => {
             turned(bodies_mesh(bodies, mesh, &b_from_a.inverse(), limit, warm), b_from_a)
         }
@@ -213,16 +213,15 @@ fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, alon
 }
 
 /// Both trees at once, starting with the triangles that were nearest last time.
-fn mesh_mesh(a: &MeshShape, b: &MeshShape, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
+pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
     let of = |i: u32, j: u32, bound: f64| {
-        let moved = a.boxes.corners(i).map(|p| b_from_a.point(&p));
-        let near = triangle::nearest_within(&moved, b.boxes.corners(j), bound);
+        let moved = a.corners(i).map(|p| b_from_a.point(&p));
+        let near = triangle::nearest_within(&moved, b.corners(j), bound);
         (near.square.sqrt(), (near.on_first, near.on_second, [i, j]))
     };
-    let known =
-        |w: &[u32; 2]| (w[0] as usize) < a.boxes.triangles().len() && (w[1] as usize) < b.boxes.triangles().len();
+    let known = |w: &[u32; 2]| (w[0] as usize) < a.triangles().len() && (w[1] as usize) < b.triangles().len();
     let start = warm.filter(known).map(|[i, j]| of(i, j, limit));
-    match nearest_leaves(&a.boxes, &b.boxes, b_from_a, limit, start, of) {
+    match nearest_leaves(a, b, b_from_a, limit, start, of) {
         NearestLeaves::Beyond(proved) => Gap::Beyond(proved),
         NearestLeaves::At(d, (p, q, items)) => {
             *warm = Some(items);

@@ -41,14 +41,16 @@
 //!
 //! # Known limits
 //!
-//! Machine bodies of neighboring joints are not checked against each other, since they slide on each other. Penetration is
-//! a lower estimate from vertices and points on the generating curves. A pair that collides is looked at again each half
+//! Machine bodies of neighboring joints are checked without the volume in which they bear on each other (text of `neighbors.rs`); those
+//! that a tilting platform carries are not, and are listed so. Penetration is a lower estimate from vertices and points on the
+//! generating curves, and is not estimated for neighbors. A pair that collides is looked at again each half
 //! millimeter of motion; a separation and new contact in between counts as one breach.
 
 mod advance;
 mod boxes;
 mod distance;
 mod interference;
+mod neighbors;
 mod parts;
 mod reach;
 mod report;

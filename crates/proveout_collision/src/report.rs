@@ -125,6 +125,9 @@ pub struct PairInfo {
     pub kinds: [PartKind; 2],
     /// Why the pair is not checked; none when it is.
     pub unchecked: Option<Unchecked>,
+    /// Of machine bodies of neighboring joints: the larger part of a skin that is left out, since the two bear on each other there,
+    /// 0 to 1.
+    pub bearing: f64,
 }
 
 /// Why a pair is not checked.
@@ -132,7 +135,8 @@ pub struct PairInfo {
 pub enum Unchecked {
     /// Both move as one.
     Rigid,
-    /// Machine bodies of neighboring joints, which slide or turn on each other.
+    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other, or which a
+    /// tilting platform carries.
     Neighbors,
     /// The caller allows it.
     Allowed,
@@ -145,7 +149,9 @@ impl Unchecked {
     pub fn reason(self) -> &'static str {
         match self {
             Self::Rigid => "both parts move as one",
-            Self::Neighbors => "machine bodies of neighboring joints slide or turn on each other",
+            Self::Neighbors => {
+                "machine bodies of neighboring joints bear on each other all over, or on the legs of a platform"
+            }
             Self::Allowed => "allowed by the setup",
             Self::Excluded => "the machine description excludes the body from checks",
         }
