@@ -4,6 +4,7 @@ use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
+use crate::approach::{Outlook, outlook};
 use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
 use crate::neighbors::Neighbors;
 use crate::report::{Breach, Nearest, Severity};
@@ -129,25 +130,26 @@ impl Interference {
                 Gap::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
                 Gap::At(d, p, q) => {
                     let middle = nalgebra::center(&p, &q);
-                    if !d.is_finite() {
-                        self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false);
-                    } else if d <= floor + TOLERANCE_MM {
-                        let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
-                        let severity = if touching { Severity::Collision } else { Severity::NearMiss };
-                        self.open(i, severity, step, t, d, &middle, false);
-                    } else {
-                        self.keep(i, d, step, t);
-                        self.leave_near(i, d, step, t);
-                        // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
-                        let watched = self.watched(&self.pairs[i]) + step.slack;
-                        let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
-                        let advance = (d - safe) / mu;
-                        if mu <= 0.0 || t + advance >= 1.0 {
-                            self.prove(i, d - mu * (1.0 - t) - step.slack);
-                            return;
+                    // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
+                    let watched = self.watched(&self.pairs[i]) + step.slack;
+                    let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
+                    match outlook(t, d, mu, [floor, safe], TOLERANCE_MM) {
+                        _ if !d.is_finite() => self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false),
+                        Outlook::Reached => {
+                            let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
+                            let severity = if touching { Severity::Collision } else { Severity::NearMiss };
+                            self.open(i, severity, step, t, d, &middle, false);
                         }
-                        self.prove(i, safe - step.slack);
-                        t += advance;
+                        ahead => {
+                            self.keep(i, d, step, t);
+                            self.leave_near(i, d, step, t);
+                            let Outlook::Until(next) = ahead else {
+                                self.prove(i, d - mu * (1.0 - t) - step.slack);
+                                return;
+                            };
+                            self.prove(i, safe - step.slack);
+                            t = next;
+                        }
                     }
                 }
             }

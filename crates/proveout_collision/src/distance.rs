@@ -167,10 +167,12 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
     let begin =
         closest_points_support_map_support_map_with_params(&pose.parry, &triangle, body, bound, &mut simplex, None);
     let (mut p, mut q, mut proved) = match begin {
-        GJKResult::Intersection => {
-            return (0.0, touch(true, from_parry(triangle.center()), from_parry(triangle.center())));
-        }
         GJKResult::ClosestPoints(p, q, _) => (from_parry(p), from_parry(q), f64::NEG_INFINITY),
+        // Where edges and lines of the body are almost parallel it may say so of bodies that are apart: that is looked into.
+        GJKResult::Intersection => {
+            let q = pose.mesh_from_body.point(&body.middle());
+            (triangle::point_triangle(q, corners).on_second, q, f64::NEG_INFINITY)
+        }
         GJKResult::NoIntersection(along) | GJKResult::Proximity(along) => {
             let proved = separation(body, corners, &pose.mesh_from_body, &from_parry(along).coords);
             if proved >= bound {
@@ -194,7 +196,7 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
         q = pose.mesh_from_body.point(&nearest);
         p = triangle::point_triangle(q, corners).on_second;
     }
-    (proved.max(0.0), touch(false, p, q))
+    (proved.max(0.0), touch(proved <= 0.0, p, q))
 }
 
 /// Pose of a body in the frame of a mesh, the way back, and the same for the query library.

@@ -183,15 +183,11 @@ impl Interference {
         }
     }
 
-    /// Two machine bodies with one joint between them, without what bears; none where nothing is left, or where the joint neither turns
-    /// about a line nor slides along one.
+    /// Two machine bodies with one joint between them, without what bears; none where nothing is left.
     fn neighbors(&mut self, a: usize, b: usize) -> Option<Neighbors> {
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let (up, down) = (chain_to(&self.machine, x.attached), chain_to(&self.machine, y.attached));
         let joint = *if up.len() > down.len() { up.last()? } else { down.last()? };
-        if self.machine.joints[joint].turn_shift.is_some() {
-            return None;
-        }
         let (Shape::Mesh(m), Shape::Mesh(n)) = (&*x.shape, &*y.shape) else { return None };
         let rests = match self.rests.get(&(a, b)) {
             Some(known) => known.clone(),

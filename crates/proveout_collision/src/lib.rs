@@ -47,6 +47,7 @@
 //! millimeter of motion; a separation and new contact in between counts as one breach.
 
 mod advance;
+mod approach;
 mod boxes;
 mod distance;
 mod interference;

@@ -135,9 +135,10 @@ pub struct PairInfo {
 pub enum Unchecked {
     /// Both move as one.
     Rigid,
-    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other, or which a
-    /// tilting platform carries.
+    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other.
     Neighbors,
+    /// Machine bodies of neighboring joints with a tilting platform between them, whose motion leaves no volume in place.
+    Platform,
     /// The caller allows it.
     Allowed,
     /// The machine description excludes the body.
@@ -149,9 +150,8 @@ impl Unchecked {
     pub fn reason(self) -> &'static str {
         match self {
             Self::Rigid => "both parts move as one",
-            Self::Neighbors => {
-                "machine bodies of neighboring joints bear on each other all over, or on the legs of a platform"
-            }
+            Self::Neighbors => "machine bodies of neighboring joints bear on each other all over",
+            Self::Platform => "the platform between them tilts about no fixed line, so that no volume can be left out",
             Self::Allowed => "allowed by the setup",
             Self::Excluded => "the machine description excludes the body from checks",
         }

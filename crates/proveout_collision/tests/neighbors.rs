@@ -108,7 +108,9 @@ fn turn(machine: &Machine, end: f64, pieces: u32) -> Interference {
         (q[a], q[y]) = (end * f64::from(k) / f64::from(pieces), 0.4 * f64::from(k));
         q
     };
-    (0..pieces).for_each(|k| drop(check.check_piece(&at(k), &at(k + 1), [f64::from(k), f64::from(k + 1)], 0.0)));
+    for k in 0..pieces {
+        check.check_piece(&at(k), &at(k + 1), [f64::from(k), f64::from(k + 1)], 0.0);
+    }
     check
 }
 
