@@ -33,8 +33,11 @@ impl Group {
                 u[i].0[lane] = own[i];
             }
         }
-        let of = |row: &[Lanes; 4]| row[0] * u[0] + row[1] * u[1] + row[2] * u[2] + row[3] * u[3];
-        [of(&self.basis[0]), of(&self.basis[1]), of(&self.basis[2])]
+        let mut x = [Lanes::ZERO; 3];
+        for (x, row) in x.iter_mut().zip(&self.basis) {
+            *x = row[0] * u[0] + row[1] * u[1] + row[2] * u[2] + row[3] * u[3];
+        }
+        x
     }
 
     #[inline(always)]
