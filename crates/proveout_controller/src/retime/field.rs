@@ -105,8 +105,7 @@ mod tests {
 
     /// Intervals with one to three nodes; rows tell the node they belong to.
     fn field(n: usize) -> Field {
-        let nodes: Vec<Node> =
-            (0..n).flat_map(|k| (0..1 + k % 3).map(move |i| node(k, 0.3 * i as f64))).collect();
+        let nodes: Vec<Node> = (0..n).flat_map(|k| (0..1 + k % 3).map(move |i| node(k, 0.3 * i as f64))).collect();
         let joints = nodes.iter().flat_map(|n| [[n.k as f64; 5], [n.tau; 5]]).collect();
         let lengths = vec![1.0; n];
         let begins = (0..n).map(|k| k as f64).collect();
@@ -128,7 +127,9 @@ mod tests {
             let after = field.between([0, 200]);
             assert_eq!(after.nodes.len(), before.nodes.len() + 1);
             assert!(after.nodes.windows(2).all(|w| (w[0].k, w[0].tau) < (w[1].k, w[1].tau)));
-            assert!(after.nodes.iter().zip(after.joints.chunks(2)).all(|(n, r)| n.k as f64 == r[0][0] && n.tau == r[1][0]));
+            assert!(
+                after.nodes.iter().zip(after.joints.chunks(2)).all(|(n, r)| n.k as f64 == r[0][0] && n.tau == r[1][0])
+            );
             assert_eq!(after.nodes.iter().filter(|n| n.tau == 0.1).map(|n| n.k).collect::<Vec<_>>(), [own + from]);
         }
     }

@@ -39,7 +39,7 @@ impl Pair {
     pub(super) fn begun(values: [Lanes; 2], mu: f64, kept: impl Fn(usize) -> Option<[f64; 4]>) -> Self {
         let mut pair = Self::REST;
         for lane in 0..super::lanes::LANES {
-            let was = kept(lane).filter(|k| k[0] > 0.0);
+            let was = kept(lane);
             for i in 0..2 {
                 let (slack, multiplier) = match was {
                     Some(k) => (k[i], k[2 + i]),

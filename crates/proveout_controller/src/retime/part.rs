@@ -89,8 +89,7 @@ impl Part {
     fn add(&mut self, problem: &Problem, from: usize) {
         let last = problem.lengths.len();
         let zero = Lanes::ZERO;
-        let mut group =
-            Group { first: [0; LANES], basis: [[zero; 4]; 3], weight: zero, speed: zero, lead: zero };
+        let mut group = Group { first: [0; LANES], basis: [[zero; 4]; 3], weight: zero, speed: zero, lead: zero };
         let (a, j) = (self.acceleration.len(), self.jerk.len());
         self.acceleration.resize(a + self.with[0].len(), [zero; 2]);
         self.jerk.resize(j + self.with[1].len(), [zero; 3]);

@@ -64,8 +64,7 @@ impl Solved {
         problem.set_start(&mut c, start);
         let forced = start != [1.0, 0.0];
         let field = Field::new(problem);
-        let mut solved =
-            Self { from, to, field, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
+        let mut solved = Self { from, to, field, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
         let mut begin = 0;
         while begin < n {
             let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };

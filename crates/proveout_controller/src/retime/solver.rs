@@ -3,7 +3,7 @@
 //! All rows but those of jerk are linear. 1/sqrt(b) on their right side is replaced by its tangent in b at the present point: 1/sqrt(b) is convex, its tangent
 //! lies below it, so that the linear row allows no more than the true one, and a point that keeps all rows keeps them after every
 //! full step. Every iteration solves one system of Newton's method for the conditions of Karush, Kuhn and Tucker with slacks s
-//! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls by a tenth after a
+//! and multipliers l, s l = m (Nocedal and Wright 2006, chapter 19), with the tangents taken anew; m falls to a tenth after a
 //! long step. The start need not keep the rows.
 //!
 //! *Cost.* About 14 iterations up to the first look between the points and 8 after each look, of linear cost; both passes of one
@@ -13,22 +13,23 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{
-    lanes::LANES,
-    pair::Pair,
-    part::Part,
-};
+use super::{lanes::LANES, pair::Pair, part::Part};
 
 /// Most iterations; 8 to 14 are usual.
 const ITERATIONS: usize = 60;
 /// The end of the search: the gap between the time and its lower bound by duality, as part of the time.
 pub(super) const GAP: f64 = 1e-3;
 /// The gap at the begin.
-const WIDE: f64 = 0.3;
+const WIDE: f64 = 0.9;
+/// Part of the gap looked for below which no step aims: rows that join later find room where the others are not at their borders.
+const LEAST: f64 = 0.3;
+/// Least slack of a row in a search that goes on with new rows beside it, for the same reason: with slacks as they were left, steps of
+/// some percent are usual, and twice as many of them.
+const ROOM: f64 = 0.04;
 /// Largest remaining excess over a row, as part of its limit.
 const EXCESS: f64 = 2e-5;
 /// Part of the way to the border of a slack or multiplier that a step may go.
-const TO_BORDER: f64 = 0.95;
+const TO_BORDER: f64 = 0.99;
 
 /// Where a search stands.
 pub(super) struct Search {
@@ -64,7 +65,8 @@ impl Search {
 
     /// Slacks and multipliers of a node's row; none where it is new.
     fn kept(&self, node: usize, place: Option<usize>) -> Option<[f64; 4]> {
-        self.kept.get(node * self.slots.len() + place?).copied()
+        let [s0, s1, l0, l1] = *self.kept.get(node * self.slots.len() + place?)?;
+        (s0 > 0.0).then(|| [s0.max(ROOM), s1.max(ROOM), l0, l1])
     }
 }
 
@@ -132,9 +134,9 @@ impl Part {
                 } else if step > 0.5 {
                     0.3
                 } else {
-                    0.7
+                    0.9
                 };
-                mu = (gap / total * factor).max(0.02 * to * start / total);
+                mu = (gap / total * factor).max(LEAST * to * start / total);
             }
             for (right, central) in work.right.iter_mut().zip(&work.central) {
                 *right += mu * central;
@@ -154,8 +156,7 @@ impl Part {
 
     fn begin(&self, c: &[f64], mu: f64, search: &Search) -> Work {
         let slots = self.slots();
-        let places: Vec<Option<usize>> =
-            slots.iter().map(|slot| search.slots.iter().position(|s| s == slot)).collect();
+        let places: Vec<Option<usize>> = slots.iter().map(|slot| search.slots.iter().position(|s| s == slot)).collect();
         let each = slots.len();
         let mut pairs = Vec::with_capacity(self.groups.len() * each);
         for at in 0..self.groups.len() {
