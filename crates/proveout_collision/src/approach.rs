@@ -148,6 +148,7 @@ mod tests {
     /// The labelled queries of Wang et al. 2021 (A large-scale benchmark for continuous collision detection), in the folder named by
     /// `PROVEOUT_CCD_QUERIES`: eight rows of three fractions and the answer for each query.
     #[test]
+    #[expect(clippy::print_stdout, reason = "the figures of a run by hand")]
     fn no_labelled_collision_is_missed() {
         let Ok(folder) = std::env::var("PROVEOUT_CCD_QUERIES") else { return };
         let mut open = vec![PathBuf::from(folder)];

@@ -191,6 +191,7 @@ fn inside(random: &mut Random, depth: f64) -> Event {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "the figures of a run by hand")]
 fn injected_events_are_found_and_misses_are_not_named() {
     let count: usize = std::env::var("PROVEOUT_EVENTS").ok().and_then(|n| n.parse().ok()).unwrap_or(100);
     let (machine, tool) = (machine(), tool());
@@ -199,7 +200,7 @@ fn injected_events_are_found_and_misses_are_not_named() {
     let (mut hits, mut misses, mut earliest) = (0, 0, 0.0_f64);
     for k in 0..count {
         let size = 10_f64.powf(random.next(-3.0, -1.0));
-        let meets = (k / families.len()) % 2 == 0;
+        let meets = (k / families.len()).is_multiple_of(2);
         let event = families[k % families.len()](&mut random, if meets { size } else { -size });
         let mut check = Interference::new(&machine, std::slice::from_ref(&event.body), 0.0).expect("solids");
         check.set_tool(Some(&tool));
@@ -230,6 +231,5 @@ fn injected_events_are_found_and_misses_are_not_named() {
         }
     }
     assert!(hits * 5 >= count * 2 && misses * 5 >= count * 2, "{hits} hits, {misses} misses");
-    // Figures for the long run.
     println!("{hits} hits found, at most {earliest:.1e} mm early; {misses} misses kept clear");
 }
