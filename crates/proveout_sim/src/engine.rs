@@ -1,28 +1,30 @@
 //! One stretch of motion through stock and bodies.
 
+mod judging;
+mod wording;
+
 use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
-use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece};
+use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
-use proveout_machine::{JointKind, JointValues};
-use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
-use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
-use proveout_tool::{Profile, Role, Tool};
+use proveout_nc::SpindleDirection;
+use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
+use proveout_tool::{Profile, Tool};
 
 use crate::{
-    bodies::{BodyCheck, Hit, HitKind, StockNear},
+    bodies::{BodyCheck, StockNear},
     engagement::Engagement,
     error::SimError,
-    finding::{self, Code, Finding},
+    finding::{self, Finding},
     kept_motion::{KeptMotion, KeptPiece},
     legs,
     log::FindingLog,
     loose::LooseParts,
     memory::{ALLOWANCE, HISTORY_MEMORY},
     observer::{BlockRow, SampleSignals},
-    plunge::{self, Judgement, PlungeWatch},
+    plunge::{self, PlungeWatch},
     prepare::Prepared,
-    process::{self, CuttingState, SweepPart, Sweeps, Swept, judge_sweep},
+    process::{self, CuttingState, Sweeps},
     run::Stages,
     texture::{Recorder, Tracks},
     verdict::{Clearance, ToolUse},
@@ -59,6 +61,8 @@ pub(crate) struct Facts {
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
     pub(crate) excluded_bodies: Vec<String>,
+    /// Machine bodies on both sides of a tilting platform.
+    pub(crate) across_platforms: Vec<String>,
     /// Pairs of bodies that were checked.
     pub(crate) checked_pairs: usize,
     /// Bodies that nothing checks against the stock, and how near its box came to them.
@@ -300,7 +304,7 @@ impl<'a> Engine<'a> {
             .map(|u| u.name.clone())
             .collect();
         let unknown_plunges =
-            self.unknown_plunges.iter().map(|(t, p)| unknown_plunge(&library[*t], p, &self.places)).collect();
+            self.unknown_plunges.iter().map(|(t, p)| wording::unknown_plunge(&library[*t], p, &self.places)).collect();
         let facts = Facts {
             log: self.log.placed(&self.places),
             tools,
@@ -315,6 +319,7 @@ impl<'a> Engine<'a> {
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
+            across_platforms: self.bodies.across_platforms(),
             checked_pairs: self.bodies.checked_pairs(),
             stock_near: self.bodies.stock_near(),
             unknown_plunges,
@@ -391,285 +396,6 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Judges the sweeps; gives the removed volume of every piece, mm³.
-    fn judge_reports(
-        &mut self,
-        chunk: &Chunk,
-        states: &[CuttingState],
-        parts: &[SweepPart],
-        reports: &[SweepReport],
-    ) -> Vec<f64> {
-        let mut volumes = vec![0.0; chunk.pieces.len()];
-        let contact = self.prepared.scene.file.tolerances.contact_mm;
-        let mut touched = None;
-        let mut cores = parts.iter().zip(reports).filter(|(part, _)| part.what == Swept::Core).peekable();
-        for (i, (piece, state)) in chunk.pieces.iter().zip(states).enumerate() {
-            let met = cores.next_if(|(part, _)| part.piece == i).map(|(_, report)| report);
-            self.judge_descent(piece, state, met);
-        }
-        for (part, report) in parts.iter().zip(reports) {
-            let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
-            let Some(tool) = self.tool(state.tool) else { continue };
-            if part.what == Swept::Body(Role::Cutting) {
-                volumes[part.piece] += report.volume_mm3;
-                let sum = self.sums.entry(piece.block).or_default();
-                sum.volume += report.volume_mm3;
-                sum.overlap = sum.overlap.max(report.overlap_mm);
-                if let Some(contact) = report.contact.filter(|_| report.overlap_mm > contact) {
-                    let engaged = Engagement::of_piece(&contact, piece, state, tool);
-                    sum.engagement = Some(sum.engagement.map_or(engaged, |e| e.union(&engaged)));
-                }
-                self.removed += report.volume_mm3;
-            }
-            if part.what == Swept::Body(Role::Holder) && process::depth(report) > contact {
-                touched = Some(part.piece);
-            }
-            if part.what == Swept::Zone && touched == Some(part.piece) {
-                continue; // a holder in material is told as such
-            }
-            if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
-                let finding = self.material_finding(&code, part.what, piece, tool, report);
-                self.log.push(finding);
-            }
-        }
-        for (piece, state) in chunk.pieces.iter().zip(states) {
-            self.sums.entry(piece.block).or_default().tool = state.tool;
-            let moved = (piece.pose[1].tip - piece.pose[0].tip).norm() > 0.0;
-            if state.tool.is_none() && piece.kind == MoveKind::Feed && moved {
-                let message = "feed motion with an empty spindle".into();
-                let finding = self.at_piece(FindingLog::of(&finding::NO_TOOL, message), piece, piece.time[0]);
-                self.log.push(finding);
-            }
-        }
-        volumes
-    }
-
-    /// Follows a tool without edges at its center; `met` is what its core met, where it goes down.
-    fn judge_descent(&mut self, piece: &Piece, state: &CuttingState, met: Option<&SweepReport>) {
-        let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else { return };
-        let Some(core) = self.cores.get(index).and_then(|c| c.first()) else { return };
-        let contact = self.prepared.scene.file.tolerances.contact_mm;
-        let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
-        match descent.judged(tool, contact) {
-            Judgement::Allowed => {}
-            Judgement::Unknown => {
-                let steepest = self.unknown_plunges.entry(index);
-                let steepest = steepest.or_insert(UnknownPlunge { angle: 0.0, block: piece.block });
-                if descent.angle > steepest.angle {
-                    *steepest = UnknownPlunge { angle: descent.angle, block: piece.block };
-                }
-            }
-            Judgement::Fault { angle, stub } => {
-                let finding = plunge_finding(tool, descent.angle, angle, [descent.stub, stub]);
-                let mut f = self.at_piece(finding, piece, piece.time[0]);
-                f.point_mm = met.and_then(|r| r.first_point).map(|p| [p.x, p.y, p.z]);
-                self.log.push(f);
-            }
-        }
-    }
-
-    fn material_finding(&self, code: &Code, what: Swept, piece: &Piece, tool: &Tool, report: &SweepReport) -> Finding {
-        let part = match what {
-            Swept::Body(Role::Cutting) => "cutter",
-            Swept::Core => "core",
-            Swept::Body(Role::Neck) => "neck",
-            Swept::Body(Role::Shank) => "shank",
-            Swept::Body(Role::Holder) | Swept::Zone => "holder",
-        };
-        let how = match code.code {
-            c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
-            c if c == finding::SPINDLE_OFF.code => " while the spindle stands still",
-            c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
-            _ => "",
-        };
-        let near = code.code == finding::NEAR_MISS.code;
-        let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
-        let message = if near {
-            format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
-        } else {
-            format!(
-                "{part} of {} meets material{how}: {:.3} mm deep, {:.3} mm3 in this piece",
-                tool.name,
-                process::depth(report),
-                report.volume_mm3
-            )
-        };
-        let mut f = self.at_piece(FindingLog::of(code, message), piece, piece.time[0]);
-        f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
-        if near {
-            (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
-        } else {
-            f.penetration_mm = Some(process::depth(report));
-        }
-        f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
-        f
-    }
-
-    fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
-        let [a, b] = &hit.bodies;
-        let inside = if hit.inside { ", one inside of the other" } else { "" };
-        let near = self.prepared.scene.file.tolerances.near_miss_mm;
-        let (code, message) = match hit.kind {
-            HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}{inside}")),
-            HitKind::NearMiss(_) => {
-                (&finding::NEAR_MISS, format!("{a} comes nearer to {b} than the wanted {near:.3} mm"))
-            }
-        };
-        let mut f = self.at_piece(FindingLog::of(code, message), piece, hit.time);
-        f.bodies = hit.bodies.to_vec();
-        f.penetration_mm = hit.penetration;
-        if let HitKind::NearMiss(left) = hit.kind {
-            (f.clearance_mm, f.limit, f.unit) = (Some(left), Some(near), Some("mm".into()));
-        }
-        f.point_mm = Some(self.work_from_table.point(&hit.point_in_table).coords.into());
-        let finding = self.log.push(f);
-        self.breaches.push((hit.breach, finding));
-    }
-
-    fn judge_events(&mut self, chunk: &Chunk) {
-        for event in &chunk.events {
-            let found = match event {
-                Event::Limit { joint, value, limit, kind: LimitKind::Travel, .. } => {
-                    let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
-                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
-                    let name = joint.map_or("a joint", |j| j.name.as_str());
-                    let (value, limit) = (value * scale, limit * scale);
-                    let message = format!(
-                        "{name} is sent to {value:.3} {unit}, {:.3} {unit} past its travel of {limit:.3} {unit}",
-                        (value - limit).abs()
-                    );
-                    let mut f = FindingLog::of(&finding::OVERTRAVEL, message);
-                    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit.into()));
-                    f.bodies = vec![name.into()];
-                    f
-                }
-                Event::Limit { joint, value, limit, kind: LimitKind::DriveForce, .. } => {
-                    let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let linear = joint.is_none_or(|j| j.kind == JointKind::Linear);
-                    let (word, unit, scale) = if linear { ("force", "N", 1.0) } else { ("torque", "Nm", 1e-3) };
-                    let name = joint.map_or("a joint", |j| j.name.as_str());
-                    let (value, limit) = (value * scale, limit * scale);
-                    let message = format!(
-                        "the control asks the drive of {name} for a {word} of {value:.1} {unit}; it has {limit:.1} {unit}, \
-                         and the joint leaves its set points"
-                    );
-                    let mut f = FindingLog::of(&finding::DRIVE_SATURATED, message);
-                    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit.into()));
-                    f.bodies = vec![name.into()];
-                    f
-                }
-                Event::Limit {
-                    joint,
-                    value,
-                    limit,
-                    kind: kind @ (LimitKind::Velocity | LimitKind::Acceleration | LimitKind::Jerk),
-                    ..
-                } => {
-                    let joint = joint.and_then(|j| self.prepared.machine.joints.get(j));
-                    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
-                    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
-                    let (word, per) = match kind {
-                        LimitKind::Velocity => ("velocity", "s"),
-                        LimitKind::Acceleration => ("acceleration", "s²"),
-                        _ => ("jerk", "s³"),
-                    };
-                    let name = joint.map_or("a joint", |j| j.name.as_str());
-                    let (value, limit) = (value * scale, limit * scale);
-                    let unit = format!("{unit}/{per}");
-                    let message = format!(
-                        "the set points ask {name} for a {word} of {value:.3} {unit}; its limit is {limit:.3} {unit}"
-                    );
-                    let mut f = FindingLog::of(&finding::PLANNED_MOTION, message);
-                    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit));
-                    f.bodies = vec![name.into()];
-                    f
-                }
-                Event::Limit { value, limit, kind: LimitKind::SpindleSpeed, .. } => {
-                    let message = format!("spindle speed {value:.0} 1/min is above the limit of {limit:.0} 1/min");
-                    let mut f = FindingLog::of(&finding::SPINDLE_SPEED, message);
-                    (f.value, f.limit, f.unit) = (Some(*value), Some(*limit), Some("1/min".into()));
-                    f
-                }
-                Event::UnreachablePose { reason, .. } => FindingLog::of(
-                    &finding::UNREACHABLE,
-                    format!("the programmed tool pose cannot be reached: {reason}"),
-                ),
-                Event::LeavesCircle { angle, at_flank, in_cone, reason, .. } => {
-                    let code = if *in_cone { &finding::POLE_CROSSED } else { &finding::OFF_CIRCLE };
-                    let angle = angle.to_degrees();
-                    let message = format!(
-                        "{reason}: the tool axis leaves the programmed great circle by {angle:.6} degrees, {at_flank:.6} mm at the flank"
-                    );
-                    let mut f = FindingLog::of(code, message);
-                    (f.value, f.unit) = (Some(angle), Some("deg".into()));
-                    f
-                }
-                Event::Probe { .. } => FindingLog::of(
-                    &finding::PROBED,
-                    "the probing motion runs to its end: what the probe finds is not known".into(),
-                ),
-                Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
-                    Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
-                    None => FindingLog::of(&finding::NOTE, text.clone()),
-                },
-                Event::Overcut { time, location, overcut, .. } => {
-                    self.log.push(overcut_finding(*time, location, overcut));
-                    continue;
-                }
-                _ => continue,
-            };
-            let mut f = found;
-            (f.block, f.time_s) = (Some(event.block()), Some(event.time()));
-            if let Some(sample) = chunk.samples.iter().find(|s| s.time >= event.time()) {
-                f.axes = self.axes(&sample.commanded);
-            }
-            self.log.push(f);
-        }
-    }
-
-    /// Joint positions by name, mm or degrees.
-    fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
-        let joints = self.prepared.machine.joints.iter().enumerate();
-        joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
-    }
-
-    /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.
-    fn look_for_loose_parts(&mut self, now: Option<(&Chunk, u32)>) {
-        if self.removed == self.looked_at {
-            return;
-        }
-        self.looked_at = self.removed;
-        for part in self.loose.look(&self.stock) {
-            let size = part.bounds.size();
-            let message = format!(
-                "{:.1} mm3 no longer hang together with the rest of the stock: {:.1} x {:.1} x {:.1} mm; the twin leaves them in their place",
-                part.volume_mm3, size.x, size.y, size.z
-            );
-            let mut f = FindingLog::of(&finding::LOOSE_PART, message);
-            f.bodies = vec!["stock".into()];
-            f.point_mm = Some(part.center.coords.into());
-            (f.value, f.unit) = (Some(part.volume_mm3), Some("mm3".into()));
-            let piece = now
-                .zip(part.last_made_by)
-                .and_then(|((chunk, first), id)| chunk.pieces.get(id.checked_sub(first)? as usize));
-            let block = part.last_made_by.and_then(|id| self.block_of_piece.get(id as usize).copied());
-            f = match piece {
-                Some(piece) => self.at_piece(f, piece, piece.time[1]),
-                None => Finding { block, time_s: Some(self.time), ..f },
-            };
-            self.log.push(f);
-        }
-    }
-
-    fn at_piece(&self, mut f: Finding, piece: &Piece, time: f64) -> Finding {
-        (f.block, f.time_s) = (Some(piece.block), Some(time));
-        let t =
-            if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
-        f.axes = self.axes(&piece.joints[0].interpolated(piece.joints[1], t));
-        f
-    }
-
     fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
         let sum = self.sums.remove(&block.index).unwrap_or_default();
         let BlockKind::Move(kind) = block.kind else { return None };
@@ -695,59 +421,6 @@ impl<'a> Engine<'a> {
             engagement: sum.engagement,
         })
     }
-}
-
-/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
-/// reader and not that of the block under way.
-fn overcut_finding(time: f64, location: &Location, overcut: &Overcut) -> Finding {
-    let code = match overcut.kind.weight() {
-        OvercutWeight::Error => &finding::OVERCUT,
-        OvercutWeight::Warning => &finding::CONTOUR_TOUCHED,
-        OvercutWeight::Info => &finding::NOTE,
-    };
-    let mut f = FindingLog::of(code, overcut.to_string());
-    (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
-    f.time_s = Some(time);
-    f.penetration_mm = Some(overcut.depth);
-    f
-}
-
-/// What is known of a way down that is not allowed: its angle or its stub, each with its limit.
-fn plunge_finding(tool: &Tool, angle: f64, limit: f64, [stub, most]: [f64; 2]) -> Finding {
-    let name = &tool.name;
-    let (angle_deg, limit_deg) = (angle.to_degrees(), limit.to_degrees());
-    let ramp = match tool.max_ramp_angle {
-        Some(_) => format!("its steepest ramp is {limit_deg:.3} degrees"),
-        None => "its steepest ramp is not stated".to_owned(),
-    };
-    let steep = angle > limit;
-    let message = if steep {
-        format!("{name} has no edges at its center and goes down into material at {angle_deg:.3} degrees; {ramp}")
-    } else {
-        format!(
-            "{name} has no edges at its center and leaves a stub of {stub:.3} mm under it: it goes down without moving aside by \
-             its radius; {ramp}, which leaves {most:.3} mm"
-        )
-    };
-    let mut f = FindingLog::of(&finding::PLUNGE, message);
-    f.bodies = vec![name.clone()];
-    if steep {
-        f.value = Some(angle_deg);
-        (f.limit, f.unit) = (tool.max_ramp_angle.map(|_| limit_deg), Some("deg".into()));
-    } else {
-        (f.value, f.limit, f.unit) = (Some(stub), Some(most), Some("mm".into()));
-    }
-    f
-}
-
-fn unknown_plunge(tool: &Tool, plunge: &UnknownPlunge, places: &[Option<(Arc<str>, u32)>]) -> String {
-    let at = places.get(plunge.block as usize).and_then(Option::as_ref);
-    let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
-    let missing = if tool.center_cutting.is_none() { "center_cutting" } else { "max_ramp_angle_deg" };
-    let (name, angle) = (&tool.name, plunge.angle.to_degrees());
-    format!(
-        "whether {name} may go down into material at {angle:.1} degrees{at}: the tool library gives it no `{missing}`"
-    )
 }
 
 /// Signals beside the samples: those of the piece that holds the sample. `last` carries the piece that reaches over the

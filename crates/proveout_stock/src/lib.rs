@@ -20,6 +20,15 @@
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
+//! # Folders
+//!
+//! | folder | holds |
+//! |---|---|
+//! | `field` | rays in tiles, cells, raw bodies, sweeps and what they take away |
+//! | `kernels` | how a moving body meets one ray, or several at once |
+//! | `looking` | surface, rows, sections, distances, parts, depths, engagement |
+//! | `keeping` | files, earlier moments, other poses and cells, patches |
+//!
 //! # How a motion meets a ray
 //!
 //! Every body is one convex function F whose zero set is its skin (`meridian`). The interval that it takes up on a ray over
@@ -66,69 +75,25 @@
 //! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
-mod bands;
-mod clip;
-mod codec;
-mod contact;
-mod depth;
-mod dexel;
 mod error;
-mod file;
-mod grid;
-mod history;
-#[cfg(test)]
-mod kernel_tests;
-mod lane_ball;
-mod lane_body;
-mod lane_rows;
-mod lane_sample;
-mod lane_search;
-mod lane_set;
-#[cfg(test)]
-mod lane_tests;
-mod lanes;
-mod lost;
-mod measure;
-mod meridian;
-mod mesh_rays;
-mod motion;
-mod parts;
-mod patch;
-mod qef;
-mod raw;
-mod raw_body;
-mod ray;
-mod ray_ball;
-mod ray_translate;
-mod ray_turn;
-mod regrid;
-mod rows;
-mod section;
-mod sheets;
-mod span;
-mod step;
-mod surface;
-mod sweep;
-mod tile;
-mod tile_cut;
-mod tile_field;
-mod tile_work;
-mod vec3;
-mod watch;
+mod field;
+mod keeping;
+mod kernels;
+mod looking;
 
-pub use bands::MeshBand;
-pub use contact::Contact;
-pub use depth::{Depths, Measure};
-pub use dexel::{Interval, SurfacePoint, TriDexel};
 pub use error::StockError;
-pub use file::StockFileError;
-pub use history::HistoryError;
-pub use measure::{Nearest, Outline, Probe, Wall};
-pub use parts::StockPart;
-pub use patch::{Patch, PatchError, PatchPlan, patched_intervals};
-pub use raw::Cells;
-pub use raw_body::RawBody;
-pub use regrid::Regrid;
-pub use rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
-pub use surface::{SurfaceMesh, TileId};
-pub use sweep::{Action, SweepItem, SweepMotion, SweepReport};
+pub use field::dexel::{Interval, SurfacePoint, TriDexel};
+pub use field::raw::Cells;
+pub use field::raw_body::RawBody;
+pub use field::sweep::{Action, SweepItem, SweepMotion, SweepReport};
+pub use keeping::file::StockFileError;
+pub use keeping::history::HistoryError;
+pub use keeping::patch::{Patch, PatchError, PatchPlan, patched_intervals};
+pub use keeping::regrid::Regrid;
+pub use looking::bands::MeshBand;
+pub use looking::contact::Contact;
+pub use looking::depth::{Depths, Measure};
+pub use looking::measure::{Nearest, Outline, Probe, Wall};
+pub use looking::parts::StockPart;
+pub use looking::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
+pub use looking::surface::{SurfaceMesh, TileId};

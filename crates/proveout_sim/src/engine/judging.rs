@@ -1,0 +1,156 @@
+//! From what sweeps, bodies and control tell of a stretch to findings with their place and time.
+
+use std::collections::BTreeMap;
+
+use proveout_controller::{Chunk, Event, MoveKind, Piece};
+use proveout_machine::JointValues;
+use proveout_stock::SweepReport;
+use proveout_tool::Role;
+
+use super::{Engine, UnknownPlunge, wording};
+use crate::{
+    bodies::Hit,
+    engagement::Engagement,
+    finding::{self, Finding},
+    log::FindingLog,
+    plunge::Judgement,
+    process::{self, CuttingState, SweepPart, Swept, judge_sweep},
+};
+
+impl Engine<'_> {
+    /// Judges the sweeps; gives the removed volume of every piece, mm³.
+    pub(super) fn judge_reports(
+        &mut self,
+        chunk: &Chunk,
+        states: &[CuttingState],
+        parts: &[SweepPart],
+        reports: &[SweepReport],
+    ) -> Vec<f64> {
+        let mut volumes = vec![0.0; chunk.pieces.len()];
+        let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let mut touched = None;
+        let mut cores = parts.iter().zip(reports).filter(|(part, _)| part.what == Swept::Core).peekable();
+        for (i, (piece, state)) in chunk.pieces.iter().zip(states).enumerate() {
+            let met = cores.next_if(|(part, _)| part.piece == i).map(|(_, report)| report);
+            self.judge_descent(piece, state, met);
+        }
+        for (part, report) in parts.iter().zip(reports) {
+            let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
+            let Some(tool) = self.tool(state.tool) else { continue };
+            if part.what == Swept::Body(Role::Cutting) {
+                volumes[part.piece] += report.volume_mm3;
+                let sum = self.sums.entry(piece.block).or_default();
+                sum.volume += report.volume_mm3;
+                sum.overlap = sum.overlap.max(report.overlap_mm);
+                if let Some(contact) = report.contact.filter(|_| report.overlap_mm > contact) {
+                    let engaged = Engagement::of_piece(&contact, piece, state, tool);
+                    sum.engagement = Some(sum.engagement.map_or(engaged, |e| e.union(&engaged)));
+                }
+                self.removed += report.volume_mm3;
+            }
+            if part.what == Swept::Body(Role::Holder) && process::depth(report) > contact {
+                touched = Some(part.piece);
+            }
+            if part.what == Swept::Zone && touched == Some(part.piece) {
+                continue; // a holder in material is told as such
+            }
+            if let Some(code) = judge_sweep(part, piece.kind, state, tool, report, contact) {
+                let wanted = self.prepared.scene.file.tolerances.near_miss_mm;
+                let finding = wording::material(&code, part.what, tool, report, wanted);
+                let finding = self.at_piece(finding, piece, piece.time[0]);
+                self.log.push(finding);
+            }
+        }
+        for (piece, state) in chunk.pieces.iter().zip(states) {
+            self.sums.entry(piece.block).or_default().tool = state.tool;
+            let moved = (piece.pose[1].tip - piece.pose[0].tip).norm() > 0.0;
+            if state.tool.is_none() && piece.kind == MoveKind::Feed && moved {
+                let message = "feed motion with an empty spindle".into();
+                let finding = self.at_piece(FindingLog::of(&finding::NO_TOOL, message), piece, piece.time[0]);
+                self.log.push(finding);
+            }
+        }
+        volumes
+    }
+
+    /// Follows a tool without edges at its center; `met` is what its core met, where it goes down.
+    fn judge_descent(&mut self, piece: &Piece, state: &CuttingState, met: Option<&SweepReport>) {
+        let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else { return };
+        let Some(core) = self.cores.get(index).and_then(|c| c.first()) else { return };
+        let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let Some(descent) = self.plunge.follow((index, tool), piece, met, core, contact) else { return };
+        match descent.judged(tool, contact) {
+            Judgement::Allowed => {}
+            Judgement::Unknown => {
+                let steepest = self.unknown_plunges.entry(index);
+                let steepest = steepest.or_insert(UnknownPlunge { angle: 0.0, block: piece.block });
+                if descent.angle > steepest.angle {
+                    *steepest = UnknownPlunge { angle: descent.angle, block: piece.block };
+                }
+            }
+            Judgement::Fault { angle, stub } => {
+                let finding = wording::plunge(tool, descent.angle, angle, [descent.stub, stub]);
+                let mut f = self.at_piece(finding, piece, piece.time[0]);
+                f.point_mm = met.and_then(|r| r.first_point).map(|p| [p.x, p.y, p.z]);
+                self.log.push(f);
+            }
+        }
+    }
+
+    pub(super) fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
+        let near = self.prepared.scene.file.tolerances.near_miss_mm;
+        let mut f = self.at_piece(wording::hit(hit, near), piece, hit.time);
+        f.point_mm = Some(self.work_from_table.point(&hit.point_in_table).coords.into());
+        let finding = self.log.push(f);
+        self.breaches.push((hit.breach, finding));
+    }
+
+    pub(super) fn judge_events(&mut self, chunk: &Chunk) {
+        for event in &chunk.events {
+            if let Event::Overcut { time, location, overcut, .. } = event {
+                self.log.push(wording::overcut(*time, location, overcut));
+                continue;
+            }
+            let Some(mut f) = wording::event(event, &self.prepared.machine) else { continue };
+            (f.block, f.time_s) = (Some(event.block()), Some(event.time()));
+            if let Some(sample) = chunk.samples.iter().find(|s| s.time >= event.time()) {
+                f.axes = self.axes(&sample.commanded);
+            }
+            self.log.push(f);
+        }
+    }
+
+    /// Joint positions by name, mm or degrees.
+    pub(super) fn axes(&self, q: &JointValues) -> BTreeMap<String, f64> {
+        let joints = self.prepared.machine.joints.iter().enumerate();
+        joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
+    }
+
+    /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.
+    pub(super) fn look_for_loose_parts(&mut self, now: Option<(&Chunk, u32)>) {
+        if self.removed == self.looked_at {
+            return;
+        }
+        self.looked_at = self.removed;
+        for part in self.loose.look(&self.stock) {
+            let mut f = wording::loose_part(&part);
+            let piece = now
+                .zip(part.last_made_by)
+                .and_then(|((chunk, first), id)| chunk.pieces.get(id.checked_sub(first)? as usize));
+            let block = part.last_made_by.and_then(|id| self.block_of_piece.get(id as usize).copied());
+            f = match piece {
+                Some(piece) => self.at_piece(f, piece, piece.time[1]),
+                None => Finding { block, time_s: Some(self.time), ..f },
+            };
+            self.log.push(f);
+        }
+    }
+
+    fn at_piece(&self, mut f: Finding, piece: &Piece, time: f64) -> Finding {
+        (f.block, f.time_s) = (Some(piece.block), Some(time));
+        let t =
+            if piece.time[1] > piece.time[0] { (time - piece.time[0]) / (piece.time[1] - piece.time[0]) } else { 0.0 };
+        f.axes = self.axes(&piece.joints[0].interpolated(piece.joints[1], t));
+        f
+    }
+}

@@ -1,0 +1,218 @@
+//! What a finding of the engine says: codes, words and figures. Place and time are added by the engine.
+
+use std::sync::Arc;
+
+use proveout_controller::{Event, LimitKind};
+use proveout_machine::{Joint, JointKind, Machine};
+use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
+use proveout_stock::{StockPart, SweepReport};
+use proveout_tool::{Role, Tool};
+
+use super::UnknownPlunge;
+use crate::{
+    bodies::{Hit, HitKind},
+    finding::{self, Code, Finding},
+    log::FindingLog,
+    process::{self, Swept},
+};
+
+/// A part of the tool in material; `wanted` is the clearance asked for, mm.
+pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepReport, wanted: f64) -> Finding {
+    let part = match what {
+        Swept::Body(Role::Cutting) => "cutter",
+        Swept::Core => "core",
+        Swept::Body(Role::Neck) => "neck",
+        Swept::Body(Role::Shank) => "shank",
+        Swept::Body(Role::Holder) | Swept::Zone => "holder",
+    };
+    let how = match code.code {
+        c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
+        c if c == finding::SPINDLE_OFF.code => " while the spindle stands still",
+        c if c == finding::SPINDLE_WRONG_WAY.code => " while the spindle turns against its hand",
+        _ => "",
+    };
+    let near = code.code == finding::NEAR_MISS.code;
+    let message = if near {
+        format!("{part} of {} comes nearer to the stock than the wanted {wanted:.3} mm", tool.name)
+    } else {
+        format!(
+            "{part} of {} meets material{how}: {:.3} mm deep, {:.3} mm3 in this piece",
+            tool.name,
+            process::depth(report),
+            report.volume_mm3
+        )
+    };
+    let mut f = FindingLog::of(code, message);
+    f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
+    if near {
+        (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
+    } else {
+        f.penetration_mm = Some(process::depth(report));
+    }
+    f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
+    f
+}
+
+/// Two bodies too near; `near` is the clearance asked for, mm.
+pub(super) fn hit(hit: &Hit, near: f64) -> Finding {
+    let [a, b] = &hit.bodies;
+    let inside = if hit.inside { ", one inside of the other" } else { "" };
+    let (code, message) = match hit.kind {
+        HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}{inside}")),
+        HitKind::NearMiss(_) => (&finding::NEAR_MISS, format!("{a} comes nearer to {b} than the wanted {near:.3} mm")),
+    };
+    let mut f = FindingLog::of(code, message);
+    f.bodies = hit.bodies.to_vec();
+    f.penetration_mm = hit.penetration;
+    if let HitKind::NearMiss(left) = hit.kind {
+        (f.clearance_mm, f.limit, f.unit) = (Some(left), Some(near), Some("mm".into()));
+    }
+    f
+}
+
+/// A part that has come off the stock.
+pub(super) fn loose_part(part: &StockPart) -> Finding {
+    let size = part.bounds.size();
+    let message = format!(
+        "{:.1} mm3 no longer hang together with the rest of the stock: {:.1} x {:.1} x {:.1} mm; the twin leaves them in their place",
+        part.volume_mm3, size.x, size.y, size.z
+    );
+    let mut f = FindingLog::of(&finding::LOOSE_PART, message);
+    f.bodies = vec!["stock".into()];
+    f.point_mm = Some(part.center.coords.into());
+    (f.value, f.unit) = (Some(part.volume_mm3), Some("mm3".into()));
+    f
+}
+
+/// What an event of the control says; none where it is no finding. A place where the compensated path enters its own contour
+/// has its own words ([`overcut`]), since it was told behind the stretch.
+pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
+    Some(match event {
+        Event::Limit { joint, value, limit, kind, .. } => {
+            let joint = joint.and_then(|j| machine.joints.get(j));
+            past_limit(joint, [*value, *limit], *kind)?
+        }
+        Event::UnreachablePose { reason, .. } => {
+            FindingLog::of(&finding::UNREACHABLE, format!("the programmed tool pose cannot be reached: {reason}"))
+        }
+        Event::LeavesCircle { angle, at_flank, in_cone, reason, .. } => {
+            let code = if *in_cone { &finding::POLE_CROSSED } else { &finding::OFF_CIRCLE };
+            let angle = angle.to_degrees();
+            let message = format!(
+                "{reason}: the tool axis leaves the programmed great circle by {angle:.6} degrees, {at_flank:.6} mm at the flank"
+            );
+            let mut f = FindingLog::of(code, message);
+            (f.value, f.unit) = (Some(angle), Some("deg".into()));
+            f
+        }
+        Event::Probe { .. } => FindingLog::of(
+            &finding::PROBED,
+            "the probing motion runs to its end: what the probe finds is not known".into(),
+        ),
+        Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
+            Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
+            None => FindingLog::of(&finding::NOTE, text.clone()),
+        },
+        _ => return None,
+    })
+}
+
+/// A limit that was passed; `value` and `limit` in the units of the event.
+fn past_limit(joint: Option<&Joint>, [value, limit]: [f64; 2], kind: LimitKind) -> Option<Finding> {
+    let kind_of_joint = joint.map_or(JointKind::Linear, |j| j.kind);
+    let (unit, scale) = (kind_of_joint.unit(), kind_of_joint.unit_factor());
+    let name = joint.map_or("a joint", |j| j.name.as_str());
+    let (code, message, value, limit, unit) = match kind {
+        LimitKind::Travel => {
+            let (value, limit) = (value * scale, limit * scale);
+            let past = (value - limit).abs();
+            let message =
+                format!("{name} is sent to {value:.3} {unit}, {past:.3} {unit} past its travel of {limit:.3} {unit}");
+            (&finding::OVERTRAVEL, message, value, limit, unit.to_owned())
+        }
+        LimitKind::DriveForce => {
+            let linear = kind_of_joint == JointKind::Linear;
+            let (word, unit, scale) = if linear { ("force", "N", 1.0) } else { ("torque", "Nm", 1e-3) };
+            let (value, limit) = (value * scale, limit * scale);
+            let message = format!(
+                "the control asks the drive of {name} for a {word} of {value:.1} {unit}; it has {limit:.1} {unit}, \
+                 and the joint leaves its set points"
+            );
+            (&finding::DRIVE_SATURATED, message, value, limit, unit.to_owned())
+        }
+        LimitKind::Velocity | LimitKind::Acceleration | LimitKind::Jerk => {
+            let (word, per) = match kind {
+                LimitKind::Velocity => ("velocity", "s"),
+                LimitKind::Acceleration => ("acceleration", "s²"),
+                _ => ("jerk", "s³"),
+            };
+            let (value, limit, unit) = (value * scale, limit * scale, format!("{unit}/{per}"));
+            let message =
+                format!("the set points ask {name} for a {word} of {value:.3} {unit}; its limit is {limit:.3} {unit}");
+            (&finding::PLANNED_MOTION, message, value, limit, unit)
+        }
+        LimitKind::SpindleSpeed => {
+            let message = format!("spindle speed {value:.0} 1/min is above the limit of {limit:.0} 1/min");
+            let mut f = FindingLog::of(&finding::SPINDLE_SPEED, message);
+            (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some("1/min".into()));
+            return Some(f);
+        }
+    };
+    let mut f = FindingLog::of(code, message);
+    (f.value, f.limit, f.unit) = (Some(value), Some(limit), Some(unit));
+    f.bodies = vec![name.into()];
+    Some(f)
+}
+
+/// A place where the compensated path enters its own contour. It was told behind the stretch, so its line is that of the
+/// reader and not that of the block under way.
+pub(super) fn overcut(time: f64, location: &Location, overcut: &Overcut) -> Finding {
+    let code = match overcut.kind.weight() {
+        OvercutWeight::Error => &finding::OVERCUT,
+        OvercutWeight::Warning => &finding::CONTOUR_TOUCHED,
+        OvercutWeight::Info => &finding::NOTE,
+    };
+    let mut f = FindingLog::of(code, overcut.to_string());
+    (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
+    f.time_s = Some(time);
+    f.penetration_mm = Some(overcut.depth);
+    f
+}
+
+/// What is known of a way down that is not allowed: its angle or its stub, each with its limit.
+pub(super) fn plunge(tool: &Tool, angle: f64, limit: f64, [stub, most]: [f64; 2]) -> Finding {
+    let name = &tool.name;
+    let (angle_deg, limit_deg) = (angle.to_degrees(), limit.to_degrees());
+    let ramp = match tool.max_ramp_angle {
+        Some(_) => format!("its steepest ramp is {limit_deg:.3} degrees"),
+        None => "its steepest ramp is not stated".to_owned(),
+    };
+    let steep = angle > limit;
+    let message = if steep {
+        format!("{name} has no edges at its center and goes down into material at {angle_deg:.3} degrees; {ramp}")
+    } else {
+        format!(
+            "{name} has no edges at its center and leaves a stub of {stub:.3} mm under it: it goes down without moving aside by \
+             its radius; {ramp}, which leaves {most:.3} mm"
+        )
+    };
+    let mut f = FindingLog::of(&finding::PLUNGE, message);
+    f.bodies = vec![name.clone()];
+    if steep {
+        f.value = Some(angle_deg);
+        (f.limit, f.unit) = (tool.max_ramp_angle.map(|_| limit_deg), Some("deg".into()));
+    } else {
+        (f.value, f.limit, f.unit) = (Some(stub), Some(most), Some("mm".into()));
+    }
+    f
+}
+
+pub(super) fn unknown_plunge(tool: &Tool, plunge: &UnknownPlunge, places: &[Option<(Arc<str>, u32)>]) -> String {
+    let at = places.get(plunge.block as usize).and_then(Option::as_ref);
+    let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
+    let missing = if tool.center_cutting.is_none() { "center_cutting" } else { "max_ramp_angle_deg" };
+    let (name, angle) = (&tool.name, plunge.angle.to_degrees());
+    format!(
+        "whether {name} may go down into material at {angle:.1} degrees{at}: the tool library gives it no `{missing}`"
+    )
+}

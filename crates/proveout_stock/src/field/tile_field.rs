@@ -1,0 +1,256 @@
+//! A tile spread out over lanes while a batch works on it.
+//!
+//! ```text
+//!     ray 0  ===---====---=          layer k, lane r: interval k of ray r, counted from below
+//!     ray 1  =====
+//!     ray 2    ====---==
+//!            ^ 0   ^ 1    ^ 2
+//! ```
+//!
+//! Which interval is where follows from the material alone, so results do not depend on how a program is cut into batches.
+
+use crate::{
+    field::grid::{Grid, TILE},
+    field::span::{Mark, SLIVER, Span},
+    field::tile::Tile,
+    kernels::lane_set::{Cut, LANES, Lanes, OLD, ROW, Strip, WIDE},
+};
+
+/// One interval of each ray.
+#[derive(Debug, Default)]
+pub(crate) struct Layer {
+    pub lanes: Lanes,
+    /// Range of each row, mm; lo > hi: empty.
+    pub row_lo: [f64; WIDE],
+    pub row_hi: [f64; WIDE],
+}
+
+/// See the module.
+#[derive(Debug, Default)]
+pub(crate) struct Field {
+    /// Those in use, and others that wait to be.
+    layers: Vec<Layer>,
+    depth: usize,
+    columns: [f64; ROW],
+    /// Ray centers along v of the rows, and the range along u.
+    pub row_v: [f64; WIDE],
+    pub u: [f64; 2],
+    /// Range of all, mm.
+    pub lo: f64,
+    pub hi: f64,
+    /// Whether anything was taken away.
+    pub changed: bool,
+}
+
+impl Layer {
+    /// Takes the range of a row anew.
+    pub(crate) fn measure_row(&mut self, row: usize) {
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for k in row * ROW..(row + 1) * ROW {
+            lo = if self.lanes.lo[k] < lo { self.lanes.lo[k] } else { lo };
+            hi = if self.lanes.hi[k] > hi { self.lanes.hi[k] } else { hi };
+        }
+        (self.row_lo[row], self.row_hi[row]) = (lo, hi);
+    }
+}
+
+impl Field {
+    /// Spreads a tile out.
+    pub(crate) fn fill(&mut self, grid: &Grid, index: usize, tile: &Tile) {
+        let (a, [i0, j0]) = grid.tile_place(index);
+        let (u_axis, v_axis) = ((a + 1) % 3, (a + 2) % 3);
+        (self.depth, self.changed) = (0, false);
+        self.columns = std::array::from_fn(|i| grid.center(u_axis, i0 + i));
+        self.row_v = std::array::from_fn(|j| grid.center(v_axis, j0 + j));
+        let last = grid.n[u_axis].min(i0 + TILE) - 1;
+        self.u = [self.columns[0], grid.center(u_axis, last)];
+        self.deepen();
+        for r in 0..LANES {
+            for (k, span) in tile.ray(r).iter().enumerate() {
+                if k == self.depth {
+                    self.deepen();
+                }
+                let lanes = &mut self.layers[k].lanes;
+                (lanes.lo[r], lanes.hi[r]) = (span.lo, span.hi);
+                (lanes.lo_by[r], lanes.hi_by[r]) = (OLD, OLD);
+            }
+        }
+        for layer in &mut self.layers[..self.depth] {
+            for row in 0..ROW {
+                layer.measure_row(row);
+            }
+        }
+        self.measure();
+    }
+
+    /// One layer more, empty.
+    fn deepen(&mut self) {
+        if self.depth == self.layers.len() {
+            self.layers.push(Layer::default());
+        }
+        let Layer { lanes, row_lo, row_hi } = &mut self.layers[self.depth];
+        lanes.clear();
+        (*row_lo, *row_hi) = ([f64::INFINITY; WIDE], [f64::NEG_INFINITY; WIDE]);
+        for r in 0..LANES {
+            (lanes.u[r], lanes.v[r], lanes.ray[r]) = (self.columns[r % ROW], self.row_v[r / ROW], r as u8);
+        }
+        self.depth += 1;
+    }
+
+    pub(crate) fn layers(&self) -> &[Layer] {
+        &self.layers[..self.depth]
+    }
+
+    pub(crate) fn layers_mut(&mut self) -> &mut [Layer] {
+        &mut self.layers[..self.depth]
+    }
+
+    /// Takes the range of all from those of the rows.
+    pub(crate) fn measure(&mut self) {
+        let (mut lo, mut hi) = ([f64::INFINITY; ROW], [f64::NEG_INFINITY; ROW]);
+        // The rows side by side, so that no comparison waits for the one before.
+        for layer in &self.layers[..self.depth] {
+            for row in 0..ROW {
+                lo[row] = if layer.row_lo[row] < lo[row] { layer.row_lo[row] } else { lo[row] };
+                hi[row] = if layer.row_hi[row] > hi[row] { layer.row_hi[row] } else { hi[row] };
+            }
+        }
+        for half in [ROW / 2, ROW / 4, ROW / 8] {
+            for k in 0..half {
+                lo[k] = if lo[k + half] < lo[k] { lo[k + half] } else { lo[k] };
+                hi[k] = if hi[k + half] > hi[k] { hi[k + half] } else { hi[k] };
+            }
+        }
+        (self.lo, self.hi) = (lo[0], hi[0]);
+    }
+
+    /// Puts an interval above interval `k` of its ray; those further up move up.
+    pub(crate) fn insert_above(&mut self, k: usize, strip: &Strip) {
+        let r = usize::from(strip.ray);
+        let mut carried = *strip;
+        for next in k + 1.. {
+            if next == self.depth {
+                self.deepen();
+            }
+            let layer = &mut self.layers[next];
+            let old = layer.lanes.strip(r);
+            let held = layer.lanes.holds(r);
+            layer.lanes.set(r, &carried);
+            layer.measure_row(r / ROW);
+            if !held {
+                return;
+            }
+            carried = old;
+        }
+    }
+
+    /// Moves the intervals of a ray down into the gap where interval `k` was.
+    pub(crate) fn close(&mut self, k: usize, r: usize) {
+        for k in k..self.depth {
+            let above = self.layers[..self.depth].get(k + 1).map(|l| l.lanes.strip(r));
+            let layer = &mut self.layers[k];
+            match above.filter(|strip| strip.lo < strip.hi) {
+                Some(strip) => {
+                    layer.lanes.set(r, &strip);
+                    layer.measure_row(r / ROW);
+                }
+                None => {
+                    layer.lanes.remove(r);
+                    layer.measure_row(r / ROW);
+                    break;
+                }
+            }
+        }
+        while self.depth > 1 && self.layers[self.depth - 1].row_lo.iter().all(|lo| *lo == f64::INFINITY) {
+            self.depth -= 1;
+        }
+    }
+
+    /// Writes the tile again; `mark(strip, upper, spans before)` tells what made an end. `before`: a buffer.
+    pub(crate) fn write(
+        &self,
+        tile: &mut Tile,
+        before: &mut Vec<Span>,
+        mut mark: impl FnMut(&Strip, bool, &[Span]) -> Mark,
+    ) {
+        tile.rewrite(before, |r, before, spans| {
+            for layer in self.layers() {
+                if !layer.lanes.holds(r) {
+                    break;
+                }
+                let strip = layer.lanes.strip(r);
+                let (lo_mark, hi_mark) = (mark(&strip, false, before), mark(&strip, true, before));
+                spans.push(Span { lo: strip.lo, hi: strip.hi, lo_mark, hi_mark });
+            }
+        });
+    }
+}
+
+/// What one item met in one tile: small, since a pass makes many.
+#[derive(Clone, Debug)]
+pub(crate) struct Partial {
+    pub item: u32,
+    pub rays: u32,
+    pub length: f64,
+    pub longest: f64,
+    /// Middle of the longest overlap, mm.
+    pub middle: f64,
+    /// Range of the overlaps along the ray, mm.
+    pub range: [f64; 2],
+    /// Tile ray of the longest overlap.
+    pub ray: u8,
+    /// Columns and rows with overlap, one bit each.
+    pub columns: u8,
+    pub rows: u8,
+}
+
+impl Partial {
+    pub(crate) fn new(item: u32) -> Self {
+        let range = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { item, rays: 0, length: 0.0, longest: 0.0, middle: 0.0, range, ray: 0, columns: 0, rows: 0 }
+    }
+
+    /// Takes the overlap on a ray for the longest if it is; among equals the first ray counts.
+    #[inline]
+    pub(crate) fn offer(&mut self, longest: f64, middle: f64, ray: u8) {
+        if longest > self.longest || (longest == self.longest && ray < self.ray) {
+            (self.longest, self.middle, self.ray) = (longest, middle, ray);
+        }
+    }
+
+    /// Adds the overlap `lo..hi` with a strip, of which `length` is gone.
+    pub(crate) fn add(&mut self, strip: &Strip, [lo, hi]: [f64; 2], length: f64) {
+        self.length += length;
+        self.offer(hi - lo, 0.5 * (lo + hi), strip.ray);
+        self.range = [self.range[0].min(lo), self.range[1].max(hi)];
+        self.columns |= 1 << (usize::from(strip.ray) % ROW);
+        self.rows |= 1 << (usize::from(strip.ray) / ROW);
+    }
+}
+
+/// What is left of a strip when `from..to` goes: below, above, and the length that is gone; none when nothing is met.
+pub(crate) struct Left {
+    pub met: [f64; 2],
+    pub gone: f64,
+    pub below: Option<Strip>,
+    pub above: Option<Strip>,
+}
+
+impl Left {
+    pub(crate) fn of(strip: &Strip, cut: &Cut) -> Option<Self> {
+        let (from, to) = (cut.from.max(strip.lo), cut.to.min(strip.hi));
+        if to - from <= SLIVER {
+            return None;
+        }
+        let mut gone = strip.hi - strip.lo;
+        let below = (from - strip.lo > SLIVER).then(|| {
+            gone -= from - strip.lo;
+            Strip { hi: from, hi_by: cut.from_by, hi_tau: cut.from_tau, ..*strip }
+        });
+        let above = (strip.hi - to > SLIVER).then(|| {
+            gone -= strip.hi - to;
+            Strip { lo: to, lo_by: cut.to_by, lo_tau: cut.to_tau, ..*strip }
+        });
+        Some(Self { met: [from, to], gone, below, above })
+    }
+}

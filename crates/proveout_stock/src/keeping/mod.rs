@@ -1,0 +1,8 @@
+//! Stocks of other moments, poses and cells: files, the way back, re-gridding, patches.
+
+pub(crate) mod clip;
+pub(crate) mod codec;
+pub(crate) mod file;
+pub(crate) mod history;
+pub(crate) mod patch;
+pub(crate) mod regrid;

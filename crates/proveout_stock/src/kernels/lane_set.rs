@@ -1,0 +1,281 @@
+//! Intervals of material side by side, and what a moving body takes of them.
+
+use pulp::Simd;
+
+use crate::{
+    field::span::SLIVER,
+    kernels::lanes::{L, Mask, load, put, width},
+    kernels::ray::Taken,
+};
+
+/// Lanes of one set: the rays of a tile.
+pub(crate) const LANES: usize = crate::field::grid::TILE_RAYS;
+/// Lanes of a row: rays of a tile with the same v.
+pub(crate) const ROW: usize = crate::field::grid::TILE;
+
+/// Room for a number a row, filled up to the widest vector.
+pub(crate) const WIDE: usize = 16;
+
+/// What is known of a lane: nothing is taken, one interval is taken, or the kernel could not prove its answer and the ray must
+/// be searched (see `ray_translate`, `ray_turn`).
+pub(crate) const NOTHING: f64 = 0.0;
+pub(crate) const TAKEN: f64 = 1.0;
+pub(crate) const UNPROVEN: f64 = 2.0;
+/// Nobody asks.
+pub(crate) const IDLE: f64 = 3.0;
+
+/// Maker of an end that was there before the batch began.
+pub(crate) const OLD: f64 = -1.0;
+
+/// One array a quantity. Makers are numbers of steps of the batch, times are those of the step, 0 to 1: they give the normal
+/// of an end when it is wanted.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub(crate) struct Lanes {
+    pub u: [f64; LANES],
+    pub v: [f64; LANES],
+    /// The material, mm; `lo > hi`: none.
+    pub lo: [f64; LANES],
+    pub hi: [f64; LANES],
+    pub lo_by: [f64; LANES],
+    pub hi_by: [f64; LANES],
+    pub lo_tau: [f64; LANES],
+    pub hi_tau: [f64; LANES],
+    pub state: [f64; LANES],
+    /// The interval taken up, mm; cut off anywhere outside of `lo..=hi`.
+    pub from: [f64; LANES],
+    pub to: [f64; LANES],
+    pub from_by: [f64; LANES],
+    pub to_by: [f64; LANES],
+    pub from_tau: [f64; LANES],
+    pub to_tau: [f64; LANES],
+    /// Tile ray of the lane.
+    pub ray: [u8; LANES],
+    /// Rows that are asked for, one bit each.
+    pub rows: u8,
+    /// Lanes that [`Self::push`] has filled.
+    n: usize,
+}
+
+/// Material of one lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strip {
+    pub ray: u8,
+    pub u: f64,
+    pub v: f64,
+    pub lo: f64,
+    pub hi: f64,
+    pub lo_by: f64,
+    pub hi_by: f64,
+    pub lo_tau: f64,
+    pub hi_tau: f64,
+}
+
+impl Default for Lanes {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            u: zero,
+            v: zero,
+            lo: [f64::INFINITY; LANES],
+            hi: [f64::NEG_INFINITY; LANES],
+            lo_by: zero,
+            hi_by: zero,
+            lo_tau: zero,
+            hi_tau: zero,
+            state: [IDLE; LANES],
+            from: zero,
+            to: zero,
+            from_by: zero,
+            to_by: zero,
+            from_tau: zero,
+            to_tau: zero,
+            ray: [0; LANES],
+            rows: 0,
+            n: 0,
+        }
+    }
+}
+
+impl Lanes {
+    #[cfg(test)]
+    pub(crate) fn len(&self) -> usize {
+        self.n
+    }
+
+    /// Empties all lanes.
+    pub(crate) fn clear(&mut self) {
+        self.lo = [f64::INFINITY; LANES];
+        self.hi = [f64::NEG_INFINITY; LANES];
+        self.n = 0;
+        self.hush();
+    }
+
+    /// Nobody asks for any lane.
+    pub(crate) fn hush(&mut self) {
+        self.state = [IDLE; LANES];
+        self.rows = 0;
+    }
+
+    fn ask(&mut self, k: usize) {
+        self.state[k] = NOTHING;
+        self.rows |= 1 << (k / ROW);
+    }
+
+    /// Asks for all lanes of a row.
+    pub(crate) fn ask_row(&mut self, row: usize) {
+        for state in &mut self.state[row * ROW..(row + 1) * ROW] {
+            *state = NOTHING;
+        }
+        self.rows |= 1 << row;
+    }
+
+    /// Whether vector `g` has lanes that are asked for.
+    #[inline(always)]
+    pub(crate) fn asks<S: Simd>(&self, g: usize) -> bool {
+        let whole = width::<S>() / ROW;
+        let rows = if whole > 1 { (1 << whole) - 1 } else { 1 };
+        self.rows >> (g * width::<S>() / ROW) & rows != 0
+    }
+
+    /// Adds a lane and asks for it; nothing happens when all are in use.
+    pub(crate) fn push(&mut self, strip: &Strip) {
+        if self.n < LANES {
+            self.n += 1;
+            self.set(self.n - 1, strip);
+            self.ask(self.n - 1);
+        }
+    }
+
+    pub(crate) fn set(&mut self, k: usize, s: &Strip) {
+        (self.u[k], self.v[k], self.ray[k]) = (s.u, s.v, s.ray);
+        (self.lo[k], self.hi[k]) = (s.lo, s.hi);
+        (self.lo_by[k], self.hi_by[k]) = (s.lo_by, s.hi_by);
+        (self.lo_tau[k], self.hi_tau[k]) = (s.lo_tau, s.hi_tau);
+    }
+
+    pub(crate) fn strip(&self, k: usize) -> Strip {
+        Strip {
+            ray: self.ray[k],
+            u: self.u[k],
+            v: self.v[k],
+            lo: self.lo[k],
+            hi: self.hi[k],
+            lo_by: self.lo_by[k],
+            hi_by: self.hi_by[k],
+            lo_tau: self.lo_tau[k],
+            hi_tau: self.hi_tau[k],
+        }
+    }
+
+    pub(crate) fn remove(&mut self, k: usize) {
+        (self.lo[k], self.hi[k]) = (f64::INFINITY, f64::NEG_INFINITY);
+    }
+
+    pub(crate) fn holds(&self, k: usize) -> bool {
+        self.lo[k] < self.hi[k]
+    }
+
+    /// The answer for a lane.
+    pub(crate) fn answer(&mut self, k: usize, cut: Option<&Cut>) {
+        self.state[k] = NOTHING;
+        if let Some(c) = cut {
+            self.state[k] = TAKEN;
+            (self.from[k], self.to[k]) = (c.from, c.to);
+            (self.from_by[k], self.to_by[k]) = (c.from_by, c.to_by);
+            (self.from_tau[k], self.to_tau[k]) = (c.from_tau, c.to_tau);
+        }
+    }
+
+    /// What is taken of a lane.
+    pub(crate) fn cut(&self, k: usize) -> Cut {
+        Cut {
+            from: self.from[k],
+            to: self.to[k],
+            from_by: self.from_by[k],
+            to_by: self.to_by[k],
+            from_tau: self.from_tau[k],
+            to_tau: self.to_tau[k],
+        }
+    }
+}
+
+/// An interval that an item takes up on a ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    pub from: f64,
+    pub to: f64,
+    pub from_by: f64,
+    pub to_by: f64,
+    pub from_tau: f64,
+    pub to_tau: f64,
+}
+
+/// What a kernel works on: the number of the step, and which part of its time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Maker {
+    pub by: f64,
+    pub first: f64,
+    pub part: f64,
+}
+
+impl Maker {
+    pub(crate) fn whole(step: usize) -> Self {
+        Self { by: step as f64, first: 0.0, part: 1.0 }
+    }
+
+    /// Part `k` of `n`.
+    pub(crate) fn part(step: usize, k: usize, n: usize) -> Self {
+        Self { by: step as f64, first: k as f64 / n as f64, part: 1.0 / n as f64 }
+    }
+}
+
+impl Maker {
+    /// An interval that one of the searches found.
+    pub(crate) fn cut(&self, taken: &Taken) -> Cut {
+        let tau = |t: f64| self.first + self.part * t;
+        Cut {
+            from: taken.lo.s,
+            to: taken.hi.s,
+            from_by: self.by,
+            to_by: self.by,
+            from_tau: tau(taken.lo.tau),
+            to_tau: tau(taken.hi.tau),
+        }
+    }
+}
+
+/// Adds the interval `ends` where `hit` holds to what a lane has, or gives the lane up when the two do not meet.
+#[inline(always)]
+pub(crate) fn join<S: Simd>(
+    simd: S,
+    lanes: &mut Lanes,
+    g: usize,
+    hit: Mask<S>,
+    ends: [L<S>; 2],
+    taus: [L<S>; 2],
+    maker: Maker,
+) {
+    let state = load(simd, &lanes.state, g);
+    let (nothing, taken) = (state.same(NOTHING), state.same(TAKEN));
+    let fresh = hit & state.le(nothing);
+    let more = hit & state.ge(taken) & state.le(taken);
+    let (mut lower, mut upper, mut after) = (fresh, fresh, taken);
+    if more.any() {
+        let (from, to) = (load(simd, &lanes.from, g), load(simd, &lanes.to, g));
+        let gap = state.same(SLIVER);
+        let meets = ends[0].le(to + gap) & ends[1].ge(from - gap);
+        lower = fresh | (more & meets & ends[0].lt(from));
+        upper = fresh | (more & meets & ends[1].gt(to));
+        after = (more & !meets).select(state.same(UNPROVEN), taken);
+    }
+    let by = state.same(maker.by);
+    let (first, part) = (state.same(maker.first), state.same(maker.part));
+    put(g, &mut lanes.state, fresh | more, after);
+    put(g, &mut lanes.from, lower, ends[0]);
+    put(g, &mut lanes.to, upper, ends[1]);
+    put(g, &mut lanes.from_by, lower, by);
+    put(g, &mut lanes.to_by, upper, by);
+    put(g, &mut lanes.from_tau, lower, first + part * taus[0]);
+    put(g, &mut lanes.to_tau, upper, first + part * taus[1]);
+}

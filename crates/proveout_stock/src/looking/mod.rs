@@ -1,0 +1,13 @@
+//! What is read off a stock: surface, rows, sections, parts, depths, engagement.
+
+pub(crate) mod bands;
+pub(crate) mod contact;
+pub(crate) mod depth;
+pub(crate) mod measure;
+pub(crate) mod parts;
+pub(crate) mod qef;
+pub(crate) mod rows;
+pub(crate) mod section;
+pub(crate) mod sheets;
+pub(crate) mod surface;
+pub(crate) mod watch;

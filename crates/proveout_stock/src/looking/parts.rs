@@ -1,0 +1,186 @@
+//! Parts of the stock that hang together.
+//!
+//! The intervals of the rays along z are the nodes. Two of them on neighboring rays hang together where material runs from one to
+//! the other: where their heights overlap, and a ray across says so.
+//!
+//! ```text
+//!   z ^   |#|   |#|                 a row of cell centers k in the overlap: the ray along x (y) at this height
+//!     |   |#|---|#|--- k            has one interval over both centers                        -> one part
+//!     |   |#|   |#|    k            has a gap between them, at all k: a slot narrower than a cell -> two parts
+//!     |   |#|                       no center in the overlap: nothing tells otherwise            -> one part
+//!     +--------------> x
+//! ```
+//!
+//! The cost is linear in the rays: as a rule the first row says yes. *Limits.* Material that no ray along z meets (a fin thinner
+//! than a cell, upright between the rays) is not seen; a bridge that runs between all rays does not hold.
+
+use proveout_geom::{Aabb, Point};
+
+use crate::{
+    TriDexel,
+    field::span::{INITIAL, Span},
+};
+
+/// A part of the stock that hangs together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StockPart {
+    /// Volume by the rays along z, mm³.
+    pub volume_mm3: f64,
+    /// Center of this volume, mm.
+    pub center: Point,
+    /// Box of the ends of its rays along z, to half a cell sideways, mm.
+    pub bounds: Aabb,
+    /// The last sweep item that made an end of its rays, of all three sets; none where it is as it was at first.
+    pub last_made_by: Option<u32>,
+}
+
+impl TriDexel {
+    /// Parts that hang together, the largest first. Frame: that of the stock.
+    pub fn parts(&self) -> Vec<StockPart> {
+        let [nx, ny, _] = self.grid.n;
+        let column = |i: usize, j: usize| self.spans(2, i, j);
+        // Number of the first interval of each column.
+        let mut first = Vec::with_capacity(nx * ny + 1);
+        first.push(0_usize);
+        for j in 0..ny {
+            for i in 0..nx {
+                first.push(first[first.len() - 1] + column(i, j).len());
+            }
+        }
+        let mut sets = Sets::new(first[nx * ny]);
+        for j in 0..ny {
+            for i in 0..nx {
+                let own = first[j * nx + i];
+                for (axis, [i2, j2]) in [(0, [i + 1, j]), (1, [i, j + 1])] {
+                    if i2 < nx && j2 < ny {
+                        let other = first[j2 * nx + i2];
+                        self.join([i, j], axis, [own, other], [column(i, j), column(i2, j2)], &mut sets);
+                    }
+                }
+            }
+        }
+        self.collect(&first, &mut sets)
+    }
+
+    /// Joins the intervals of two neighboring columns; the second lies behind the first along `axis`.
+    fn join(&self, place: [usize; 2], axis: usize, [own, other]: [usize; 2], [a, b]: [&[Span]; 2], sets: &mut Sets) {
+        let (mut k, mut m) = (0, 0);
+        while k < a.len() && m < b.len() {
+            let (low, high) = (a[k].lo.max(b[m].lo), a[k].hi.min(b[m].hi));
+            if high > low && sets.root(own + k) != sets.root(other + m) && self.bridged(place, axis, [low, high]) {
+                sets.unite(own + k, other + m);
+            }
+            if a[k].hi < b[m].hi {
+                k += 1;
+            } else {
+                m += 1;
+            }
+        }
+    }
+
+    /// Whether material runs from a column to the next one along `axis` between two heights, as far as rays across tell.
+    fn bridged(&self, [i, j]: [usize; 2], axis: usize, [low, high]: [f64; 2]) -> bool {
+        let grid = &self.grid;
+        let (from, to) = (grid.first_at_or_above(2, low), grid.first_at_or_above(2, high));
+        let at = [i, j][axis];
+        let (x0, x1) = (grid.center(axis, at), grid.center(axis, at + 1));
+        let mut rows = from..to;
+        // Rays along x are counted along y and z, rays along y along z and x.
+        let covers = |k: usize| {
+            let spans = if axis == 0 { self.spans(0, j, k) } else { self.spans(1, k, i) };
+            spans.iter().any(|s| s.lo <= x0 && s.hi >= x1)
+        };
+        rows.is_empty() || rows.any(covers)
+    }
+
+    /// Takes the makers of the rays along x and y too: an interval belongs to the column at its middle.
+    fn last_across(&self, first: &[usize], sets: &mut Sets, number: &[usize], parts: &mut [StockPart]) {
+        let grid = &self.grid;
+        let nx = grid.n[0];
+        for a in 0..2 {
+            for q in 0..grid.n[(a + 2) % 3] {
+                for p in 0..grid.n[a + 1] {
+                    for span in self.spans(a, p, q) {
+                        let along = grid.nearest(a, 0.5 * (span.lo + span.hi));
+                        // Rays along x are counted along y and z, rays along y along z and x.
+                        let (i, j, k) = if a == 0 { (along, p, q) } else { (q, along, p) };
+                        let z = grid.center(2, k);
+                        let covering = self.spans(2, i, j).iter().position(|s| s.lo <= z && z <= s.hi);
+                        if let Some(at) = covering {
+                            let part = &mut parts[number[sets.root(first[j * nx + i] + at)]];
+                            part.last_made_by = part.last_made_by.max(last_maker(span));
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn collect(&self, first: &[usize], sets: &mut Sets) -> Vec<StockPart> {
+        let grid = &self.grid;
+        let [nx, ny, _] = grid.n;
+        let half = [0.5 * grid.cells[0], 0.5 * grid.cells[1]];
+        let mut number = vec![usize::MAX; first[nx * ny]];
+        let mut parts: Vec<StockPart> = Vec::new();
+        for j in 0..ny {
+            for i in 0..nx {
+                let (x, y) = (grid.center(0, i), grid.center(1, j));
+                for (k, span) in self.spans(2, i, j).iter().enumerate() {
+                    let root = sets.root(first[j * nx + i] + k);
+                    if number[root] == usize::MAX {
+                        number[root] = parts.len();
+                        let (far, none) = (f64::INFINITY, f64::NEG_INFINITY);
+                        let bounds = Aabb { min: Point::new(far, far, far), max: Point::new(none, none, none) };
+                        parts.push(StockPart { volume_mm3: 0.0, center: Point::origin(), bounds, last_made_by: None });
+                    }
+                    let part = &mut parts[number[root]];
+                    let volume = (span.hi - span.lo) * grid.ray_area(2);
+                    part.volume_mm3 += volume;
+                    part.center += volume * Point::new(x, y, 0.5 * (span.lo + span.hi)).coords;
+                    let (low, high) = ([x - half[0], y - half[1], span.lo], [x + half[0], y + half[1], span.hi]);
+                    for c in 0..3 {
+                        part.bounds.min[c] = part.bounds.min[c].min(low[c]);
+                        part.bounds.max[c] = part.bounds.max[c].max(high[c]);
+                    }
+                    part.last_made_by = part.last_made_by.max(last_maker(span));
+                }
+            }
+        }
+        self.last_across(first, sets, &number, &mut parts);
+        for part in &mut parts {
+            part.center = Point::from(part.center.coords / part.volume_mm3);
+        }
+        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
+        parts
+    }
+}
+
+/// The later one of the items that made the ends.
+fn last_maker(span: &Span) -> Option<u32> {
+    [span.lo_mark.id, span.hi_mark.id].into_iter().filter(|id| *id != INITIAL).max()
+}
+
+/// Disjoint sets with halved paths (Tarjan and van Leeuwen 1984).
+struct Sets {
+    parent: Vec<usize>,
+}
+
+impl Sets {
+    fn new(n: usize) -> Self {
+        Self { parent: (0..n).collect() }
+    }
+
+    fn root(&mut self, mut at: usize) -> usize {
+        while self.parent[at] != at {
+            self.parent[at] = self.parent[self.parent[at]];
+            at = self.parent[at];
+        }
+        at
+    }
+
+    fn unite(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        // The smaller number stays: the result does not hang on the order of unions.
+        self.parent[a.max(b)] = a.min(b);
+    }
+}
