@@ -61,6 +61,9 @@ pub(crate) struct RunArgs {
     /// What moves under the forces of the drives, with --dynamics servo (default: the scene's)
     #[arg(long, value_enum)]
     pub(crate) plant: Option<PlantArg>,
+    /// Search how far each tool must stand out of its holder, by runs of its own before this one
+    #[arg(long)]
+    pub(crate) overhang: bool,
     /// Where the Rerun recording goes
     #[arg(long, value_enum, default_value = "file")]
     pub(crate) rerun: RerunArg,

@@ -357,7 +357,11 @@ impl<'a> Engine<'a> {
                 self.state = CuttingState { tool, spindle: SpindleDirection::Off, speed_rpm: 0.0 };
                 if let Some(t) = self.tool(tool) {
                     let order = self.uses.len();
-                    let fresh = || (order, ToolUse { number: t.number, name: t.name.clone(), ..ToolUse::default() });
+                    let least = self.prepared.least_overhang_mm.get(&t.name).copied();
+                    let fresh = || {
+                        let name = t.name.clone();
+                        (order, ToolUse { number: t.number, name, min_overhang_mm: least, ..ToolUse::default() })
+                    };
                     self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
                 }
             }

@@ -19,6 +19,7 @@ pub mod gates;
 pub mod log;
 pub mod measure;
 pub mod observer;
+pub mod overhang;
 pub mod programs;
 pub mod run;
 pub mod scene;

@@ -53,6 +53,10 @@ pub struct Choice {
     pub plant: Option<PlantFile>,
     /// What the observers of the run will hold, for the announcement of its memory.
     pub recorded: Recorded,
+    /// Tools, by name, that stand further out of their holder than the library says, mm; less far where negative.
+    pub clamped_out_mm: BTreeMap<String, f64>,
+    /// Least overhangs that were searched ([`crate::overhang`]), by name of the tool, mm.
+    pub least_overhang_mm: BTreeMap<String, f64>,
 }
 
 /// A program that was made from another one.
@@ -105,6 +109,8 @@ pub struct Prepared {
     pub fixtures: Vec<(String, TriMesh)>,
     /// Workpiece frame to table frame.
     pub table_from_work: Pose,
+    /// Least overhangs that were searched, by name of the tool, mm.
+    pub least_overhang_mm: BTreeMap<String, f64>,
     /// Which motion cuts.
     pub dynamics: Dynamics,
     /// What moves under the forces of the drives.
@@ -149,7 +155,8 @@ impl Prepared {
         let mut machine = Machine::read(&machine_path)?;
         let described = machine.clone();
         let changed_limits = limit_joints(&scene, &mut machine)?;
-        let tools = ToolLibrary::read(&tools_path)?;
+        let mut tools = ToolLibrary::read(&tools_path)?;
+        clamp_out(&mut tools, choice, &tools_path)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
         let mut inputs = vec![
@@ -242,6 +249,7 @@ impl Prepared {
             texture,
             fixtures,
             table_from_work,
+            least_overhang_mm: choice.least_overhang_mm.clone(),
             dynamics: match dynamics {
                 DynamicsFile::Ideal => Dynamics::Ideal,
                 DynamicsFile::Planned => Dynamics::Planned,
@@ -331,6 +339,20 @@ impl Prepared {
             ..defaults
         }
     }
+}
+
+/// Clamps tools as the call chooses.
+fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<(), ConfigError> {
+    for (name, by) in &choice.clamped_out_mm {
+        let refused = |message: String| {
+            ConfigError::file(path, message, "choose a tool with a holder and an overhang that it grips")
+        };
+        let tool = tools.tools.iter_mut().find(|t| t.name == *name);
+        let tool = tool.ok_or_else(|| refused(format!("there is no tool {name:?} to clamp otherwise")))?;
+        let moved = tool.clamped_out_by(*by);
+        *tool = moved.ok_or_else(|| refused(format!("{name} cannot be clamped {by} mm further out")))?;
+    }
+    Ok(())
 }
 
 /// Radii of the library as a control has them in its tool table; offset numbers are those of the tools.

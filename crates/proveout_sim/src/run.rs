@@ -6,7 +6,7 @@
 
 use std::{path::Path, sync::PoisonError, time::Instant};
 
-use proveout_controller::{Chunk, Controller, RunError};
+use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
 use proveout_nc::Diagnostic;
 use proveout_stock::{Patch, TriDexel};
 
@@ -77,45 +77,10 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     }
     stages.record += told.elapsed().as_secs_f64();
 
-    let scene_path = prepared.scene.path.display().to_string();
-    let program = prepared.program()?;
-    let settings = prepared.control_settings(program.dialect());
-    let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
-    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
-    loop {
-        let planning = Instant::now();
-        let chunk = controller.next_chunk().map_err(from_run_error)?;
-        let servo = controller.servo_wall_s() - stages.servo;
-        stages.plan += planning.elapsed().as_secs_f64() - servo;
-        stages.servo += servo;
-        let Some(chunk) = chunk else { break };
-        for stretch in stretches(&chunk) {
-            let batch = engine.step(&stretch, &mut stages);
-            engine.check_memory()?;
-            let telling = Instant::now();
-            let batch = Batch {
-                samples: &stretch.samples,
-                signals: &batch.signals,
-                pieces: &stretch.pieces,
-                blocks: &batch.blocks,
-                events: &stretch.events,
-                findings: &batch.findings,
-                time: batch.time,
-                stock: engine.stock(),
-                changed_tiles: &batch.changed_tiles,
-                patches: engine.patches(),
-                changed_in_patches: &batch.changed_in_patches,
-            };
-            for observer in observers.iter_mut() {
-                observer.batch(&setup(&prepared, batch.stock, batch.patches), &batch)?;
-            }
-            stages.record += telling.elapsed().as_secs_f64();
-        }
-    }
+    let summary = drive(&prepared, &mut engine, &mut stages, observers)?;
 
     let judging = Instant::now();
     let recorded = stages.record;
-    let summary = controller.summary();
     let pieces = engine.pieces();
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
@@ -139,6 +104,59 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     let stock_memory =
         std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
     Ok(RunResult { verdict, stages, wall, pieces, announced_memory: prepared.memory.total(), stock_memory })
+}
+
+/// Takes the motion through stock and bodies without a judgement of the surface; the observers hear of the stretches alone.
+pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer>]) -> Result<(), SimError> {
+    let (stock, patches) = prepared.stock.take()?;
+    let prepared = prepared;
+    let mut engine = Engine::new(&prepared, stock, patches)?;
+    drive(&prepared, &mut engine, &mut Stages::default(), observers).map(|_| ())
+}
+
+/// Plans the motion of the program and takes it through the engine, stretch by stretch.
+fn drive(
+    prepared: &Prepared,
+    engine: &mut Engine<'_>,
+    stages: &mut Stages,
+    observers: &mut [Box<dyn Observer>],
+) -> Result<PathSummary, SimError> {
+    let scene_path = prepared.scene.path.display().to_string();
+    let program = prepared.program()?;
+    let settings = prepared.control_settings(program.dialect());
+    let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
+    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
+    loop {
+        let planning = Instant::now();
+        let chunk = controller.next_chunk().map_err(from_run_error)?;
+        let servo = controller.servo_wall_s() - stages.servo;
+        stages.plan += planning.elapsed().as_secs_f64() - servo;
+        stages.servo += servo;
+        let Some(chunk) = chunk else { break };
+        for stretch in stretches(&chunk) {
+            let batch = engine.step(&stretch, stages);
+            engine.check_memory()?;
+            let telling = Instant::now();
+            let batch = Batch {
+                samples: &stretch.samples,
+                signals: &batch.signals,
+                pieces: &stretch.pieces,
+                blocks: &batch.blocks,
+                events: &stretch.events,
+                findings: &batch.findings,
+                time: batch.time,
+                stock: engine.stock(),
+                changed_tiles: &batch.changed_tiles,
+                patches: engine.patches(),
+                changed_in_patches: &batch.changed_in_patches,
+            };
+            for observer in observers.iter_mut() {
+                observer.batch(&setup(prepared, batch.stock, batch.patches), &batch)?;
+            }
+            stages.record += telling.elapsed().as_secs_f64();
+        }
+    }
+    Ok(controller.summary())
 }
 
 /// The same, with the whole surface of the cut part in memory.

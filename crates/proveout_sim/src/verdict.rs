@@ -458,7 +458,8 @@ pub struct ToolUse {
     pub length_mm: f64,
     /// Removed volume, mm³.
     pub volume_mm3: f64,
-    /// Length of tool that must stand out of the holder so that the holder stays clear of the stock, mm, as far as probed.
+    /// Least length of tool that must stand out of the holder so that nothing comes too near while the tool is in the spindle, mm, found
+    /// by runs of its own (`run --overhang`); null where it was not searched, or where no overhang is clear.
     pub min_overhang_mm: Option<f64>,
 }
 

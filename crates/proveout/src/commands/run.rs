@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
     Choice, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
+    overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
     run::{RunResult, run as prove},
     scene::{DynamicsFile, PlantFile},
     verdict::{State, Verdict},
@@ -18,7 +19,7 @@ use crate::{
 /// Runs a scene; true when the verdict is pass.
 pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
     let (threads, pool) = pool(args.resolution_mm, args.threads)?;
-    let choice = Choice {
+    let mut choice = Choice {
         program: args.program.clone(),
         nc: args.nc.clone(),
         resolution_mm: args.resolution_mm,
@@ -31,7 +32,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
             RerunArg::Off => Recorded::Folder,
             _ => Recorded::Recording,
         },
+        ..Choice::default()
     };
+    let overhangs = if args.overhang {
+        let search = || least_overhangs(&args.scene, &choice, &mut |run| tell!("overhang: {run}"));
+        pool.install(search).map_err(|e| Failure::from(&e))?
+    } else {
+        Vec::new()
+    };
+    choice.least_overhang_mm = by_tool(&overhangs);
     let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
     let prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
     if let Some(note) = &prepared.control_note {
@@ -49,6 +58,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
     print_summary(&result, &place);
+    if args.overhang {
+        print_overhangs(&overhangs);
+    }
     Ok(result.verdict.verdict == State::Pass)
 }
 
@@ -163,6 +175,37 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         place.join("report.html").display(),
         place.display()
     );
+}
+
+fn print_overhangs(found: &[Overhang]) {
+    say!("\n  overhang: the least that is clear, to {STEP_MM} mm; each was run");
+    for o in found {
+        let now = o.now_mm;
+        match (o.least_mm, &o.too_short) {
+            (Some(least), Some((short, fault))) => {
+                let change = least - now;
+                let words = if change > 0.0 { "too short by" } else { "not needed" };
+                let change = change.abs();
+                say!(
+                    "    {:<24} {least:>8.1} mm; clamped {now:.1} mm, {words} {change:.1} mm; at {short:.1} mm: {fault}",
+                    o.tool
+                );
+            }
+            (Some(least), None) => {
+                say!(
+                    "    {:<24} {least:>8.1} mm; clamped {now:.1} mm; the shortest that the holder grips is clear",
+                    o.tool
+                );
+            }
+            (None, Some((short, fault))) => {
+                say!("    {:<24} none up to {short:.1} mm is clear: {fault}", o.tool);
+            }
+            (None, None) => {}
+        }
+    }
+    if found.is_empty() {
+        say!("    no tool of the program has a holder that grips a cylinder");
+    }
 }
 
 fn bound(seconds: Option<f64>) -> String {

@@ -1,11 +1,15 @@
 //! Fills the page's template.
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::verdict::{State, Verdict};
+use proveout_sim::{
+    finding::Finding,
+    verdict::{State, Verdict},
+};
 use serde::Serialize;
 
 use crate::{
     color::{DeviationMap, STEEL},
+    contact::{ContactPicture, FIRST, SECOND},
     encode::{base64, pack_mesh},
     envelope::Envelope,
     error::RecordError,
@@ -68,6 +72,8 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "figures": figures(v),
         "gates": gates(v),
         "groups": groups(&v.findings, &order),
+        "contacts": contacts(page),
+        "contact_colors": contact_colors(),
         "mesh": mesh,
         "view_data": view_data(page),
         "mesh_notes": mesh_notes(page.part),
@@ -107,6 +113,38 @@ struct VerdictWords {
     class: &'static str,
     word: &'static str,
     meaning: &'static str,
+}
+
+#[derive(Serialize)]
+struct ContactRow {
+    png: String,
+    id: String,
+    number: usize,
+    bodies: [String; 2],
+    words: String,
+}
+
+fn contact_colors() -> [String; 2] {
+    [FIRST, SECOND].map(|[r, g, b]| css([r, g, b, 255]))
+}
+
+/// Pictures of contacts with the rows of the findings that they show.
+fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
+    let row = |p: &ContactPicture| {
+        let findings = &page.verdict.findings;
+        let of = |f: &Finding| f.code == p.code && f.bodies.as_slice() == p.bodies.as_slice() && f.time_s == p.time_s;
+        let index = findings.iter().position(of)?;
+        let f = &findings[index];
+        let place = f.line.map_or_else(String::new, |line| format!(", line {line}"));
+        Some(ContactRow {
+            png: base64(&p.png),
+            id: format!("finding-{}", index + 1),
+            number: index + 1,
+            bodies: p.bodies.clone(),
+            words: format!("{}{place}", p.time_s.map_or_else(String::new, duration)),
+        })
+    };
+    page.contacts.iter().filter_map(row).collect()
 }
 
 fn verdict_words(state: State) -> VerdictWords {
