@@ -3,7 +3,7 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] and [`assignments`]
 //! collect their words, [`act`] does them with [`motion`], [`arcs`], [`polar`], [`frames`], [`technology`],
-//! [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
+//! [`splines`], [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
 //! motions, [`frame_values`] and [`system`] are variables of the control, [`words`] lists what is read with a note or refused.
 
 mod act;
@@ -28,6 +28,7 @@ mod parser;
 mod pending;
 mod polar;
 mod recover;
+mod splines;
 mod statement;
 mod system;
 mod tapping;

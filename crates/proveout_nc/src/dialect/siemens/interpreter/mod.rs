@@ -87,6 +87,8 @@ pub(crate) struct Siemens {
     pub(crate) orientation_tolerance: Option<f64>,
     /// ADIS in the unit of the program.
     pub(crate) rounding: f64,
+    /// Spline whose end is not known yet.
+    pub(crate) curve: Option<Box<super::splines::Curve>>,
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
@@ -242,7 +244,10 @@ impl Lines for Siemens {
     }
 
     /// The end of the text ends the program as M30 and the subprogram as M17 do.
-    fn end_of_text(channel: &mut Interpreter, _: &Arc<Loaded>, _: Mark) -> Result<(), Box<Diagnostic>> {
+    fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
+        channel
+            .end_curve(None)
+            .map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();
         } else {
