@@ -119,6 +119,11 @@ impl Span {
     }
 }
 
+/// How a person gives a value that a program reads and does not set.
+pub(crate) fn give(name: &str) -> String {
+    format!("give \"{name}\" with --variable, or under [variables] of the control file")
+}
+
 /// A diagnostic before it knows its file and line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Fault {
@@ -156,6 +161,11 @@ impl Fault {
 
 /// Column from 1 and length, both in characters, of a byte span of a line.
 pub(crate) fn column_and_length(line: &str, span: Span) -> (u32, u32) {
+    if line.is_ascii() {
+        let length = line.len() as u32;
+        let (start, end) = (span.start.min(length), span.end.min(length));
+        return (start + 1, end.max(start) - start);
+    }
     let floor = |at: u32| {
         let mut at = (at as usize).min(line.len());
         while !line.is_char_boundary(at) {

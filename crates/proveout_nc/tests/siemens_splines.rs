@@ -114,6 +114,7 @@ proptest! {
         let pieces = pieces(&ops(&text));
         prop_assert_eq!(pieces.len(), through.len() - 1);
         for (piece, ends) in pieces.iter().zip(through.windows(2)) {
+            prop_assert!(piece.iter().flatten().all(|v| v.is_finite()), "{:?}\n{}", piece, text);
             prop_assert!(distance(piece[0], ends[0]) < 1e-12 && distance(piece[3], ends[1]) < 1e-12);
         }
         let h: Vec<f64> = through.windows(2).map(|w| distance(w[0], w[1])).collect();

@@ -1,12 +1,13 @@
 //! Applies a file to what its parents say, and refuses what contradicts itself or has no effect.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::error::ControlFileError;
 use super::file::{
-    ArcsFile, CentersFile, ControlFile, DialectFile, DistanceFile, DwellFile, FineBoringFile, InterpolationFile,
-    MissingFeedFile, MissingSubprogramFile, MotionFile, NumbersFile, PlaneFile, StartFeedFile, StartFile, UnitFile,
-    UnlistedMFile, WithoutPointFile,
+    ArcsFile, CentersFile, ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, DistanceFile, DwellFile,
+    FineBoringFile, InterpolationFile, MissingFeedFile, MissingSubprogramFile, MotionFile, NumbersFile, PlaneFile,
+    StartFeedFile, StartFile, UnitFile, UnlistedMFile, WithoutHFile, WithoutPointFile,
 };
 use super::meanings;
 use super::model::{ArcTolerance, Centers, Control, DwellUnit, FineBoring, StartFeed, StartMotion, WholeNumbers};
@@ -49,7 +50,7 @@ impl Family {
             ["start", "plane" | "distance" | "feed" | "motion"] => iso || self == Siemens,
             ["start", "unit"] => iso || matches!(self, Siemens | Apt),
             ["start", "position_deg"] => self != Apt,
-            ["numbers", _] | ["cycles", "g76"] => self == MacroB,
+            ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] | ["tool_length", _] => self == MacroB,
             ["arcs", "centers"] | ["dwell", _] => iso,
             ["orientation", "interpolation"] => self == Siemens,
             ["blocks", "skipped_levels"] | ["subprograms", _] => self != Apt,
@@ -88,6 +89,16 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
             FineBoringFile::Refuse => FineBoring::Refused,
         };
     }
+    if let Some(returns) = file.cycles.returns {
+        control.stated_returns = matches!(returns, CycleReturnFile::M53);
+    }
+    if let Some(depth) = file.cycles.depth {
+        control.depth_in_i = matches!(depth, CycleDepthFile::I);
+    }
+    if let Some(without) = file.tool_length.without_h {
+        control.length_of_tool = matches!(without, WithoutHFile::Tool);
+    }
+    positions(&mut control.tool_change, &file.tool_change.position_mm, false, &["tool_change", "position_mm"], text)?;
     dwell(control, file, text)?;
     feed(control, file, text)?;
     if let Some(interpolation) = file.orientation.interpolation {
@@ -236,27 +247,33 @@ fn start(control: &mut Control, file: &StartFile, text: &Text<'_>) -> Checked<()
     for (table, values, rotary) in
         [("position_mm", &file.position_mm, false), ("position_deg", &file.position_deg, true)]
     {
-        for (letter, &value) in values {
-            let path = ["start", table];
-            let axis = match letter.as_bytes() {
-                [byte] => AxisValues::index(char::from(*byte)),
-                _ => None,
-            };
-            let Some(axis) = axis.filter(|axis| (3..6).contains(axis) == rotary) else {
-                let axes = if rotary { "A, B, C" } else { "X, Y, Z, U, V, W" };
-                let message = format!("{letter} is none of the axes {axes}");
-                return Err(text.error("control-value", &path, message, "write the letter of an axis"));
-            };
-            if !value.is_finite() {
-                return Err(text.error(
-                    "control-value",
-                    &path,
-                    format!("{value} is no position"),
-                    "write a finite number",
-                ));
-            }
-            control.position.put(axis, if rotary { value.to_radians() } else { value });
+        positions(&mut control.position, values, rotary, &["start", table], text)?;
+    }
+    Ok(())
+}
+
+/// Positions of axes by their letter.
+fn positions(
+    into: &mut AxisValues,
+    values: &BTreeMap<String, f64>,
+    rotary: bool,
+    path: &[&str],
+    text: &Text<'_>,
+) -> Checked<()> {
+    for (letter, &value) in values {
+        let axis = match letter.as_bytes() {
+            [byte] => AxisValues::index(char::from(*byte)),
+            _ => None,
+        };
+        let Some(axis) = axis.filter(|axis| (3..6).contains(axis) == rotary) else {
+            let axes = if rotary { "A, B, C" } else { "X, Y, Z, U, V, W" };
+            let message = format!("{letter} is none of the axes {axes}");
+            return Err(text.error("control-value", path, message, "write the letter of an axis"));
+        };
+        if !value.is_finite() {
+            return Err(text.error("control-value", path, format!("{value} is no position"), "write a finite number"));
         }
+        into.put(axis, if rotary { value.to_radians() } else { value });
     }
     Ok(())
 }

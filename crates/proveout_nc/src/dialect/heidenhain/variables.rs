@@ -6,7 +6,7 @@ use super::expr::Expr;
 use super::words::{Condition, Kind, Param, Relation, Value};
 use crate::channel::expression::{Function, Operator, apply, arithmetic, combine};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 
 /// A value of a formula.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,8 +58,8 @@ impl Variables {
 
     pub(crate) fn set(&mut self, param: Param, value: f64, span: Span) -> Result<(), Fault> {
         if self.numbers.len() >= self.limit && !self.numbers.contains_key(&param) {
-            let message = format!("the program uses more than {} Q parameters, the limit of the settings", self.limit);
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("raise max_array_elements"));
+            let message = format!("the program uses more than {} Q parameters, which is the limit", self.limit);
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("use fewer parameters, or split the program"));
         }
         self.numbers.insert(param, value);
         Ok(())
@@ -95,12 +95,13 @@ impl Variables {
     fn unknown(&self, param: Param, span: Span) -> Fault {
         let name = param.name();
         let help = match (param.kind, param.index) {
-            (Kind::Global, 108 | 114) => format!("it comes from the tool table: give `{name}` in the settings"),
+            (Kind::Global, 108 | 114) => format!("it comes from the tool table: {}", give(&name)),
             (Kind::Global, 120..=122) => format!(
-                "it holds a rotary position that the control computes for the tilted plane; it is read in blocks such as L A+Q120 B+Q121 C+Q122. Give `{name}` in the settings for other uses"
+                "it holds a rotary position that the control computes for the tilted plane; it is read in blocks such as L A+Q120 B+Q121 C+Q122. For other uses, {}",
+                give(&name)
             ),
-            (Kind::Global, 100..=199) => format!("the control sets it: give `{name}` in the settings"),
-            _ => format!("write {name} = 0 before it is used, or give `{name}` in the settings"),
+            (Kind::Global, 100..=199) => format!("the control sets it: {}", give(&name)),
+            _ => format!("write {name} = 0 before it is used, or {}", give(&name)),
         };
         Fault::new(codes::UNKNOWN_VARIABLE, span, format!("`{name}` has no value")).help(help)
     }

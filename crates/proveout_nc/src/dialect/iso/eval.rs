@@ -5,7 +5,7 @@ use super::interpreter::{Interpreter, alarm};
 use super::parser::{Assignment, Value};
 use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 
 /// Number of the highest parameter (`RS274NGC_MAX_PARAMETERS` of the interpreter less one).
 const LINUXCNC_PARAMETERS: u32 = 5601;
@@ -129,9 +129,7 @@ impl Interpreter {
         }
         if (500..=999).contains(&number) || (10_000..=10_999).contains(&number) {
             let message = format!("#{number} keeps its value in the control, and the program has not set it");
-            return Err(
-                Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(format!("give \"#{number}\" in the settings"))
-            );
+            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(give(&format!("#{number}"))));
         }
         if (200..=499).contains(&number) && self.own.flavor == super::flavor::Flavor::Haas {
             return Ok(None);
@@ -147,7 +145,7 @@ impl Interpreter {
             return Ok(value);
         }
         Err(Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the parameter `#<{name}>` has no value"))
-            .help(format!("assign it first, or give \"#<{name}>\" in the settings")))
+            .help(format!("assign it first, or {}", give(&format!("#<{name}>")))))
     }
 
     /// Assigns after all values of the block are known.
@@ -221,5 +219,5 @@ fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
 
 pub(crate) fn unknown_system(name: &str, span: Span) -> Fault {
     Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system parameter `{name}` is not known to the twin"))
-        .help(format!("give \"{name}\" in the settings, or take its use out"))
+        .help(format!("{}, or take its use out", give(name)))
 }

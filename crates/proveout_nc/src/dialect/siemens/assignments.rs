@@ -4,7 +4,6 @@ use super::block::{refused, word_text};
 use super::eval::{self, Val};
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::parser::Value;
 use super::pending::Pending;
 use super::words::{self, Class};
 use crate::AxisValues;
@@ -36,7 +35,7 @@ impl Interpreter {
         for (slot, value) in powers.iter_mut().zip(coefficients) {
             *slot = value.as_ref().map_or(Ok(0.0), |value| self.variables.number(value, span))?;
         }
-        p.axes[axis] = Some(self.coordinate(&Value::Expr(end.clone()), span)?);
+        p.axes[axis] = Some(self.coordinate_of(end, span)?);
         p.programmed |= 1 << axis;
         p.polynomial[axis] = Some(powers);
         Ok(())
@@ -45,7 +44,12 @@ impl Interpreter {
     /// The axis that `POS[X]`, `AX[_AXIS]` or `PO[X]` names, by its letter or by a variable of type AXIS.
     pub(super) fn named_axis(&self, word: &str, axis: &Expr, span: Span) -> Result<usize, Fault> {
         let name = match axis {
-            Expr::Name(name) if !self.variables.is_defined(name) => name.clone(),
+            // `X`, `B1`: an axis and no variable.
+            Expr::Name(name)
+                if name.bytes().skip(1).all(|b| b.is_ascii_digit()) && !self.variables.is_defined(name) =>
+            {
+                name.clone()
+            }
             other => match self.variables.eval(other, span)? {
                 Val::Text(name) => name,
                 Val::Number(number) => number.to_string(),
@@ -89,7 +93,7 @@ impl Interpreter {
                 return Ok(());
             }
             if matches!(name, "AP" | "RP") {
-                let coordinate = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+                let coordinate = Some(self.coordinate_of(value, span)?);
                 *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
                 return Ok(());
             }
@@ -130,7 +134,7 @@ impl Interpreter {
         }
         if let ("POS" | "AX", [axis]) = (name, indices) {
             let axis = self.named_axis(name, axis, span)?;
-            p.axes[axis] = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+            p.axes[axis] = Some(self.coordinate_of(value, span)?);
             p.programmed |= 1 << axis;
             p.positioning |= name == "POS";
             return Ok(());

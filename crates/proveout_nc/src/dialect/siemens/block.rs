@@ -69,14 +69,17 @@ impl Interpreter {
         .help("write a whole number"))
     }
 
-    /// Coordinate with `AC()`, `IC()`, `DC()`, `ACP()`, `ACN()`.
-    pub(super) fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
-        if let Value::Number(value) = value {
-            return Ok(Coordinate { value: *value, reference: Reference::Modal });
+    /// Coordinate of an address.
+    #[inline]
+    fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
+        match value {
+            Value::Number(value) => Ok(Coordinate { value: *value, reference: Reference::Modal }),
+            Value::Expr(expr) => self.coordinate_of(expr, span),
         }
-        let Value::Expr(expr) = value else {
-            return Ok(Coordinate { value: 0.0, reference: Reference::Modal });
-        };
+    }
+
+    /// Coordinate with `AC()`, `IC()`, `DC()`, `ACP()`, `ACN()`.
+    pub(super) fn coordinate_of(&self, expr: &Expr, span: Span) -> Result<Coordinate, Fault> {
         if let Expr::Call(name, arguments) = expr {
             let reference = match name.as_str() {
                 "AC" => Some(Reference::Absolute),

@@ -6,7 +6,7 @@ use super::expr::Expr;
 use super::parser::Type;
 use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 
 /// Two numbers that differ by less than this, relative to the larger, are equal: the control compares relatively too.
 const RELATIVE_EQUALITY: f64 = 1e-12;
@@ -175,7 +175,7 @@ impl Variables {
                 let index = param_index(self.number(index, span)?, span)?;
                 Val::Number(*self.params.get(&index).ok_or_else(|| {
                     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("R{index} is read and was never assigned"))
-                        .help(format!("assign it in the program, or give `R{index}` in the settings"))
+                        .help(format!("assign it in the program, or {}", give(&format!("R{index}"))))
                 })?)
             }
             Expr::Name(name) => self.name(name, span)?,
@@ -348,10 +348,10 @@ pub(crate) fn param_index(value: f64, span: Span) -> Result<u32, Fault> {
 fn unknown(name: &str, span: Span) -> Fault {
     if name.starts_with('$') {
         return Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` is not supported"))
-            .help(format!("give a value for `{name}` in the settings, or take it out"));
+            .help(format!("{}, or take it out", give(name)));
     }
     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
-        .help(format!("write DEF REAL {name}, or give `{name}` in the settings"))
+        .help(format!("write DEF REAL {name}, or {}", give(name)))
 }
 
 fn position(name: &str, sizes: &[usize], indices: &[usize], span: Span) -> Result<usize, Fault> {

@@ -39,7 +39,7 @@ pub(crate) enum WordKind {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     Number(f64),
-    Expr(Expr),
+    Expr(Box<Expr>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -152,6 +152,12 @@ impl Block {
         self.words.clear();
         self.statement = None;
         self.span = Span::default();
+    }
+
+    /// Addresses with numbers and nothing else.
+    pub(crate) fn is_plain(&self) -> bool {
+        let plain = |word: &Word| matches!(word.kind, WordKind::Address { value: Value::Number(_), .. });
+        self.statement.is_none() && self.words.iter().all(plain)
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -294,17 +300,13 @@ fn address(s: &mut Scanner<'_>, letter: u8, start: usize) -> Result<WordKind, Fa
         s.set_pos(before);
         return Err(no_value(s, start));
     }
-    let value = match expr::number(s)? {
-        Expr::Number(number) => Value::Number(number),
-        other => Value::Expr(other),
-    };
-    Ok(WordKind::Address { letter, extension: None, value })
+    Ok(WordKind::Address { letter, extension: None, value: Value::Number(expr::number(s)?) })
 }
 
 fn value(s: &mut Scanner<'_>) -> Result<Value, Fault> {
     Ok(match expr::expression(s)? {
         Expr::Number(number) => Value::Number(number),
-        other => Value::Expr(other),
+        other => Value::Expr(Box::new(other)),
     })
 }
 

@@ -160,6 +160,10 @@ impl Interpreter {
         };
         self.location = here;
         self.technology.feed = feed;
+        if std::mem::take(&mut self.own.curve_torn) {
+            // Behind a fault in its blocks the curve is not the one that is meant.
+            return Ok(());
+        }
         result
     }
 
@@ -407,6 +411,9 @@ enum End {
 fn cubic_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
     let n = y.len();
     let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
+    if n == 2 && ends == [End::Free; 2] {
+        return vec![d[0]; 2];
+    }
     // Rows of lower, middle, upper, right; two points leave nothing free, three make a parabola.
     let mut rows = vec![[0.0, 1.0, 0.0, 0.0]; n];
     for i in 1..n - 1 {

@@ -12,7 +12,7 @@ use super::corners::{Corner, CornerMark};
 use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::Index;
-use super::modal::Modal;
+use super::modal::{Interpolation, Modal};
 use super::parser::{self, Block, Call, Statement};
 use super::{leftover, recover};
 use crate::channel::doubt::{Doubt, Stage};
@@ -89,6 +89,8 @@ pub(crate) struct Siemens {
     pub(crate) rounding: f64,
     /// Spline whose end is not known yet.
     pub(crate) curve: Option<Box<super::splines::Curve>>,
+    /// A block of the curve has failed.
+    pub(crate) curve_torn: bool,
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
@@ -189,6 +191,7 @@ impl Language for Siemens {
     fn resume(channel: &mut Interpreter) -> Option<bool> {
         channel.own.corner = None;
         channel.own.corner_waits = false;
+        channel.own.curve_torn = matches!(channel.modal.interpolation, Interpolation::Spline(_));
         if !std::mem::take(&mut channel.own.corner_failed) {
             return None;
         }
@@ -234,7 +237,7 @@ impl Lines for Siemens {
             return Ok(());
         }
         channel.stands_at(&loaded.source.name, at, line, block.span);
-        if line.contains('$') || !channel.own.frame_variables.is_empty() {
+        if !block.is_plain() && (line.contains('$') || !channel.own.frame_variables.is_empty()) {
             channel.refresh_system(block);
         }
         match block.statement.take() {
