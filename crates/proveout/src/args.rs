@@ -155,6 +155,10 @@ pub(crate) struct ReaderArgs {
     /// Folder of subprograms, searched after that of the program; may be repeated
     #[arg(long, value_name = "DIR")]
     pub(crate) subprograms: Vec<PathBuf>,
+    /// Leave out calls of subprograms that are not there, for this reason; the verdict is then unchecked (default: as the control says,
+    /// else such a call is refused)
+    #[arg(long, value_name = "REASON")]
+    pub(crate) without_subprograms: Option<String>,
     /// Largest difference of the radii at start and end of an arc, mm (default: as the control says, else 0.01)
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) arc_tolerance: Option<f64>,
@@ -163,7 +167,8 @@ pub(crate) struct ReaderArgs {
 impl ReaderArgs {
     /// The call states something of how programs are read.
     pub(crate) fn stated(&self) -> bool {
-        let Self { dialect, control, variable, offset, start, feed, subprograms, arc_tolerance } = self;
+        let Self { dialect, control, variable, offset, start, feed, subprograms, without_subprograms, arc_tolerance } =
+            self;
         dialect.is_some()
             || control.is_some()
             || !variable.is_empty()
@@ -171,6 +176,7 @@ impl ReaderArgs {
             || start.is_some()
             || feed.is_some()
             || !subprograms.is_empty()
+            || without_subprograms.is_some()
             || arc_tolerance.is_some()
     }
 }

@@ -166,6 +166,8 @@ pub struct Settings {
     pub reference_points: Option<ReferencePoints>,
     /// Kinematics that the machine's control has. None where that is not known: every one is taken.
     pub kinematics: Option<Kinematics>,
+    /// Why a call of a subprogram that is not there is left out; what it does is then not proven. None: it is refused.
+    pub missing_subprogram: Option<String>,
     /// Limits of loops, calls and memory.
     pub limits: Limits,
 }
@@ -196,6 +198,7 @@ impl Settings {
             start_position: control.position,
             default_feed_mm_per_min: control.missing_feed_mm_min,
             orientation_interpolation: control.orientation,
+            missing_subprogram: control.missing_subprogram.clone(),
             control,
             compensation: Compensation::Programmed,
             reference_points: None,

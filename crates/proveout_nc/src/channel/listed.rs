@@ -27,7 +27,7 @@ impl<L: Language> Channel<L> {
     /// A subprogram is called and not there: left out, where the control says that it may be. Where the tool then stands is not
     /// known.
     pub(crate) fn leave_out(&mut self, name: &str) -> bool {
-        let Some(text) = left_out(&self.settings.control, name) else { return false };
+        let Some(text) = left_out(&self.settings, name) else { return false };
         self.note(text);
         if let Some(level) = self.stack.last() {
             self.missing.push(call_not_run(&level.loaded.source, self.location.line, name));

@@ -29,6 +29,9 @@ pub(crate) struct ControlFile {
     /// How drilling cycles are read.
     #[serde(default)]
     pub(crate) cycles: CyclesFile,
+    /// What a tool change does besides.
+    #[serde(default)]
+    pub(crate) tool_change: ToolChangeFile,
     /// What the words of a dwell count, by their letter: G4 P500, and P in drilling cycles.
     #[serde(default)]
     pub(crate) dwell: BTreeMap<String, DwellFile>,
@@ -220,6 +223,27 @@ pub(crate) enum CentersFile {
 pub(crate) struct CyclesFile {
     /// G76.
     pub(crate) g76: Option<FineBoringFile>,
+    /// What says where cycles come back to.
+    pub(crate) returns: Option<CycleReturnFile>,
+}
+
+/// What says where cycles come back to.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CycleReturnFile {
+    /// G98: the initial level; G99: the R plane.
+    G98,
+    /// G71 Z sets a level; M53 comes back to it, M54 to the R plane; G80 stops the spindle too (Okuma OSP).
+    M53,
+}
+
+/// What a tool change does besides.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ToolChangeFile {
+    /// Where M6 leaves linear axes, by their letter: machine coordinates. Behind M6 they go there at rapid rate.
+    #[serde(default)]
+    pub(crate) position_mm: BTreeMap<String, f64>,
 }
 
 /// What G76 does.
@@ -344,7 +368,7 @@ pub(crate) enum UnlistedMFile {
     Refuse,
 }
 
-/// Meaning of a word: exactly one of does, kinematics, call, macro, message, note, ignore and refuse.
+/// Meaning of a word: exactly one of the keys but values and source.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WordFile {
@@ -365,6 +389,10 @@ pub(crate) struct WordFile {
     pub(crate) ignore: Option<String>,
     /// It is refused; what to do instead.
     pub(crate) refuse: Option<String>,
+    /// It calls the work offset whose number this word gives, the first one (G54) with 1, the seventh (G54.1 P1) with 7: "H".
+    pub(crate) offset: Option<String>,
+    /// As `offset`, for its block alone; 0 is the machine.
+    pub(crate) offset_once: Option<String>,
     /// Letters of the words of the block that belong to it: "PQ".
     pub(crate) values: Option<String>,
     /// Where the statement comes from.

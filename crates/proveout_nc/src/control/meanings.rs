@@ -75,6 +75,8 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
         ("does", file.does.as_ref()),
         ("call", file.call.as_ref()),
         ("macro", file.macro_call.as_ref()),
+        ("offset", file.offset.as_ref()),
+        ("offset_once", file.offset_once.as_ref()),
         ("message", file.message.as_ref()),
         ("note", file.note.as_ref()),
         ("ignore", file.ignore.as_ref()),
@@ -94,7 +96,7 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
         ));
     }
     let [key] = stated[..] else {
-        let choices = "does, kinematics, call, macro, message, note, ignore or refuse";
+        let choices = "does, kinematics, call, macro, offset, offset_once, message, note, ignore or refuse";
         let message = match &stated[..] {
             [] => format!("{word} has no meaning"),
             several => format!("{word} has several meanings: {}", several.join(", ")),
@@ -109,9 +111,8 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
     let path = ["words", word, key];
     let effect = match Family::of(dialect) {
         Some(Family::Apt) => matches!(key, "note" | "ignore" | "message" | "refuse"),
-        Some(Family::Siemens) => key != "macro",
-        Some(Family::Heidenhain | Family::HeidenhainIso) => key != "macro" && key != "call",
-        Some(Family::LinuxCnc) => key != "macro",
+        Some(Family::Siemens | Family::LinuxCnc) => !matches!(key, "macro" | "offset" | "offset_once"),
+        Some(Family::Heidenhain | Family::HeidenhainIso) => !matches!(key, "macro" | "call" | "offset" | "offset_once"),
         _ => true,
     };
     if !effect {
@@ -137,6 +138,8 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
         "does" => Meaning::Does(builtins(&value, dialect, &path, text)?),
         "call" => Meaning::Call(program(&value, dialect, &path, text)?),
         "macro" => Meaning::Macro(program(&value, dialect, &path, text)?),
+        "offset" => Meaning::Offset(letter(&value, &path, text)?),
+        "offset_once" => Meaning::OffsetOnce(letter(&value, &path, text)?),
         "message" => Meaning::Message(value),
         "note" => Meaning::Note(value),
         "ignore" => Meaning::Ignore(value),
@@ -189,6 +192,19 @@ fn program(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Che
         return Ok(number.to_owned());
     }
     Err(text.error("control-value", path, format!("{value:?} is no program number"), "write O9001"))
+}
+
+/// The letter of a word with a number.
+fn letter(value: &str, path: &[&str], text: &Text<'_>) -> Checked<u8> {
+    match value.trim().to_ascii_uppercase().as_bytes() {
+        [letter] if letter.is_ascii_uppercase() && !b"GMNO".contains(letter) => Ok(*letter),
+        _ => Err(text.error(
+            "control-value",
+            path,
+            format!("{value:?} is no letter of a word"),
+            "write one letter: \"H\"",
+        )),
+    }
 }
 
 fn values(word: &str, file: &WordFile, meaning: &Meaning, dialect: Dialect, text: &Text<'_>) -> Checked<Vec<u8>> {

@@ -150,6 +150,10 @@ pub struct Control {
     pub(crate) arc_tolerance: Option<ArcTolerance>,
     pub(crate) centers: Centers,
     pub(crate) fine_boring: FineBoring,
+    /// G71 and M53, M54 say where cycles come back to, and not G98 and G99.
+    pub(crate) stated_returns: bool,
+    /// Where M6 leaves the axes, machine coordinates, mm.
+    pub(crate) tool_change: AxisValues,
     /// By the letter of the word, A to Z.
     pub(crate) dwell: [Option<DwellUnit>; 26],
     /// Feed of a motion before the first F, mm/min; none: refused.
@@ -180,6 +184,8 @@ impl Default for Control {
             arc_tolerance: None,
             centers: Centers::Incremental,
             fine_boring: FineBoring::NeedsShift,
+            stated_returns: false,
+            tool_change: AxisValues::NONE,
             dwell: [None; 26],
             missing_feed_mm_min: None,
             orientation: OrientationInterpolation::GreatCircle,

@@ -4,11 +4,13 @@ use std::path::Path;
 
 use super::error::Checked;
 use super::family::Family;
-use super::file::{ControlFile, DialectFile, FineBoringFile, InterpolationFile, MissingSubprogramFile, UnlistedMFile};
+use super::file::{
+    ControlFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile, MissingSubprogramFile, UnlistedMFile,
+};
 use super::meanings;
 use super::model::{Control, FineBoring};
 use super::place::{Text, nearest};
-use super::start::start;
+use super::start::{positions, start};
 use super::values::{arcs, dwell, feed, numbers};
 use crate::OrientationInterpolation;
 use crate::settings::Dialect;
@@ -41,6 +43,10 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
             FineBoringFile::Refuse => FineBoring::Refused,
         };
     }
+    if let Some(returns) = file.cycles.returns {
+        control.stated_returns = matches!(returns, CycleReturnFile::M53);
+    }
+    positions(&mut control.tool_change, &file.tool_change.position_mm, false, &["tool_change", "position_mm"], text)?;
     dwell(control, file, text)?;
     feed(control, file, text)?;
     if let Some(interpolation) = file.orientation.interpolation {

@@ -1,5 +1,7 @@
 //! What is in force at the start of a program, and where its axes stand.
 
+use std::collections::BTreeMap;
+
 use super::error::Checked;
 use super::file::{DistanceFile, MotionFile, PlaneFile, StartFeedFile, StartFile, UnitFile};
 use super::model::{Control, StartFeed, StartMotion};
@@ -43,27 +45,33 @@ pub(super) fn start(control: &mut Control, file: &StartFile, text: &Text<'_>) ->
     for (table, values, rotary) in
         [("position_mm", &file.position_mm, false), ("position_deg", &file.position_deg, true)]
     {
-        for (letter, &value) in values {
-            let path = ["start", table];
-            let axis = match letter.as_bytes() {
-                [byte] => AxisValues::index(char::from(*byte)),
-                _ => None,
-            };
-            let Some(axis) = axis.filter(|axis| (3..6).contains(axis) == rotary) else {
-                let axes = if rotary { "A, B, C" } else { "X, Y, Z, U, V, W" };
-                let message = format!("{letter} is none of the axes {axes}");
-                return Err(text.error("control-value", &path, message, "write the letter of an axis"));
-            };
-            if !value.is_finite() {
-                return Err(text.error(
-                    "control-value",
-                    &path,
-                    format!("{value} is no position"),
-                    "write a finite number",
-                ));
-            }
-            control.position.put(axis, if rotary { value.to_radians() } else { value });
+        positions(&mut control.position, values, rotary, &["start", table], text)?;
+    }
+    Ok(())
+}
+
+/// Positions of axes by their letter.
+pub(super) fn positions(
+    into: &mut AxisValues,
+    values: &BTreeMap<String, f64>,
+    rotary: bool,
+    path: &[&str],
+    text: &Text<'_>,
+) -> Checked<()> {
+    for (letter, &value) in values {
+        let axis = match letter.as_bytes() {
+            [byte] => AxisValues::index(char::from(*byte)),
+            _ => None,
+        };
+        let Some(axis) = axis.filter(|axis| (3..6).contains(axis) == rotary) else {
+            let axes = if rotary { "A, B, C" } else { "X, Y, Z, U, V, W" };
+            let message = format!("{letter} is none of the axes {axes}");
+            return Err(text.error("control-value", path, message, "write the letter of an axis"));
+        };
+        if !value.is_finite() {
+            return Err(text.error("control-value", path, format!("{value} is no position"), "write a finite number"));
         }
+        into.put(axis, if rotary { value.to_radians() } else { value });
     }
     Ok(())
 }

@@ -21,6 +21,10 @@ pub(crate) enum Meaning {
     Call(String),
     /// A macro of this name, with the words of the block as arguments, as G65 calls it.
     Macro(String),
+    /// The work offset whose number the word of this letter gives.
+    Offset(u8),
+    /// The same for its block alone; 0 is the machine.
+    OffsetOnce(u8),
     /// A text for the operator.
     Message(String),
     /// Named each time, without effect on the twin.

@@ -7,6 +7,7 @@ use crate::control::Control;
 use crate::control::words::WordKey;
 use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
 use crate::not_run::{NotRun, NotRunKind};
+use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
 /// A word that the control file refuses.
@@ -26,13 +27,16 @@ pub(crate) fn ignored(control: &Control, word: &str, reason: &str) -> String {
     format!("{word} is without effect on the control \"{}\": {reason}", control.name)
 }
 
-/// A subprogram that is not there, where the control says that it may be left out.
-pub(crate) fn left_out(control: &Control, name: &str) -> Option<String> {
-    let reason = control.missing_subprogram.as_deref()?;
-    Some(format!(
-        "the subprogram {name} is not there and is left out, as the control \"{}\" says: {reason}",
-        control.name
-    ))
+/// A subprogram that is not there, where the control or the call says that it may be left out.
+pub(crate) fn left_out(settings: &Settings, name: &str) -> Option<String> {
+    let reason = settings.missing_subprogram.as_deref()?;
+    let control = &settings.control;
+    let who = if control.missing_subprogram.as_deref() == Some(reason) {
+        format!("the control \"{}\" says", control.name)
+    } else {
+        "the call of the reader says".to_owned()
+    };
+    Some(format!("the subprogram {name} is not there and is left out, as {who}: {reason}"))
 }
 
 /// The call of a subprogram that was left out.

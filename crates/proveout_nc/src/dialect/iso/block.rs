@@ -90,6 +90,12 @@ impl Interpreter {
 
     /// A G word as the reader alone takes it.
     pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        if code == RETURN_LEVEL && self.settings.control.stated_returns {
+            return match p.put_g(code, Group::OneShot) {
+                Ok(_) => Ok(()),
+                Err(Full) => Err(too_many("G", span)),
+            };
+        }
         match words::class(self.own.flavor, self.own.assumed, code) {
             Class::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
@@ -135,6 +141,11 @@ impl Interpreter {
 
     fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
+        if p.g(Group::Rotation) != Some(682)
+            && let Some(fault) = self.plane_is_open(span)
+        {
+            return Err(fault);
+        }
         let call = p
             .m()
             .iter()
@@ -143,7 +154,7 @@ impl Interpreter {
             .filter(|&m| words::function(self.own.flavor, m) == Function::Call);
         let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
         if !p.no_g() {
-            self.modal_words(p)?;
+            self.modal_words(p, span)?;
             if p.g(Group::OneShot) == Some(650) || p.g(Group::Macro) == Some(660) {
                 p.use_all();
                 return self.macro_call(block, p.g(Group::Macro).is_some());
@@ -180,7 +191,8 @@ impl Interpreter {
             self.offset_word(p, span)?;
             self.path_words(p, span)?;
             self.rotation_words(p, span)?;
-            if let Some(code) = one_shot {
+            // A word of the control file may have called one.
+            if let Some(code) = p.g(Group::OneShot) {
                 self.one_shot(code, p, span)?;
             }
         }
@@ -209,10 +221,13 @@ impl Interpreter {
     }
 
     /// Words that set how the others are read.
-    fn modal_words(&mut self, p: &mut Pending) -> Result<(), Fault> {
+    fn modal_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
             if matches!(code, 700 | 710) {
+                if p.any_free(b"PQRUW") {
+                    return Err(refused(&g_name(code), span, words::TURNING));
+                }
                 let unit = if code == 700 { "inch" } else { "mm" };
                 self.assume(format!(
                     "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
@@ -261,6 +276,9 @@ impl Interpreter {
             self.motion_word(code);
         }
         if let Some(code) = p.g(Group::Cycle) {
+            if code == 800 && self.settings.control.stated_returns && self.modal.cycle.is_some() {
+                self.spindle_off();
+            }
             self.cycle_word(code);
         }
         Ok(())
@@ -350,6 +368,11 @@ impl Interpreter {
     }
 }
 
+/// G71 on a control whose cycles come back to its level.
+const RETURN_LEVEL: u32 = 710;
+/// M52 to M54 on such a control: to the end of travel, to the level of G71, to the R plane.
+pub(crate) const RETURNS: std::ops::RangeInclusive<u32> = 52..=54;
+
 /// G words that are only noted stand among the functions, above this number.
 pub(crate) const NOTED_G: u32 = 1_000_000_000;
 
@@ -412,6 +435,9 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
         return refused_m(flavor, value as u32, control, word.span);
     }
     let code = g_code(value, word.span).ok()?;
+    if code == RETURN_LEVEL && control.stated_returns {
+        return None;
+    }
     match words::class(flavor, assumed, code) {
         Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
         Class::Unknown => Some(unknown_g(flavor, code, word.span)),
@@ -430,6 +456,9 @@ pub(crate) fn unlisted_word(
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
+            if code == RETURN_LEVEL && control.stated_returns {
+                return None;
+            }
             let now = match words::class(flavor, assumed, code) {
                 Class::Unknown => "refused: unknown",
                 Class::Refused(_) => "refused: not supported",
@@ -439,6 +468,9 @@ pub(crate) fn unlisted_word(
         }
         b'M' if (0.0..1e8).contains(&value) => {
             let code = value as u32;
+            if RETURNS.contains(&code) && control.stated_returns {
+                return None;
+            }
             let now = match words::function(flavor, code) {
                 Function::Note if control.refuses_unlisted => "refused: unknown",
                 Function::Note => "a note, without effect",
@@ -459,6 +491,10 @@ fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
 
 /// The fault of an M word that the control file does not list.
 fn refused_m(flavor: Flavor, code: u32, control: &Control, span: Span) -> Option<Fault> {
+    if RETURNS.contains(&code) && control.stated_returns {
+        let remedy = "cycles come back to the end of travel, which the reader does not know: write M53 or M54";
+        return (code == 52).then(|| refused("M52", span, remedy));
+    }
     match words::function(flavor, code) {
         Function::Refused(remedy) => Some(refused(&format!("M{code}"), span, remedy)),
         Function::Kinematics => Some(kinematics_switch(&format!("M{code}"), span)),

@@ -200,6 +200,9 @@ impl Interpreter {
 
     /// The level to come back to.
     fn return_level(&self, levels: Levels, span: Span) -> Result<f64, Fault> {
+        if self.settings.control.stated_returns {
+            return self.stated_return(levels, span);
+        }
         if self.modal.return_to_r {
             return Ok(levels.r);
         }
@@ -212,6 +215,41 @@ impl Interpreter {
             .help("program Z before the cycle, or use G99"));
         };
         Ok(if self.own.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
+    }
+
+    /// M53: the level of G71; M54: the R plane.
+    fn stated_return(&self, levels: Levels, span: Span) -> Result<f64, Fault> {
+        let missing = |message: &str, help: &str| Err(Fault::new(codes::MISSING_VALUE, span, message).help(help));
+        match (self.modal.back_to_level, self.modal.stated_level) {
+            (Some(false), _) => Ok(levels.r),
+            (Some(true), Some(level)) if level >= levels.r => Ok(level),
+            (Some(true), Some(level)) => {
+                let message = format!("the level {level} of G71 lies below the R plane {}", levels.r);
+                Err(Fault::new(codes::ARGUMENTS, span, message).help("check G71 Z and R"))
+            }
+            (Some(true), None) => missing(
+                "M53 comes back to the level of G71, which the program has not set",
+                "write G71 Z before the cycle",
+            ),
+            (None, _) => {
+                missing("neither M53 nor M54 says where the cycle comes back to", "write M53 or M54 in its block")
+            }
+        }
+    }
+
+    /// G71 Z, on a control with this word.
+    pub(super) fn return_level_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let level = self.length_of(p, AXES[self.modal.normal]).filter(|level| level.is_finite());
+        let Some(level) = level else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "G71 has no level").help("write G71 Z50."));
+        };
+        if self.modal.incremental {
+            return Err(
+                Fault::new(codes::UNSUPPORTED_WORD, span, "`G71` with G91 is not supported").help("write G90 G71 Z")
+            );
+        }
+        self.modal.stated_level = Some(level);
+        Ok(())
     }
 
     fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
@@ -248,17 +286,31 @@ impl Interpreter {
             Flavor::Haas => 1.27,
             Flavor::Fanuc => 1.0,
         };
+        let stated = self.settings.control.stated_returns;
+        if stated && self.modal.incremental {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                format!("`{}` with G91 is not supported", g_name(code)),
+            )
+            .help("write the cycle with G90"));
+        }
         let [first, less, least] = self.own.cycle.ijk;
+        // Okuma: I is the infeed of G73, and each time J is reached the tool comes out to the R plane.
+        let out_after = less.map(f64::abs).filter(|j| stated && code == 730 && *j > 0.0);
+        let mut since_out = 0.0;
         let wrong =
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
         let variable = self.own.flavor == Flavor::Haas && first.is_some();
-        let mut infeed = match if variable { first } else { self.own.cycle.q } {
-            Some(q) if q.abs() > 0.0 => q.abs(),
-            _ => return wrong(format!("{} has no infeed Q", g_name(code))),
-        };
+        let mut infeed =
+            match if variable || stated && code == 730 { first.or(self.own.cycle.q) } else { self.own.cycle.q } {
+                Some(q) if q.abs() > 0.0 => q.abs(),
+                _ => return wrong(format!("{} has no infeed Q", g_name(code))),
+            };
         let mut reached = 0.0;
         for _ in 0..MAX_INFEEDS {
             reached += infeed;
+            since_out += infeed;
             // Rounding must not leave a last infeed of nothing.
             let last = reached >= total - 1e-9;
             let depth = if last { levels.depth } else { levels.r - reached };
@@ -269,7 +321,11 @@ impl Interpreter {
                 return self.course(&[Stroke::wait(dwell)], span);
             }
             let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
-            if code == 730 {
+            let comes_out = out_after.is_some_and(|j| since_out >= j - 1e-9);
+            if comes_out {
+                since_out = 0.0;
+            }
+            if code == 730 && !comes_out {
                 self.course(&[ahead], span)?;
             } else {
                 self.course(&[Stroke::Rapid(levels.r), ahead], span)?;

@@ -82,6 +82,7 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
             b';' => break,
             b'#' if line.get(at + 1) == Some(&b'<') => return Some(Flavor::LinuxCnc),
             b'O' if at == first && is_o_word(line.get(at + 1..)?) => return Some(Flavor::LinuxCnc),
+            b'O' if at == first && is_named_head(line.get(at + 1..)?) => return Some(Flavor::Haas),
             letter @ (b'G' | b'M') => {
                 let (code, length) = code(line.get(at + 1..)?);
                 if let Some(code) = code {
@@ -123,6 +124,13 @@ fn is_o_word(rest: &[u8]) -> bool {
     const WORDS: [&str; 12] =
         ["SUB", "ENDSUB", "CALL", "IF", "ELSE", "ENDIF", "WHILE", "ENDWHILE", "DO", "REPEAT", "ENDREPEAT", "RETURN"];
     tail.len() < rest.len() && WORDS.iter().any(|word| tail.starts_with(word))
+}
+
+/// The head of a program with a name of letters and nothing behind it but a comment.
+fn is_named_head(rest: &[u8]) -> bool {
+    let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric()).count();
+    let behind = rest.get(name..).unwrap_or_default().trim_ascii_start();
+    rest.first().is_some_and(u8::is_ascii_alphabetic) && matches!(behind.first(), None | Some(b'(' | b';'))
 }
 
 /// Ten times the number behind a G or M, and how many bytes it takes.
@@ -172,6 +180,7 @@ mod tests {
             ("O<bore> CALL [1]\n", Flavor::LinuxCnc),
             ("G0 G154 P3 X0\n", Flavor::Haas),
             ("M97 P100\n", Flavor::Haas),
+            ("%\nOPART1 (BASE)\nG0 X0\n", Flavor::Haas),
             ("g254\n", Flavor::Haas),
             ("G68.2 X0 Y0 Z0 I0 J45. K0\n", Flavor::Fanuc),
             ("G05.1 Q1\n", Flavor::Fanuc),
@@ -184,7 +193,7 @@ mod tests {
 
     #[test]
     fn a_text_that_all_controls_read_is_fanuc_without_certainty() {
-        let text = "%\nO1000 (G154 G254 o100 sub)\nG0 G64 X0\nG1 X1 F100 ; G234\nO2000\nM30\n";
+        let text = "OF THIS PART 3\n%\nO1000 (G154 G254 o100 sub)\nG0 G64 X0\nG1 X1 F100 ; G234\nO2000\nM30\n";
         assert_eq!(flavor(text), Told { flavor: Flavor::Fanuc, certain: false });
     }
 }

@@ -69,6 +69,8 @@ pub(crate) struct Iso {
     pub(crate) spline_end: Option<[f64; 2]>,
     /// Control points between G5.2 and G5.3.
     pub(crate) nurbs: Option<super::nurbs::ControlPoints>,
+    /// A plane that further blocks complete.
+    pub(crate) plane_parts: Option<super::planes::PlaneParts>,
     pub(crate) modal_macro: Option<MacroCall>,
     /// A modal macro waits for the end of the block with its motion.
     pub(crate) moved_in_block: bool,
@@ -103,6 +105,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         held: AxisValues::NONE,
         spline_end: None,
         nurbs: None,
+        plane_parts: None,
         modal_macro: None,
         moved_in_block: false,
         sequence: 0,
@@ -256,6 +259,7 @@ impl Interpreter {
                     self.note(format!("({text})"));
                 }
                 Remark::Abort(text) => return Err(alarm(&text, block.span)),
+                Remark::Assumed(text) => self.assume(text),
             }
         }
         if let Some(statement) = block.statement.take() {

@@ -1,7 +1,8 @@
 //! Words whose meaning a control file gives.
 
+use super::calls::whole;
 use super::interpreter::Interpreter;
-use super::modal::Plane;
+use super::modal::{MotionMode, Plane};
 use super::parser::Block;
 use super::pending::{Full, Pending};
 use crate::codes;
@@ -47,10 +48,41 @@ impl Interpreter {
         match meaning {
             Meaning::TcpOn => self.listed_tcp(&word, true, span)?,
             Meaning::TcpOff => self.listed_tcp(&word, false, span)?,
+            Meaning::Offset(letter) => self.listed_offset(&word, letter, p, span)?,
+            Meaning::OffsetOnce(letter) => self.listed_offset_once(&word, letter, p, span)?,
             // Calls follow the motion.
             _ => self.tell_listed((m - LISTED) as usize, &shown),
         }
         Ok(())
+    }
+
+    /// The work offset whose number another word gives.
+    fn listed_offset(&mut self, word: &str, letter: u8, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let number = offset_number(word, letter, p, span)?;
+        if number == 0 {
+            let message = format!(
+                "`{word} {}0` makes machine coordinates those of the program: it is not supported",
+                char::from(letter)
+            );
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("call a work offset from 1 on"));
+        }
+        let offset = if number <= 6 { format!("G{}", 53 + number) } else { format!("G54.1 P{}", number - 6) };
+        self.call_offset(offset, span)
+    }
+
+    /// Machine coordinates for the block, where the number is zero.
+    fn listed_offset_once(&mut self, word: &str, letter: u8, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let number = offset_number(word, letter, p, span)?;
+        if number != 0 {
+            let message = format!("`{word} {}{number}` is not supported", char::from(letter));
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                .help("program the position in the work offset in force"));
+        }
+        if self.modal.motion != Some(MotionMode::Rapid) {
+            return Err(Fault::new(codes::CONFLICT, span, format!("machine coordinates of {word} need G0 in force"))
+                .help("write G0 in its block"));
+        }
+        self.put_g(p, 530, span)
     }
 
     fn listed_tcp(&mut self, word: &str, on: bool, span: Span) -> Result<(), Fault> {
@@ -101,6 +133,15 @@ impl Interpreter {
         self.own.feed = None;
         Ok(())
     }
+}
+
+/// Number of a work offset in the word of this letter.
+fn offset_number(word: &str, letter: u8, p: &mut Pending, span: Span) -> Result<u32, Fault> {
+    let shown = char::from(letter);
+    let number = p.take(letter).ok_or_else(|| {
+        Fault::new(codes::MISSING_VALUE, span, format!("{word} has no {shown}")).help(format!("write {word} {shown}1"))
+    })?;
+    whole(number, &shown.to_string(), 300.0, span)
 }
 
 /// The control file allows digits only.

@@ -41,6 +41,7 @@ impl Interpreter {
     /// A word that acts in its block only.
     pub(crate) fn one_shot(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match code {
+            710 => self.return_level_word(p, span)?,
             50 | 51 => {
                 // High-speed and smoothing modes of a Fanuc: where corners go is the tolerance of the machine.
                 let mut text = if code == 50 { "G5".to_owned() } else { "G5.1".to_owned() };
@@ -74,7 +75,7 @@ impl Interpreter {
         if axes == 0 {
             return Ok(());
         }
-        if self.modal.incremental && self.own.flavor == Flavor::Haas {
+        if self.modal.incremental && (self.own.flavor == Flavor::Haas || self.own.assumed) {
             self.assume("G53 under G91 goes to machine coordinates, as it does under G90");
         } else if self.modal.incremental && !self.own.flavor.is_linuxcnc() {
             return Err(Fault::new(
@@ -111,6 +112,13 @@ impl Interpreter {
         self.known_in_machine(&end, axes);
         self.length_in_doubt("G53", axes);
         Ok(())
+    }
+
+    /// At rapid rate to machine coordinates that no word of the block gives.
+    pub(crate) fn goes_in_machine(&mut self, end: AxisValues, axes: u16) {
+        self.begin_motion();
+        self.machine_motion(end, axes, true, false);
+        self.known_in_machine(&end, axes);
     }
 
     /// A machine coordinate is that of the axis: the place of the tip is known from it, in Z where no tool length of the table

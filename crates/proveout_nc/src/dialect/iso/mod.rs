@@ -3,7 +3,7 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
 //! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! and [`cycles`] with [`boring`]; words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! with [`planes`] and [`cycles`] with [`boring`]; words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
 
 mod arcs;
 mod block;
@@ -27,6 +27,7 @@ mod nurbs;
 mod offsets;
 mod parser;
 mod pending;
+mod planes;
 mod polar;
 mod recover;
 mod remarks;

@@ -120,6 +120,9 @@ pub(crate) struct Modal {
     pub(crate) feed_mode: FeedMode,
     /// G99: cycles return to the R plane.
     pub(crate) return_to_r: bool,
+    /// Level of G71, and whether M53 (true) or M54 has said where cycles come back to, on a control with these words.
+    pub(crate) stated_level: Option<f64>,
+    pub(crate) back_to_level: Option<bool>,
     pub(crate) path_mode: Option<PathMode>,
     pub(crate) offset: String,
     /// G16: radius and angle in mm and degrees, as far as programmed.
@@ -177,6 +180,8 @@ impl Modal {
                 Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
             },
             return_to_r: false,
+            stated_level: None,
+            back_to_level: None,
             path_mode: None,
             offset: "G54".to_owned(),
             polar: false,

@@ -70,7 +70,7 @@ impl Interpreter {
             self.modal.plane = Plane::Engaged;
             self.tell_tcp();
         }
-        if self.modal.plane == Plane::Dynamic && axes & ROTARY != 0 {
+        if self.modal.plane == Plane::Dynamic && axes & ROTARY != 0 && !self.rotary_axes_stay(axes, p) {
             return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
                 .help("write G255 before the rotary axes turn, and G254 behind it"));
         }
@@ -91,6 +91,19 @@ impl Interpreter {
             }
         }
         Ok(())
+    }
+
+    /// Every rotary word of the block names the place where its axis stands.
+    fn rotary_axes_stay(&self, axes: u16, p: &Pending) -> bool {
+        (3..6).filter(|axis| axes >> axis & 1 == 1).all(|axis| {
+            let value = self.rotary_of(&mut p.clone(), AXES[axis]);
+            let target = if self.modal.incremental {
+                value.filter(|v| *v == 0.0).and(self.position.work.get(axis))
+            } else {
+                value
+            };
+            matches!((target, self.position.work.get(axis)), (Some(to), Some(now)) if (to - now).abs() < 1e-9)
+        })
     }
 
     /// Numbers without a decimal point that are not zero, on a control that does not say how it reads them.

@@ -62,6 +62,8 @@ pub(crate) enum Remark {
     Note(String),
     /// `(ABORT, text)`
     Abort(String),
+    /// How the text of the line is taken, where the control may take it in another way.
+    Assumed(&'static str),
 }
 
 impl Block {
@@ -109,7 +111,7 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
         match byte {
             b'(' => comment(&mut s, flavor, block)?,
             b';' => {
-                after_semicolon(&mut s, flavor)?;
+                after_semicolon(&mut s, flavor, block)?;
                 break;
             }
             b'/' if first && block.skip.is_none() && block.number.is_none() => {
@@ -302,7 +304,7 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
 }
 
 /// Behind `;` stands a comment. On a Fanuc and a Haas `;` is the end of a block: words behind it would be a second one.
-fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor) -> Result<(), Fault> {
+fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
     s.bump();
     if flavor.is_linuxcnc() {
         return Ok(());
@@ -325,6 +327,11 @@ fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor) -> Result<(), Fault> {
         words += 1;
     }
     if words == 0 {
+        return Ok(());
+    }
+    if block.is_empty() && block.number.is_none() && block.skip.is_none() {
+        // Nothing stands before it: a block that somebody has taken out.
+        block.remarks.push(Remark::Assumed("the words of a line that begins with `;` are a comment"));
         return Ok(());
     }
     Err(Fault::new(codes::SYNTAX, Span::new(start, probe.pos()), "words stand behind `;`, which ends the block")

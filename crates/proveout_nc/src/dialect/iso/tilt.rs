@@ -1,7 +1,7 @@
 //! Rotations, mirrors, tilted working planes, dynamic work offsets.
 //!
-//! **G68.2** `X Y Z I J K` (Fanuc, *Tilted working plane indexing*): the origin in the coordinates before it, then Euler
-//! angles: I about Z, J about the new X, K about the newest Z. G53.1 turns the rotary axes until the tool stands along the new
+//! **G68.2** (Fanuc, *Tilted working plane indexing*): a plane in the coordinates before it, in the forms of
+//! [`super::planes`]. G53.1 turns the rotary axes until the tool stands along the new
 //! Z: a rapid motion that carries only the tool axis, with the linear axes at rest. From there on base coordinates are those
 //! of the table. Without G53.1 the rotary axes stand where the program puts them, and the first motion of a linear axis
 //! begins the table coordinates.
@@ -95,28 +95,20 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G68.2 X Y Z I J K.
+    /// G68.2
     fn tilted_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G68.2", span)?;
-        if let Some(kind) = p.take(b'P').filter(|&kind| kind != 0.0) {
-            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G68.2 P{kind}` is not supported"))
-                .help("give the plane with Euler angles: G68.2 X Y Z I J K"));
-        }
         if self.modal.plane == Plane::Dynamic || self.modal.tcp {
             return Err(Fault::new(codes::CONFLICT, span, "G68.2 under G43.4 or G254").help("write G49 before it"));
         }
-        let origin = [b'X', b'Y', b'Z'].map(|letter| self.length_of(p, letter).unwrap_or(0.0));
-        let [i, j, k] = [b'I', b'J', b'K'].map(|letter| p.take(letter).unwrap_or(0.0));
+        let Some(plane) = self.plane_of_block(p, span)? else { return Ok(()) };
         self.begin();
         if self.modal.plane == Plane::Engaged {
             self.modal.plane = Plane::Off;
             self.tell_tcp();
         }
         let frames = &mut self.modal.frames;
-        frames.plane = Frame::translation(origin)
-            .then(&Frame::rotation(2, i))
-            .then(&Frame::rotation(0, j))
-            .then(&Frame::rotation(2, k));
+        frames.plane = plane;
         (frames.rotation, frames.mirror) = (Frame::IDENTITY, Frame::IDENTITY);
         self.modal.plane = Plane::Defined;
         // Coordinates before and behind are not those of the same axes.

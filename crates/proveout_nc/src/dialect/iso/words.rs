@@ -85,6 +85,8 @@ fn cycle_group(flavor: Flavor) -> Group {
     if flavor.is_linuxcnc() { Group::Motion } else { Group::Cycle }
 }
 
+/// Words of turning on the controls that speak this language.
+pub(super) const TURNING: &str = "it is a cycle of turning, which is not part of the twin";
 const ARC: &str = "program the path with G1, G2 and G3";
 const MANUAL_RETRACT: &str = "the operator retracts by hand in this cycle; use G85, G86 or G89";
 const POST_PLANE: &str = "give the plane with Euler angles (G68.2 X Y Z I J K) or turn the axes in the program";
@@ -108,6 +110,7 @@ fn fanuc(code: u32) -> Class {
         61 | 62 => Class::Refused(ARC),
         24 | 34 | 23 | 33 | 32 => Class::Refused(ARC),
         71 | 121 | 271 | 70 | 120 => Class::Refused("unroll the path in the CAM system"),
+        700 | 710 | 720 | 750 => Class::Refused(TURNING),
         411 | 421 | 412 | 422 => Class::Refused("let the CAM system compensate the cutter, and use G40"),
         270 | 290 => Class::Refused("program the motion with G53 or in work coordinates"),
         510 => Class::Refused("write the scaled coordinates"),
@@ -164,7 +167,7 @@ fn linuxcnc(code: u32) -> Class {
         80 => Class::Note,
         70 => Class::Refused("diameter programming belongs to turning"),
         52 | 53 => Class::Known(Group::Motion),
-        700 | 760 | 710..=722 | 842 | 881 => Class::Refused("turning cycles are not part of the twin"),
+        700 | 760 | 710..=722 | 842 | 881 => Class::Refused(TURNING),
         870 | 880 => Class::Refused("the control does not do this cycle; use G85, G86 or G89"),
         960 | 970 => Class::Known(Group::SpindleMode),
         _ => Class::Unknown,

@@ -141,7 +141,7 @@ impl Interpreter {
         if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
             return Ok(());
         }
-        if self.settings.control.missing_subprogram.is_some() {
+        if self.settings.missing_subprogram.is_some() {
             return self.missing(&call.name, span);
         }
         Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))
