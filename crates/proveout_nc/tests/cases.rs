@@ -12,7 +12,7 @@ use proveout_nc::{
 };
 
 /// Folders of `tests/cases` and `tests/bad` with the dialect of their programs; [`CONTROLS`] names those that a control reads.
-const DIALECTS: [(&str, Dialect); 9] = [
+const DIALECTS: [(&str, Dialect); 10] = [
     ("siemens", Dialect::Siemens840d),
     ("iso", Dialect::Iso),
     ("fanuc", Dialect::Fanuc),
@@ -22,6 +22,7 @@ const DIALECTS: [(&str, Dialect); 9] = [
     ("heidenhain-iso", Dialect::HeidenhainIso),
     ("apt", Dialect::Apt),
     ("okuma", Dialect::Fanuc),
+    ("fagor", Dialect::Fanuc),
 ];
 
 /// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`), are left out.
@@ -42,7 +43,7 @@ fn programs(kind: &str) -> Vec<(PathBuf, Dialect)> {
 }
 
 /// Folders whose programs a control reads.
-const CONTROLS: [(&str, &str); 1] = [("okuma", "okuma-osp")];
+const CONTROLS: [(&str, &str); 2] = [("okuma", "okuma-osp"), ("fagor", "fagor-8055")];
 
 /// Settings of a folder: those of its dialect, or of its control.
 fn of_folder(path: &Path, dialect: Dialect) -> Settings {

@@ -185,6 +185,20 @@ const CASES: &[Case] = &[
         "\"Z\":20.0",
     ),
     case(
+        "cycles.depth",
+        FANUC,
+        "dialect = \"fanuc\"\ncycles.depth = \"I\"",
+        "G21 G0 X0. Y0. Z50.\nG98 G81 X10. Y0. Z2. I-10. F50\nG80\nM30\n",
+        "\"Z\":-10.0",
+    ),
+    case(
+        "tool_length.without_h",
+        FANUC,
+        "dialect = \"fanuc\"\ntool_length.without_h = \"tool\"",
+        "G21 T7 M6\nG0 G43 Z5.\nM30\n",
+        "\"edge\":7",
+    ),
+    case(
         "tool_change.position_mm",
         FANUC,
         "dialect = \"fanuc\"\ntool_change.position_mm = { Z = 420 }",

@@ -35,7 +35,7 @@ impl Family {
             ["start", "plane" | "distance" | "feed" | "motion"] => iso || self == Siemens,
             ["start", "unit"] => iso || matches!(self, Siemens | Apt),
             ["start", "position_deg"] => self != Apt,
-            ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] => self == MacroB,
+            ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] | ["tool_length", _] => self == MacroB,
             ["arcs", "centers"] | ["dwell", _] => iso,
             ["orientation", "interpolation"] => self == Siemens,
             ["blocks", "skipped_levels"] | ["subprograms", _] => self != Apt,

@@ -32,6 +32,9 @@ pub(crate) struct ControlFile {
     /// What a tool change does besides.
     #[serde(default)]
     pub(crate) tool_change: ToolChangeFile,
+    /// Tool length.
+    #[serde(default)]
+    pub(crate) tool_length: ToolLengthFile,
     /// What the words of a dwell count, by their letter: G4 P500, and P in drilling cycles.
     #[serde(default)]
     pub(crate) dwell: BTreeMap<String, DwellFile>,
@@ -225,6 +228,17 @@ pub(crate) struct CyclesFile {
     pub(crate) g76: Option<FineBoringFile>,
     /// What says where cycles come back to.
     pub(crate) returns: Option<CycleReturnFile>,
+    /// The word with the depth.
+    pub(crate) depth: Option<CycleDepthFile>,
+}
+
+/// The word with the depth of a cycle.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+pub(crate) enum CycleDepthFile {
+    /// Z is the depth and R the plane above the hole.
+    Z,
+    /// I is the depth, Z the plane above the hole and K the dwell (Fagor).
+    I,
 }
 
 /// What says where cycles come back to.
@@ -235,6 +249,24 @@ pub(crate) enum CycleReturnFile {
     G98,
     /// G71 Z sets a level; M53 comes back to it, M54 to the R plane; G80 stops the spindle too (Okuma OSP).
     M53,
+}
+
+/// Tool length.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ToolLengthFile {
+    /// G43 without H.
+    pub(crate) without_h: Option<WithoutHFile>,
+}
+
+/// G43 without H.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum WithoutHFile {
+    /// It is refused where no H is in force.
+    Refuse,
+    /// It takes the length of the tool in the spindle.
+    Tool,
 }
 
 /// What a tool change does besides.

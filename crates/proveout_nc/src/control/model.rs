@@ -152,6 +152,10 @@ pub struct Control {
     pub(crate) fine_boring: FineBoring,
     /// G71 and M53, M54 say where cycles come back to, and not G98 and G99.
     pub(crate) stated_returns: bool,
+    /// I is the depth of a cycle, Z the plane above the hole, K the dwell.
+    pub(crate) depth_in_i: bool,
+    /// G43 without H takes the length of the tool in the spindle.
+    pub(crate) length_of_tool: bool,
     /// Where M6 leaves the axes, machine coordinates, mm.
     pub(crate) tool_change: AxisValues,
     /// By the letter of the word, A to Z.
@@ -185,6 +189,8 @@ impl Default for Control {
             centers: Centers::Incremental,
             fine_boring: FineBoring::NeedsShift,
             stated_returns: false,
+            depth_in_i: false,
+            length_of_tool: false,
             tool_change: AxisValues::NONE,
             dwell: [None; 26],
             missing_feed_mm_min: None,

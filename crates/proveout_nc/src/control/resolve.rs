@@ -5,7 +5,8 @@ use std::path::Path;
 use super::error::Checked;
 use super::family::Family;
 use super::file::{
-    ControlFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile, MissingSubprogramFile, UnlistedMFile,
+    ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile,
+    MissingSubprogramFile, UnlistedMFile, WithoutHFile,
 };
 use super::meanings;
 use super::model::{Control, FineBoring};
@@ -45,6 +46,12 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     }
     if let Some(returns) = file.cycles.returns {
         control.stated_returns = matches!(returns, CycleReturnFile::M53);
+    }
+    if let Some(depth) = file.cycles.depth {
+        control.depth_in_i = matches!(depth, CycleDepthFile::I);
+    }
+    if let Some(without) = file.tool_length.without_h {
+        control.length_of_tool = matches!(without, WithoutHFile::Tool);
     }
     positions(&mut control.tool_change, &file.tool_change.position_mm, false, &["tool_change", "position_mm"], text)?;
     dwell(control, file, text)?;

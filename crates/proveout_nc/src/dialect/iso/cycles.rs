@@ -18,6 +18,7 @@ use super::flavor::Flavor;
 use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
+use super::words::Group;
 use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -123,6 +124,9 @@ impl Interpreter {
     /// Takes Z R Q P I J K; gives the number of repetitions.
     fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         let normal = self.modal.normal;
+        if self.settings.control.depth_in_i {
+            self.depth_in_i(p, code, span)?;
+        }
         if p.any_free(&[AXES[normal]]) {
             self.own.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
         }
@@ -163,6 +167,44 @@ impl Interpreter {
                 Err(Fault::new(codes::BAD_VALUE, span, format!("a cycle runs 0 to {MAX_REPEATS} times, not {times}"))
                     .help("write a whole number"))
             }
+        }
+    }
+
+    /// Fagor: Z is the plane above the hole, I the depth, K the dwell; R of G84 says how the tap follows the spindle.
+    fn depth_in_i(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        let unsupported = |what: String| {
+            Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("{what} is not supported on this control"))
+                .help("write the motions of the cycle"))
+        };
+        if !matches!(code, 810 | 820 | 840 | 850 | 860 | 890) {
+            return unsupported(format!("`{}`", g_name(code)));
+        }
+        if p.g(Group::Cycle).is_some() {
+            // Each definition stands by itself: without K there is no dwell.
+            self.own.cycle.p = None;
+        }
+        let normal = AXES[self.modal.normal];
+        if self.modal.incremental && p.any_free(&[normal, b'I']) {
+            return unsupported(format!("`{}` with G91", g_name(code)));
+        }
+        if p.any_free(&[normal]) {
+            self.own.cycle.r = self.length_of(p, normal).map(|r| (r, false));
+        }
+        if p.any_free(b"I") {
+            self.own.cycle.z = self.length_of(p, b'I').map(|z| (z, false));
+        }
+        if p.any_free(b"K") {
+            let point = p.has_point(b'K');
+            let unit = self.settings.control.dwell_unit(b'K');
+            self.own.cycle.p = p.take(b'K').zip(unit).map(|(value, unit)| unit.seconds(value, point));
+        }
+        match p.peek(b'R') {
+            Some(kind) if code == 840 && matches!(kind, 0.0 | 1.0) => {
+                p.use_up(b"R");
+                Ok(())
+            }
+            Some(_) => unsupported(format!("`R` of {}", g_name(code))),
+            None => Ok(()),
         }
     }
 

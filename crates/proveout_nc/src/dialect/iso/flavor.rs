@@ -128,7 +128,7 @@ fn is_o_word(rest: &[u8]) -> bool {
 
 /// The head of a program with a name of letters and nothing behind it but a comment.
 fn is_named_head(rest: &[u8]) -> bool {
-    let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric()).count();
+    let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-.".contains(b)).count();
     let behind = rest.get(name..).unwrap_or_default().trim_ascii_start();
     rest.first().is_some_and(u8::is_ascii_alphabetic) && matches!(behind.first(), None | Some(b'(' | b';'))
 }
@@ -180,7 +180,7 @@ mod tests {
             ("O<bore> CALL [1]\n", Flavor::LinuxCnc),
             ("G0 G154 P3 X0\n", Flavor::Haas),
             ("M97 P100\n", Flavor::Haas),
-            ("%\nOPART1 (BASE)\nG0 X0\n", Flavor::Haas),
+            ("%\nOPART-7 (BASE)\nG0 X0\n", Flavor::Haas),
             ("g254\n", Flavor::Haas),
             ("G68.2 X0 Y0 Z0 I0 J45. K0\n", Flavor::Fanuc),
             ("G05.1 Q1\n", Flavor::Fanuc),

@@ -79,8 +79,14 @@ impl Interpreter {
         if p.has(b'H') {
             return self.offset_number(p, b'H', span);
         }
-        if self.own.flavor.is_linuxcnc() {
+        let of_tool = self.settings.control.length_of_tool;
+        if self.own.flavor.is_linuxcnc() || of_tool {
             return match self.technology.in_spindle {
+                Some(ToolName::Number(number)) if of_tool && self.own.d.is_some_and(|d| d != 0 && d != number) => {
+                    let message = format!("{} with an offset D of another number than tool {number}", g_name(code));
+                    Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                        .help("give the offset the number of its tool"))
+                }
                 Some(ToolName::Number(number)) => Ok(number),
                 Some(ToolName::Empty) => Ok(0),
                 _ => Err(Fault::new(
