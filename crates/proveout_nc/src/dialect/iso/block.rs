@@ -15,9 +15,11 @@ use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
+
+pub(crate) use crate::diagnostic::refused;
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
@@ -73,15 +75,13 @@ impl Interpreter {
             }
             b'@' | b'^' => {
                 if !p.put_polar(word.letter == b'^', value) {
-                    let message = format!("`{}` stands twice in the block", char::from(word.letter));
-                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                    return Err(twice(char::from(word.letter), span));
                 }
             }
             b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
-                    let message = format!("`{}` stands twice in the block", char::from(letter));
-                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                    return Err(twice(char::from(letter), span));
                 }
             }
         }
@@ -395,10 +395,6 @@ fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
 
 pub(crate) fn g_name(code: u32) -> String {
     if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
-}
-
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
 /// The set-up of the control decides what such a word switches to.
