@@ -11,9 +11,11 @@ use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
+
+pub(crate) use crate::diagnostic::refused;
 
 /// Bits of X, Y and Z.
 pub(super) const LINEAR: u16 = 0b111;
@@ -389,15 +391,9 @@ impl Interpreter {
 
 fn set_once(already: bool, letter: char, span: Span) -> Result<(), Fault> {
     if already {
-        return Err(
-            Fault::new(codes::CONFLICT, span, format!("`{letter}` stands twice in the block")).help("take one out")
-        );
+        return Err(twice(letter, span));
     }
     Ok(())
-}
-
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
 pub(super) fn word_text(span: Span, line: &str) -> String {
