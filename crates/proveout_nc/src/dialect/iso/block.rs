@@ -96,7 +96,7 @@ impl Interpreter {
                 Err(Full) => Err(too_many("G", span)),
             };
         }
-        match words::class(self.own.flavor, self.own.assumed, code) {
+        match words::class(self.own.flavor, self.own.assumed, &self.settings.control, code) {
             Class::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
@@ -225,14 +225,17 @@ impl Interpreter {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
             if matches!(code, 700 | 710) {
-                if p.any_free(b"PQRUW") {
+                let cycle: &[u8] = if self.own.flavor.is_linuxcnc() { b"DEIPQR" } else { b"PQRUW" };
+                if p.any_free(cycle) {
                     return Err(refused(&g_name(code), span, words::TURNING));
                 }
                 let unit = if code == 700 { "inch" } else { "mm" };
-                self.assume(format!(
-                    "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
-                    code / 10
-                ));
+                let other = if self.own.flavor.is_linuxcnc() {
+                    "as on a Mach3; on a LinuxCNC it is a cycle of turning"
+                } else {
+                    "where no word tells the control; on others it is a cycle"
+                };
+                self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
             }
             self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
@@ -438,7 +441,7 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
     if code == RETURN_LEVEL && control.stated_returns {
         return None;
     }
-    match words::class(flavor, assumed, code) {
+    match words::class(flavor, assumed, control, code) {
         Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
         Class::Unknown => Some(unknown_g(flavor, code, word.span)),
         _ => None,
@@ -459,7 +462,7 @@ pub(crate) fn unlisted_word(
             if code == RETURN_LEVEL && control.stated_returns {
                 return None;
             }
-            let now = match words::class(flavor, assumed, code) {
+            let now = match words::class(flavor, assumed, control, code) {
                 Class::Unknown => "refused: unknown",
                 Class::Refused(_) => "refused: not supported",
                 Class::Known(_) | Class::Note => return None,
