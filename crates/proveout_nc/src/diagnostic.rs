@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
+use crate::codes;
+
 /// One thing that is wrong with a program.
 ///
 /// Implements [`miette::Diagnostic`]: its source is the one line concerned, numbered as in the file.
@@ -117,6 +119,16 @@ impl Span {
     pub(crate) fn new(start: usize, end: usize) -> Self {
         Self { start: start as u32, end: end.max(start) as u32 }
     }
+}
+
+/// A word that the control knows and the reader does not do.
+pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
+    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
+}
+
+/// A word that a block can have once.
+pub(crate) fn twice(word: impl fmt::Display, span: Span) -> Fault {
+    Fault::new(codes::CONFLICT, span, format!("`{word}` stands twice in the block")).help("take one out")
 }
 
 /// How a person gives a value that a program reads and does not set.

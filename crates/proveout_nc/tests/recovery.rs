@@ -49,7 +49,7 @@ const LANGUAGES: [Language; 7] = [
     Language {
         folder: "linuxcnc",
         dialect: Dialect::LinuxCnc,
-        lines: &["G999", "X", "G71 P1", "#1=[1+", "X1.5.5", "M66 P1"],
+        lines: &["G999", "X", "G72 P1", "#1=[1+", "X1.5.5", "M66 P1"],
         run: &["o<nosuch> call", "M98 P8765"],
         tail: " X",
     },

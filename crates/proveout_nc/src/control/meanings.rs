@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::error::ControlFileError;
+use super::error::Checked;
+use super::family::Family;
 use super::file::{KinematicsWordFile, WordFile};
 use super::model::Control;
 use super::place::Text;
-use super::resolve::Family;
 use super::words::{Builtin, Listed, Meaning, WordKey, word_key};
 use crate::dialect::does_word;
 use crate::settings::Dialect;
-
-type Checked<T> = Result<T, Box<ControlFileError>>;
 
 /// Most words of one file.
 const MOST_WORDS: usize = 10_000;

@@ -50,6 +50,20 @@ pub(crate) fn call_not_run(source: &Source, line: u32, name: &str) -> NotRun {
     }
 }
 
+/// Reads the lines of a file one by one; `take` is told what each one is.
+pub(crate) fn each_line<B: Default>(
+    source: &Source,
+    parse: impl Fn(&str, &mut B) -> Result<(), Fault>,
+    mut take: impl FnMut(Mark, &str, Result<&B, Fault>),
+) {
+    let (mut block, mut at) = (B::default(), Mark::START);
+    while let Some((line, next)) = source.line(at) {
+        let parsed = parse(line, &mut block);
+        take(at, line, parsed.map(|()| &block));
+        at = next;
+    }
+}
+
 /// Words of a file that the control has no meaning for, and lines that cannot be read.
 #[derive(Debug)]
 pub(crate) struct Unlisted<'a> {
@@ -66,6 +80,19 @@ impl<'a> Unlisted<'a> {
 
     pub(crate) fn word(&mut self, key: WordKey, span: Span, at: Mark, line: &str, now: &'static str) {
         self.words.push((key, column_and_length(line, span).0, at.line, line.to_owned(), now));
+    }
+
+    /// A block whose words are told with what the reader does with them.
+    pub(crate) fn block(
+        &mut self,
+        at: Mark,
+        line: &str,
+        words: Result<impl Iterator<Item = (WordKey, Span, &'static str)>, Fault>,
+    ) {
+        match words {
+            Err(fault) => self.fault(fault, at, line),
+            Ok(words) => words.for_each(|(key, span, now)| self.word(key, span, at, line, now)),
+        }
     }
 
     pub(crate) fn fault(&mut self, fault: Fault, at: Mark, line: &str) {

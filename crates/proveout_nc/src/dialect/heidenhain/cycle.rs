@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::interpreter::Interpreter;
+use super::plane::Tilt;
 use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -21,7 +22,7 @@ pub(crate) enum Setting {
 /// The cycle that a call runs.
 #[derive(Clone, Debug)]
 pub(crate) enum Cycle {
-    /// Drilling cycle with its parameters by number.
+    /// Drilling or milling cycle with its parameters by number.
     Drilling { number: u32, values: BTreeMap<u32, Setting> },
     /// Cycle 12: a program.
     Program(String),
@@ -215,7 +216,8 @@ impl Interpreter {
         if angles == [0.0; 3] {
             return self.plane_reset(positioning, feed, "CYCL DEF 19", span);
         }
-        self.tilt(Frame::rpy(angles), false, positioning, feed, "CYCL DEF 19", span)
+        let tilt = Tilt { frame: Frame::rpy(angles), relative: false, axes: [None; 3] };
+        self.tilt(tilt, positioning, feed, "CYCL DEF 19", span)
     }
 
     /// Cycle 26: factors of the axes about a center.
@@ -336,7 +338,11 @@ impl Interpreter {
             }
             220 | 221 => self.pattern_cycle(number, &values, span),
             _ => {
-                self.check_cycle(number, &values, span)?;
+                if super::milling::CYCLES.contains(&number) {
+                    self.check_milling(number, &values, span)?;
+                } else {
+                    self.check_cycle(number, &values, span)?;
+                }
                 self.define_cycle(Cycle::Drilling { number, values });
                 Ok(())
             }

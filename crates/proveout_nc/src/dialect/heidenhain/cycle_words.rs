@@ -7,7 +7,8 @@ use crate::diagnostic::{Fault, Span};
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
 const OLD_CYCLES: [u32; 14] = [1, 2, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
 /// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 13] = [200, 201, 202, 203, 205, 206, 207, 209, 220, 221, 240, 241, 247];
+pub(crate) const CYCLES: [u32; 22] =
+    [200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262];
 
 pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Result<(), Fault> {
     x.blanks();
@@ -52,8 +53,8 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
     }
     let remedy = match number {
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
-        208 | 251..=299 => {
-            "its path depends on the tool radius of the control's table: post the path as L and C blocks"
+        233 | 255 | 258..=299 => {
+            "post the path as L and C blocks; of the milling cycles 208, 232, 251 to 254, 256, 257 and 262 are read"
         }
         14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
         3..=6 | 15 | 16 => "post the path as L and C blocks",

@@ -5,6 +5,8 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::scan::Scanner;
 
+pub(crate) use crate::diagnostic::refused;
+
 /// Scanner of one block, which may have several lines.
 #[derive(Clone, Debug)]
 pub(crate) struct Lexer<'a> {
@@ -240,10 +242,6 @@ impl<'a> Lexer<'a> {
     pub(crate) fn finish(&mut self) -> Result<(), Fault> {
         if self.ended() { Ok(()) } else { Err(self.unexpected()) }
     }
-}
-
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
 pub(crate) fn unknown(word: &str, span: Span) -> Fault {

@@ -15,9 +15,11 @@ use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
+
+pub(crate) use crate::diagnostic::refused;
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
@@ -73,15 +75,13 @@ impl Interpreter {
             }
             b'@' | b'^' => {
                 if !p.put_polar(word.letter == b'^', value) {
-                    let message = format!("`{}` stands twice in the block", char::from(word.letter));
-                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                    return Err(twice(char::from(word.letter), span));
                 }
             }
             b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
-                    let message = format!("`{}` stands twice in the block", char::from(letter));
-                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                    return Err(twice(char::from(letter), span));
                 }
             }
         }
@@ -96,7 +96,7 @@ impl Interpreter {
                 Err(Full) => Err(too_many("G", span)),
             };
         }
-        match words::class(self.own.flavor, self.own.assumed, code) {
+        match words::class(self.own.flavor, self.own.assumed, &self.settings.control, code) {
             Class::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
@@ -225,14 +225,17 @@ impl Interpreter {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
             if matches!(code, 700 | 710) {
-                if p.any_free(b"PQRUW") {
+                let cycle: &[u8] = if self.own.flavor.is_linuxcnc() { b"DEIPQR" } else { b"PQRUW" };
+                if p.any_free(cycle) {
                     return Err(refused(&g_name(code), span, words::TURNING));
                 }
                 let unit = if code == 700 { "inch" } else { "mm" };
-                self.assume(format!(
-                    "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
-                    code / 10
-                ));
+                let other = if self.own.flavor.is_linuxcnc() {
+                    "as on a Mach3; on a LinuxCNC it is a cycle of turning"
+                } else {
+                    "where no word tells the control; on others it is a cycle"
+                };
+                self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
             }
             self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
@@ -394,10 +397,6 @@ pub(crate) fn g_name(code: u32) -> String {
     if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
 }
 
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
-}
-
 /// The set-up of the control decides what such a word switches to.
 pub(crate) fn kinematics_switch(word: &str, span: Span) -> Fault {
     let message = format!(
@@ -442,7 +441,7 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
     if code == RETURN_LEVEL && control.stated_returns {
         return None;
     }
-    match words::class(flavor, assumed, code) {
+    match words::class(flavor, assumed, control, code) {
         Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
         Class::Unknown => Some(unknown_g(flavor, code, word.span)),
         _ => None,
@@ -463,7 +462,7 @@ pub(crate) fn unlisted_word(
             if code == RETURN_LEVEL && control.stated_returns {
                 return None;
             }
-            let now = match words::class(flavor, assumed, code) {
+            let now = match words::class(flavor, assumed, control, code) {
                 Class::Unknown => "refused: unknown",
                 Class::Refused(_) => "refused: not supported",
                 Class::Known(_) | Class::Note => return None,

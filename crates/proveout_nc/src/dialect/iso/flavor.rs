@@ -155,7 +155,7 @@ fn code(rest: &[u8]) -> (Option<u32>, usize) {
 /// G words (times ten) that one control only knows.
 fn g_mark(code: u32) -> Option<Flavor> {
     Some(match code {
-        52 | 53 | 331 | 382..=385 | 591..=593 | 611 | 901 | 911 | 922 | 923 => Flavor::LinuxCnc,
+        52 | 53 | 331 | 382..=385 | 591..=593 | 901 | 911 | 922 | 923 => Flavor::LinuxCnc,
         1030 | 1100..=1290 if code.is_multiple_of(10) => Flavor::Haas,
         1540 | 1870 | 2340 | 2530 | 2540 | 2550 | 2680 | 2690 => Flavor::Haas,
         434 | 435 | 501 | 511 | 531 | 541 | 660 | 670 | 682..=684 => Flavor::Fanuc,

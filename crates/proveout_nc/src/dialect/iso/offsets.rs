@@ -311,7 +311,13 @@ impl Interpreter {
         let mode = match code {
             // LinuxCNC: exact path, corners are met but not stopped at when they are smooth.
             610 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
-            610 | 611 => PathMode::ExactStop,
+            610 => PathMode::ExactStop,
+            611 => {
+                if !self.own.flavor.is_linuxcnc() {
+                    self.assume("G61.1 stops at every block, as on a LinuxCNC; on a Mazak and a Mitsubishi it makes corners more exact");
+                }
+                PathMode::ExactStop
+            }
             640 if self.own.flavor.is_linuxcnc() => {
                 let tolerance = bound(self.length_of(p, b'P'))?;
                 if let Some(q) = p.take(b'Q') {

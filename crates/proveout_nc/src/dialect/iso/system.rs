@@ -243,7 +243,8 @@ impl Interpreter {
         }
         if self.own.flavor.is_linuxcnc() {
             return match number {
-                5161..=5169 | 5181..=5189 | 1..=5000 => Ok(false),
+                // 5599 switches the output of (DEBUG,) on and off.
+                5161..=5169 | 5181..=5189 | 1..=5000 | 5599 => Ok(false),
                 _ => refuse("write offsets with G10, G92 and G28.1"),
             };
         }

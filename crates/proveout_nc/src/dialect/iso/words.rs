@@ -6,6 +6,7 @@
 //! `LinuxCNC`, *G-code reference*, modal groups.
 
 use super::flavor::Flavor;
+use crate::control::Control;
 
 /// Words of one group exclude each other in a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +47,14 @@ pub(crate) enum Class {
 }
 
 /// The class of a G word; `assumed`: nothing tells that the control is this one. There G70 and G71 are the unit of lengths, as on
-/// most controls that are no Fanuc, Haas or `LinuxCNC`.
-pub(crate) fn class(flavor: Flavor, assumed: bool, code: u32) -> Class {
-    if assumed && matches!(code, 700 | 710) { Class::Known(Group::Units) } else { classify(flavor, code) }
+/// most controls that are no Fanuc, Haas or `LinuxCNC`, and G61.1 is a word of the path. A `LinuxCNC` that no control file names
+/// may be a Mach3, whose words of its own are these.
+pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> Class {
+    match code {
+        700 | 710 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => Class::Known(Group::Units),
+        611 if assumed => Class::Known(Group::PathMode),
+        _ => classify(flavor, code),
+    }
 }
 
 /// The class of a G word.

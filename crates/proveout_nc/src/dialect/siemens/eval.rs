@@ -99,7 +99,7 @@ impl Variables {
             let message = format!("`{name}` has {count} elements; {free} of {} are left", self.max_elements);
             return Err(Fault::new(codes::BAD_VALUE, span, message).help("define a smaller array"));
         }
-        let initial = if kind == Type::Text { Val::Text(String::new()) } else { Val::Number(0.0) };
+        let initial = if matches!(kind, Type::Text | Type::Axis) { Val::Text(String::new()) } else { Val::Number(0.0) };
         let variable = Variable { kind, sizes, values: vec![initial; count] };
         let level = self.levels.last_mut();
         if let Some(old) = level.and_then(|level| level.insert(name.to_owned(), variable)) {
@@ -129,6 +129,33 @@ impl Variables {
         let at = position(name, &variable.sizes, indices, span)?;
         variable.values[at] = convert(variable.kind, value, name, span)?;
         Ok(true)
+    }
+
+    /// An array by its name.
+    pub(crate) fn array(&self, name: &str) -> Option<&Variable> {
+        self.find(name).filter(|variable| !variable.sizes.is_empty())
+    }
+
+    /// Puts a copy of an array into the innermost level.
+    pub(crate) fn define_copy(&mut self, name: &str, array: Variable, span: Span) -> Result<(), Fault> {
+        self.define(name, array.kind, array.sizes.clone(), span)?;
+        if let Some(variable) = self.levels.last_mut().and_then(|level| level.get_mut(name)) {
+            variable.values = array.values;
+        }
+        Ok(())
+    }
+
+    /// Takes the values of an array over into the one of this name.
+    pub(crate) fn take_over(&mut self, name: &str, array: &Variable) {
+        let level = match self.levels.last() {
+            Some(level) if level.contains_key(name) => self.levels.len() - 1,
+            _ => 0,
+        };
+        if let Some(variable) = self.levels.get_mut(level).and_then(|level| level.get_mut(name))
+            && variable.values.len() == array.values.len()
+        {
+            variable.values.clone_from(&array.values);
+        }
     }
 
     pub(crate) fn assign_param(&mut self, index: u32, value: f64) {
@@ -161,6 +188,7 @@ impl Variables {
                 let indices = self.indices(indices, span)?;
                 variable.values[position(name, &variable.sizes, &indices, span)?].clone()
             }
+            Expr::Call(name, arguments) if name == "AXNAME" => self.axis_name(arguments, span)?,
             Expr::Call(name, arguments) => Val::Number(self.function(name, arguments, span)?),
             Expr::Unary(function, inner) => Val::Number(apply(*function, self.number(inner, span)?, span)?),
             Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
@@ -221,6 +249,7 @@ impl Variables {
             "_ORI_FINISH" => 11.0,
             "_ORI_SEMIFIN" => 12.0,
             "_ORI_ROUGH" => 13.0,
+            _ if is_axis(name) => return Ok(Val::Text(name.to_owned())),
             _ => return Err(unknown(name, span)),
         }))
     }
@@ -257,6 +286,20 @@ impl Variables {
             Operator::Chain => return Ok(Val::Text(String::new())),
             _ => combine(operator, a, b, span)?,
         })
+    }
+
+    /// `AXNAME("X")`: the axis of a name.
+    fn axis_name(&self, arguments: &[Option<Expr>], span: Span) -> Result<Val, Fault> {
+        let [Some(argument)] = arguments else {
+            return Err(Fault::new(codes::ARGUMENTS, span, "`AXNAME` takes one text").help("write AXNAME(\"X\")"));
+        };
+        match self.eval(argument, span)? {
+            Val::Text(name) if is_axis(&name.to_ascii_uppercase()) => Ok(Val::Text(name.to_ascii_uppercase())),
+            other => {
+                Err(Fault::new(codes::TYPE, span, format!("`{}` is the name of no axis of the reader", shown(&other)))
+                    .help("use X Y Z A B C U V W"))
+            }
+        }
     }
 
     fn function(&self, name: &str, arguments: &[Option<Expr>], span: Span) -> Result<f64, Fault> {
@@ -331,6 +374,11 @@ fn position(name: &str, sizes: &[usize], indices: &[usize], span: Span) -> Resul
 fn convert(kind: Type, value: Val, name: &str, span: Span) -> Result<Val, Fault> {
     match (kind, value) {
         (Type::Text, Val::Text(text)) => Ok(Val::Text(text)),
+        (Type::Axis, Val::Text(text)) if is_axis(&text) => Ok(Val::Text(text)),
+        (Type::Axis, value) => {
+            let message = format!("`{}` is no axis that `{name}` could hold", shown(&value));
+            Err(Fault::new(codes::TYPE, span, message).help("assign X Y Z A B C U V or W, or AXNAME(\"X\")"))
+        }
         (Type::Real, Val::Number(value)) => Ok(Val::Number(value)),
         (Type::Int, Val::Number(value)) => Ok(Val::Number(value.round())),
         (Type::Bool, Val::Number(value)) => Ok(Val::Number(f64::from(u8::from(value != 0.0)))),
@@ -339,6 +387,12 @@ fn convert(kind: Type, value: Val, name: &str, span: Span) -> Result<Val, Fault>
             Err(Fault::new(codes::TYPE, span, message).help("assign a text to STRING, a number to REAL, INT, BOOL"))
         }
     }
+}
+
+/// The letter of an axis of the reader.
+pub(crate) fn is_axis(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|letter| crate::AxisValues::index(letter).is_some()) && letters.next().is_none()
 }
 
 pub(crate) fn shown(value: &Val) -> String {
@@ -351,6 +405,10 @@ pub(crate) fn shown(value: &Val) -> String {
 impl Variable {
     /// The value of a variable that is no array.
     pub(crate) fn single(&self) -> Option<&Val> {
-        self.values.first()
+        self.values.first().filter(|_| self.sizes.is_empty())
+    }
+
+    pub(crate) fn sizes(&self) -> &[usize] {
+        &self.sizes
     }
 }

@@ -72,6 +72,8 @@ pub(crate) enum Type {
     Bool,
     Text,
     Frame,
+    /// The letter of an axis.
+    Axis,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +90,8 @@ pub(crate) struct Parameter {
     pub(crate) kind: Type,
     pub(crate) by_reference: bool,
     pub(crate) initial: Option<Expr>,
+    /// Sizes of an array, none of a single value; `[,]` leaves both open.
+    pub(crate) sizes: Option<Vec<Option<Expr>>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -327,7 +331,13 @@ fn identifier_word(s: &mut Scanner<'_>, block: &mut Block) -> Result<(), Fault> 
         if !take_assign(s) {
             return Err(no_value(s, start));
         }
-        let value = expr::expression(s)?;
+        s.skip_blanks();
+        // `PO[X]=(10, 2, -3)`: end and coefficients of a polynomial.
+        let value = if name == "PO" && s.peek() == b'(' {
+            Expr::Call(name.clone(), expr::arguments(s)?)
+        } else {
+            expr::expression(s)?
+        };
         block.words.push(Word { kind: WordKind::Assign { name, indices, value }, span: s.span_from(start) });
         return Ok(());
     }

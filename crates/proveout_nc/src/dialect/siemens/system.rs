@@ -7,7 +7,7 @@
 
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::modal::{FeedMode, Interpolation, Units};
+use super::modal::{FeedMode, Interpolation, SplineKind, Units};
 use super::parser::{Block, Statement, Value, WordKind};
 use crate::channel::expression::Indexed;
 use crate::compensation::Corner;
@@ -80,6 +80,10 @@ impl Interpreter {
                     Interpolation::Clockwise => 3,
                     Interpolation::CounterClockwise => 4,
                     Interpolation::Intermediate => 5,
+                    Interpolation::Spline(SplineKind::Akima) => 6,
+                    Interpolation::Spline(SplineKind::Basis) => 7,
+                    Interpolation::Spline(SplineKind::Cubic) => 8,
+                    Interpolation::Polynomial => 9,
                     Interpolation::Thread => 10,
                     Interpolation::TapIn => 11,
                     Interpolation::TapOut => 12,

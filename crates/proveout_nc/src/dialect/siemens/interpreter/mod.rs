@@ -12,7 +12,7 @@ use super::corners::{Corner, CornerMark};
 use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::Index;
-use super::modal::Modal;
+use super::modal::{Interpolation, Modal};
 use super::parser::{self, Block, Call, Statement};
 use super::{leftover, recover};
 use crate::channel::doubt::{Doubt, Stage};
@@ -87,6 +87,10 @@ pub(crate) struct Siemens {
     pub(crate) orientation_tolerance: Option<f64>,
     /// ADIS in the unit of the program.
     pub(crate) rounding: f64,
+    /// Spline whose end is not known yet.
+    pub(crate) curve: Option<Box<super::splines::Curve>>,
+    /// A block of the curve has failed.
+    pub(crate) curve_torn: bool,
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
@@ -187,6 +191,7 @@ impl Language for Siemens {
     fn resume(channel: &mut Interpreter) -> Option<bool> {
         channel.own.corner = None;
         channel.own.corner_waits = false;
+        channel.own.curve_torn = matches!(channel.modal.interpolation, Interpolation::Spline(_));
         if !std::mem::take(&mut channel.own.corner_failed) {
             return None;
         }
@@ -242,7 +247,10 @@ impl Lines for Siemens {
     }
 
     /// The end of the text ends the program as M30 and the subprogram as M17 do.
-    fn end_of_text(channel: &mut Interpreter, _: &Arc<Loaded>, _: Mark) -> Result<(), Box<Diagnostic>> {
+    fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
+        channel
+            .end_curve(None)
+            .map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();
         } else {
