@@ -149,15 +149,11 @@ fn event(random: &mut Random, family: u32) -> Event {
             let fin = if random.yes() { [x, -length, x + thin, length] } else { [-length, x, length, x + thin] };
             let fin = block([fin[0], fin[1], 0.0], [fin[2], fin[3], height]);
             let head = block([-3.0, -3.0, 0.0], [3.0, 3.0, 20.0]);
-            let a = random.next(0.0, std::f64::consts::TAU);
+            // Away from the tower; the way may end over the fin or behind it.
+            let a = random.next(-1.5, 1.5);
             let (from, to) = (random.next(45.0, 80.0), random.next(0.0, 40.0));
             let way = [from, -to].map(|s| linear(s * a.cos(), s * a.sin(), height + off));
-            // A short way may end before the fin.
-            let over = to > length + 5.0 || to < 1.0 || true;
-            let mut event = boxes("fin, upper edge", vec![fin, tower], cells, head, way, hit && over);
-            // Above the middle of the fin at s = 0.
-            event.hit = hit;
-            event
+            boxes("fin, upper edge", vec![fin, tower], cells, head, way, hit)
         }
         // Past the end of a fin, at its vertical edge.
         1 => {
@@ -236,8 +232,7 @@ fn event(random: &mut Random, family: u32) -> Event {
     }
 }
 
-/// An upright round pin, 16 mm high, on a table at a place; its rays are turned any way. Also what carries it: a tower far off would be outside of
-/// its grid, so that the raw box is that of the turned pin, which is larger on all sides.
+/// An upright round pin, 16 mm high, on a table at a place; its rays are turned any way, and the box of the raw stock with them.
 fn pin(random: &mut Random, place: [f64; 2], radius: f64, cells: [f64; 3]) -> (Pose, TriDexel) {
     let axis = Vector::new(random.next(-1.0, 1.0), random.next(-1.0, 1.0), random.next(-1.0, 1.0)).normalize();
     let turn = if random.yes() { Pose::identity() } else { Pose::from_axis_angle(&axis, random.next(0.0, 3.0)) };
@@ -298,13 +293,14 @@ fn cylinder(radius: f64, height: f64) -> Profile {
 fn material_that_was_cut_before_is_no_obstacle() {
     for (width, meets) in [(10.0, false), (6.5, true)] {
         let mut machine = machine();
-        let head = block([-3.5, -30.0, 0.0], [3.5, -20.0, 40.0]);
+        // Two millimeters over the floor of the slot.
+        let head = block([-3.5, -30.0, 2.0], [3.5, -20.0, 40.0]);
         machine.bodies = vec![body(&machine, "spindle", Some("Z"), box_mesh(&head))];
         let raw = block([-30.0, 0.0, 0.0], [30.0, 40.0, 20.0]);
         let mut stock = TriDexel::from_box(&raw, 0.5, MEMORY).expect("a block");
         let world = Interference::new(&machine, &[], 0.0).expect("solids");
         let mut check = StockCheck::new(&world, &stock, &Pose::identity(), 0.0).expect("a box");
-        let cutter = cylinder(width, 50.0);
+        let cutter = cylinder(0.5 * width, 50.0);
         let at = |k: usize| linear(0.0, -15.0 + f64::from(k as u32), 5.0);
         let motions: Vec<JointMotion> = (0..60)
             .map(|k| JointMotion { joints: [at(k), at(k + 1)], time: [k as f64, k as f64 + 1.0], slack: 0.0 })

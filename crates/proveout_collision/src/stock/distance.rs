@@ -231,7 +231,9 @@ pub(crate) fn penetration(mesh: &MeshShape, body: &BoxTree, work_from_body: &Pos
         });
         open.extend(rays.tree.children(node));
     }
+    // Three points a segment: no multiple of three, which would take the same one of each.
     let stride = points.len().div_ceil(MOST_POINTS).max(1);
+    let stride = if stride % 3 == 0 { stride + 1 } else { stride };
     let depth = |p: &Point| {
         let local = to_parry(&body_from_work.point(p));
         if !mesh.tree.local_aabb().contains_local_point(local) { 0.0 } else { mesh.depth(local) }
