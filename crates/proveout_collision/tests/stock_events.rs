@@ -389,3 +389,19 @@ fn a_start_in_collision_and_joints_that_are_no_numbers_are_named() {
     assert_eq!(check.breaches()[0].severity, Severity::QueryFailed);
     assert_eq!(check.breaches()[0].end_time, Some(2.0), "proved clear again");
 }
+
+/// The last ray may stand a whole cell beside the edges of a block: half a diagonal would miss what touches its corner.
+#[test]
+fn a_corner_needs_the_whole_diagonal() {
+    let mut machine = machine();
+    machine.bodies = vec![body(&machine, "spindle", Some("Z"), box_mesh(&block([0.0; 3], [5.0; 3])))];
+    let stock = TriDexel::from_box(&block([0.0; 3], [10.49; 3]), 1.0, MEMORY).expect("a block");
+    let world = Interference::new(&machine, &[], 0.0).expect("solids");
+    let mut check = StockCheck::new(&world, &stock, &Pose::identity(), 0.0).expect("a box");
+    let q = linear(10.489, 10.489, 10.489);
+    check.follow(&stock, &[JointMotion { joints: [q, q], time: [0.0, 1.0], slack: 0.0 }]);
+    let [found] = check.breaches() else { panic!("{:?}", check.breaches()) };
+    assert_eq!(found.severity, Severity::Collision);
+    assert!((found.ray_distance - 0.989 * 2.0_f64.sqrt()).abs() < 1e-9, "{found:?}");
+    assert!(found.ray_distance > 0.5 * check.unseen_mm() && found.ray_distance < check.unseen_mm());
+}
