@@ -47,23 +47,26 @@ fn a_spindle_that_is_driven_through_the_stock_fails_at_its_line() {
     }
 }
 
-/// The holder cuts nothing, but the cutter has cut a slot in which the spindle nose has room; in the same program without the slot it has none.
+/// Two levels with a face mill whose flutes are shorter than the block is high: on the lower one the spindle nose is 30 mm under the top of the raw
+/// block, in the room that the upper one has made. Without the upper one it hits what is left there.
 #[test]
 fn what_the_cutter_has_taken_is_no_obstacle_to_the_spindle() {
-    let tools = "[[tool]]\nnumber = 1\nname = \"FACE\"\nkind = \"flat\"\ndiameter_mm = 260\nflute_length_mm = 60\n\
+    let tools = "[[tool]]\nnumber = 1\nname = \"FACE\"\nkind = \"flat\"\ndiameter_mm = 160\nflute_length_mm = 60\n\
                  shank_diameter_mm = 20\ngauge_length_mm = 70\ncenter_cutting = true\n\
                  holder = { sections = [{ diameter_mm = 30, length_mm = 10 }] }\n";
-    // Down beside the block, through it 30 mm over its foot, and back: the spindle is over the floor that was cut.
-    let program = fanuc("G0 X-180. Y20.\nZ-60.\nG1 X300. F6000\nG0 X-180.\nZ100.");
-    let bench = Bench {
-        tools: tools.into(),
-        resolution_mm: 4.0,
-        block: [[0.0, -60.0, -60.0], [120.0, 100.0, -4.0]],
-        program,
-        ..Bench::default()
-    };
-    let run = bench.planned();
-    assert!(findings(&run, "collision-stock-body").is_empty(), "{:?}", gate(&run, "collision"));
+    for (upper, hits) in [("Z-50.\nG1 X160. F6000\nG0 Z20.\nX-100.\n", false), ("", true)] {
+        let bench = Bench {
+            tools: tools.into(),
+            resolution_mm: 2.0,
+            block: [[0.0, -20.0, -120.0], [60.0, 60.0, 0.0]],
+            program: fanuc(&format!("G0 X-100. Y20.\n{upper}Z-100.\nG1 X155. F6000\nG0 X160.\nZ50.")),
+            ..Bench::default()
+        };
+        let run = bench.planned();
+        let found = findings(&run, "collision-stock-body");
+        assert_eq!(!found.is_empty(), hits, "{:?}", gate(&run, "collision"));
+        assert!(found.iter().all(|f| f.line == Some(line_of(&bench.program, "G1 X155."))), "{found:?}");
+    }
 }
 
 #[test]

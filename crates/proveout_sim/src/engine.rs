@@ -231,10 +231,11 @@ impl<'a> Engine<'a> {
         );
         stages.removal += cut.removal;
         stages.collision += collision + cut.collision;
+        let parts = sweeps.parts;
 
         self.keep_history(chunk, first_id);
         self.tell_at_rest();
-        let volumes = self.judge_reports(chunk, &states, &sweeps.parts, &cut.reports);
+        let volumes = self.judge_reports(chunk, &states, &parts, &cut.reports);
         let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
         for (piece, checked) in chunk.pieces.iter().zip(hits) {
             for hit in checked.hits {
