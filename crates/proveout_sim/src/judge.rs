@@ -175,7 +175,11 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
         );
     }
     if near.followed > near.clear {
-        text += &format!("; {} bodies come nearer to it", near.followed - near.clear);
+        let (n, come) = match near.followed - near.clear {
+            1 => (1, "body comes"),
+            n => (n, "bodies come"),
+        };
+        text += &format!("; {n} {come} nearer to it");
     }
     if !near.flush.is_empty() {
         text += &format!(
@@ -282,6 +286,10 @@ fn judge_gates(
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
         collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
+    }
+    if !facts.across_platforms.is_empty() {
+        let pairs = facts.across_platforms.join(", ");
+        collision.left_out.push(format!("bodies on both sides of a tilting platform: {pairs}"));
     }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();

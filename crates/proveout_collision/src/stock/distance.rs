@@ -3,7 +3,8 @@
 use proveout_geom::{Aabb, Point, Pose, Vector};
 use proveout_stock::{RaySegment, TileNode, TileTree, TriDexel};
 
-use super::{boxes::BoxTree, segment::segment_triangle};
+use super::segment::segment_triangle;
+use crate::boxes::{BoxTree, Branch, TriangleTree};
 use crate::shape::{MeshShape, from_parry, to_parry};
 
 /// Material that counts: what lies on one side of a plane, where one is given.
@@ -35,23 +36,20 @@ pub(crate) struct NearRay {
 ///
 /// Pairs of boxes are opened nearest first, the larger of the two; a pair that is as far as the best distance so far is left. So a body
 /// that is farther than the limit is told by a few boxes.
-pub(crate) fn nearest(body: &BoxTree, work_from_body: &Pose, rays: &Rays<'_>, limit: f64) -> Option<NearRay> {
-    if body.is_empty() {
-        return None;
-    }
+pub(crate) fn nearest(body: &TriangleTree, work_from_body: &Pose, rays: &Rays<'_>, limit: f64) -> Option<NearRay> {
+    let whole = body.root()?;
     let turn = work_from_body.rotation.abs();
     let boxed = |node: u32| {
-        let bounds = body.bounds(node);
-        let middle = work_from_body.point(&nalgebra::center(&bounds.min, &bounds.max));
-        let half = turn * bounds.size() * 0.5;
+        let (middle, half) = body.bounds(node);
+        let (middle, half) = (work_from_body.point(&middle), turn * half);
         Aabb { min: middle - half, max: middle + half }
     };
     let mut search = Search { rays, best: limit, found: None };
     let mut open: Vec<(f64, u32, Aabb, TileNode)> = Vec::with_capacity(64);
-    let root = boxed(0);
+    let root = boxed(whole);
     for tile in rays.tree.roots() {
         let apart = apart(&root, rays.tree.bounds(tile));
-        open.push((apart, 0, root, tile));
+        open.push((apart, whole, root, tile));
     }
     farthest_first(&mut open);
     while let Some((bound, node, own, tile)) = open.pop() {
@@ -59,17 +57,18 @@ pub(crate) fn nearest(body: &BoxTree, work_from_body: &Pose, rays: &Rays<'_>, li
         if bound.is_nan() || bound >= search.best {
             continue;
         }
-        let children = body.children(node);
         let first = open.len();
-        match children {
-            None if rays.tree.is_tile(tile) => {
-                search.leaf(body.triangles(node), work_from_body, tile);
+        match body.open(node) {
+            Branch::Leaf(items) if rays.tree.is_tile(tile) => {
+                items.for_each(|item| search.leaf(body.corners(item), work_from_body, tile));
                 if search.best <= 0.0 {
                     break;
                 }
             }
-            Some(both) if rays.tree.is_tile(tile) || own.size().max() >= rays.tree.bounds(tile).size().max() => {
-                for child in both {
+            Branch::Two(one, other)
+                if rays.tree.is_tile(tile) || own.size().max() >= rays.tree.bounds(tile).size().max() =>
+            {
+                for child in [one, other] {
                     let own = boxed(child);
                     open.push((apart(&own, rays.tree.bounds(tile)), child, own, tile));
                 }
@@ -106,23 +105,21 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn leaf(&mut self, triangles: &[[Point; 3]], work_from_body: &Pose, tile: TileNode) {
+    fn leaf(&mut self, triangle: &[Point; 3], work_from_body: &Pose, tile: TileNode) {
         let rays = *self.rays;
-        for triangle in triangles {
-            let corners = triangle.map(|p| work_from_body.point(&p));
-            let round = Aabb::of_points(&corners);
-            rays.tree.segments(rays.stock, tile, &round.expanded(self.best), |segment| {
-                let Some(ends) = counted(&segment, rays.counts.as_ref()) else { return };
-                if apart(&round, &Aabb { min: ends[0], max: ends[1] }) >= self.best {
-                    return;
-                }
-                let (distance, on_ray, on_body) = segment_triangle(ends, &corners);
-                if distance < self.best {
-                    self.best = distance;
-                    self.found = Some(NearRay { distance, on_body, on_ray });
-                }
-            });
-        }
+        let corners = triangle.map(|p| work_from_body.point(&p));
+        let round = Aabb::of_points(&corners);
+        rays.tree.segments(rays.stock, tile, &round.expanded(self.best), |segment| {
+            let Some(ends) = counted(&segment, rays.counts.as_ref()) else { return };
+            if apart(&round, &Aabb { min: ends[0], max: ends[1] }) >= self.best {
+                return;
+            }
+            let (distance, on_ray, on_body) = segment_triangle(ends, &corners);
+            if distance < self.best {
+                self.best = distance;
+                self.found = Some(NearRay { distance, on_body, on_ray });
+            }
+        });
     }
 }
 
@@ -208,7 +205,7 @@ fn some_tile(tree: &TileTree, mut node: TileNode) -> Option<TileNode> {
 const MOST_POINTS: usize = 400;
 
 /// How deep the material on the rays stands in a body, mm: the largest depth of points of it; a lower estimate.
-pub(crate) fn penetration(mesh: &MeshShape, body: &BoxTree, work_from_body: &Pose, rays: &Rays<'_>) -> f64 {
+pub(crate) fn penetration(mesh: &MeshShape, work_from_body: &Pose, rays: &Rays<'_>) -> f64 {
     if body.is_empty() {
         return 0.0;
     }

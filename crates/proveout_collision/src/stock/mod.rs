@@ -43,7 +43,6 @@
 //! its cradle) touches the lowest material all the time without a collision: for such a body, which is found with all joints at zero, the layer of
 //! material on the face counts for nothing ([`StockCheck::flush`]), and all above it does.
 
-mod boxes;
 mod distance;
 mod motion;
 mod segment;
@@ -58,8 +57,7 @@ use proveout_stock::{TileTree, TriDexel};
 use crate::Interference;
 use crate::parts::{Envelope, Part, mesh_shape, relation, table_of};
 use crate::report::{CollisionError, PartKind, Severity, Unchecked};
-use crate::shape::{MeshShape, Shape, from_parry, to_parry};
-use boxes::BoxTree;
+use crate::shape::{MeshShape, Shape, to_parry};
 use distance::HalfSpace;
 use motion::Follow;
 
@@ -189,9 +187,10 @@ impl StockCheck {
         };
         for part in &world.parts[..world.fixed_parts] {
             match relation(&check.machine, part, &check.raw, &[]) {
-                Some(None) => check.bodies.extend(Follow::new(part.clone())),
                 Some(Some(Unchecked::Rigid)) => check.fixed_to_stock.push(part.name.clone()),
-                _ => {}
+                // The machine file keeps it out, and the gate says so.
+                Some(Some(Unchecked::Excluded)) | None => {}
+                Some(_) => check.bodies.extend(Follow::new(part.clone())),
             }
         }
         check.find_flush(stock);
@@ -269,9 +268,5 @@ impl MeshShape {
     fn depth(&self, p: parry3d_f64::math::Vector) -> f64 {
         let (projection, _) = self.tree.project_local_point_and_get_location(p, false);
         if projection.is_inside { (projection.point - p).length() } else { 0.0 }
-    }
-
-    fn boxes(&self) -> BoxTree {
-        BoxTree::new(self.tree.triangles().map(|t| [t.a, t.b, t.c].map(from_parry)).collect())
     }
 }

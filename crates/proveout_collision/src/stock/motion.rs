@@ -1,12 +1,9 @@
 //! The bodies through one motion after the other: how their distance from the stock is followed, and what is noted.
 
-use std::sync::Arc;
-
 use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 use proveout_stock::TriDexel;
 
-use super::boxes::BoxTree;
 use super::distance::{NearRay, Rays, material_inside, nearest, penetration};
 use super::{JointMotion, StockBreach, StockCheck};
 use crate::distance::{Gap, gap};
@@ -52,7 +49,6 @@ struct Known {
 #[derive(Clone, Debug)]
 pub(super) struct Follow {
     pub(super) part: Part,
-    boxes: Arc<BoxTree>,
     /// The layer of material on the table's face counts for nothing.
     pub(super) flush: bool,
     known: Known,
@@ -61,8 +57,7 @@ pub(super) struct Follow {
 impl Follow {
     /// None for a body that is no mesh: parts of the tool are swept through the stock instead.
     pub(super) fn new(part: Part) -> Option<Self> {
-        let Shape::Mesh(mesh) = &*part.shape else { return None };
-        let boxes = Arc::new(mesh.boxes());
+        let Shape::Mesh(_) = &*part.shape else { return None };
         let known = Known {
             weights: [0.0; MAX_JOINTS],
             kept: f64::NEG_INFINITY,
@@ -73,7 +68,7 @@ impl Follow {
             near: None,
             contact: None,
         };
-        Some(Self { part, boxes, flush: false, known })
+        Some(Self { part, flush: false, known })
     }
 
     fn mesh(&self) -> Option<&MeshShape> {
@@ -404,7 +399,7 @@ impl StockCheck {
         let body = &self.bodies[i];
         // The box of a layer cut off is not known to be one; the rays do alone.
         let from_box = if body.flush { 0.0 } else { self.box_gap(i, &pose, limit)? };
-        let near = nearest(&body.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
+        let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
         let lower = (near.distance - self.unseen).max(from_box).max(0.0);
         (lower < limit).then_some(StockGap { lower, near })
     }
@@ -416,8 +411,8 @@ impl StockCheck {
         if mesh.shells.iter().any(|p| self.raw_box.contains(&work_from_body.point(p))) {
             return Some(0.0);
         }
-        match gap(&body.part.shape, &self.raw.shape, work_from_body, limit) {
-            Gap::Beyond => None,
+        match gap(&body.part.shape, &self.raw.shape, work_from_body, limit, &mut None) {
+            Gap::Beyond(_) => None,
             Gap::At(d, ..) if d.is_finite() => Some((d - SLACK_MM).max(0.0)),
             Gap::At(..) | Gap::Meeting(_) => Some(0.0),
         }
@@ -431,6 +426,6 @@ impl StockCheck {
 
     fn penetration(&self, i: usize, stock: &TriDexel, q: &JointValues) -> f64 {
         let Some(mesh) = self.bodies[i].mesh() else { return 0.0 };
-        penetration(mesh, &self.bodies[i].boxes, &self.work_from_body(i, q), &self.rays(i, stock))
+        penetration(mesh, &self.work_from_body(i, q), &self.rays(i, stock))
     }
 }

@@ -72,6 +72,9 @@ pub(super) fn hit(hit: &Hit, near: f64) -> Finding {
     f
 }
 
+/// A distance of a ray's material that is called a meeting, mm.
+const TOUCH_MM: f64 = 0.01;
+
 /// A body too near to the stock; `near` is the clearance asked for, `unseen` what the rays cannot tell, mm.
 pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Finding {
     let body = &breach.body;
@@ -83,7 +86,7 @@ pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Find
         format!("{body} comes nearer to the stock than the wanted {near:.3} mm: {least:.3} to {rays:.3} mm are left")
     } else if breach.inside {
         format!("{body} holds a part of the stock inside")
-    } else if rays <= 0.0 {
+    } else if rays <= TOUCH_MM {
         format!("{body} hits the stock: it meets material, told to {:.3} mm, half the diagonal of a cell", 0.5 * unseen)
     } else {
         format!(
