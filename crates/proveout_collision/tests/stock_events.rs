@@ -6,6 +6,7 @@
 //! turned any way against the rays, passed sideways and swung past by 90 to 350 degrees, also where the swing does not reach; walls
 //! that are run at; material inside of a solid body and in the cavity of a hollow one. Cells of another edge along each axis, no multiple of the stock;
 //! a raw box that is far larger than the material that is grazed, so that it does not decide.
+#![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
 use std::path::Path;
 
@@ -323,7 +324,7 @@ fn material_that_was_cut_before_is_no_obstacle() {
         if meets {
             // The face of the head is 20 mm behind the tip; the slot's side walls, 3.5 mm from its middle, are 3.5 - 3.25 = 0.25 mm too near.
             assert_eq!(found.len(), 1, "{found:?}");
-            assert!((f64::from(35) - 1.5..=35.0).contains(&found[0].time), "{found:?}");
+            assert!((33.5..=35.0).contains(&found[0].time), "{found:?}");
         } else {
             assert!(found.is_empty(), "{found:?}");
         }

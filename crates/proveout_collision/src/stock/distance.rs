@@ -206,12 +206,9 @@ const MOST_POINTS: usize = 400;
 
 /// How deep the material on the rays stands in a body, mm: the largest depth of points of it; a lower estimate.
 pub(crate) fn penetration(mesh: &MeshShape, work_from_body: &Pose, rays: &Rays<'_>) -> f64 {
-    if body.is_empty() {
-        return 0.0;
-    }
-    let (turn, bounds) = (work_from_body.rotation.abs(), body.bounds(0));
-    let (middle, half) =
-        (work_from_body.point(&nalgebra::center(&bounds.min, &bounds.max)), turn * bounds.size() * 0.5);
+    let Some(root) = mesh.boxes.root() else { return 0.0 };
+    let (middle, half) = mesh.boxes.bounds(root);
+    let (middle, half) = (work_from_body.point(&middle), work_from_body.rotation.abs() * half);
     let region = Aabb { min: middle - half, max: middle + half };
     let body_from_work = work_from_body.inverse();
     let mut points = Vec::new();
