@@ -87,7 +87,7 @@ impl Interpreter {
                     Interpolation::Thread => 10,
                     Interpolation::TapIn => 11,
                     Interpolation::TapOut => 12,
-                    Interpolation::Tangential => 20,
+                    Interpolation::Tangential => 15,
                 },
             ),
             (6, [3, 2, 1][modal.normal.min(2)]),
