@@ -72,7 +72,12 @@ impl StockReach {
 
     /// Follows one straight motion of the joints, as [`Interference::check_piece`].
     pub fn check_piece(&mut self, from: &JointValues, to: &JointValues, time: [f64; 2], slack: f64) {
-        let begun = self.world.check_piece(from, to, time, slack);
+        self.check_bent_piece([from, to], time, slack, &JointValues::ZERO);
+    }
+
+    /// Follows a motion that is not quite straight, as [`Interference::check_bent_piece`].
+    pub fn check_bent_piece(&mut self, ends: [&JointValues; 2], time: [f64; 2], slack: f64, off: &JointValues) {
+        let begun = self.world.check_bent_piece(ends, time, slack, off);
         for i in begun {
             let breach = &self.world.breaches()[i];
             if self.reached.iter().all(|r| r.body != breach.bodies[0]) {

@@ -86,9 +86,10 @@ impl<'a> BodyCheck<'a> {
             self.world.set_tool(state.tool.and_then(|t| self.prepared.tools.tools.get(t)));
         }
         let [from, to] = &piece.joints;
-        let slack = piece.deviation + self.errors;
-        self.reach.check_piece(from, to, piece.time, slack);
-        let begun = self.world.check_piece(from, to, piece.time, slack);
+        // The bodies follow the joints; what the tool leaves its own straight way by is in the deviation of the joints.
+        let (slack, off) = (self.errors, &piece.joint_deviation);
+        self.reach.check_bent_piece([from, to], piece.time, slack, off);
+        let begun = self.world.check_bent_piece([from, to], piece.time, slack, off);
         let hits = begun.map(|i| hit(i, &self.world.breaches()[i])).collect();
         let proved = self.world.proved_now();
         Checked { hits, clearance: proved.is_finite().then_some(proved) }
