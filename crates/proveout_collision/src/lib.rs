@@ -10,6 +10,7 @@
 //! * [`StockReach`] – which bodies come within reach of the box of the stock, where nothing checks them against the stock itself.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
+//! * [`SolidPair`] – distance of two meshes in pose after pose.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
 //!
 //! # Method
@@ -56,6 +57,7 @@ mod parts;
 mod reach;
 mod report;
 mod shape;
+mod solid_pair;
 mod tool_clearance;
 mod triangle;
 
@@ -64,4 +66,5 @@ pub use interference::Interference;
 pub use parts::Fixture;
 pub use reach::{Reached, StockReach};
 pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
+pub use solid_pair::SolidPair;
 pub use tool_clearance::ToolClearance;
