@@ -132,14 +132,16 @@ impl StockCheck {
 
     fn one(&mut self, stock: &TriDexel, motion: &JointMotion, exact: bool) -> bool {
         let [from, to] = motion.joints;
-        if !(from.is_finite() && to.is_finite() && motion.slack.is_finite()) {
+        if !(from.is_finite() && to.is_finite() && motion.off.is_finite() && motion.slack.is_finite()) {
             self.fail_all(motion.time[0]);
             self.motions += 1;
             return true;
         }
         self.join(&from);
-        let low = self.envelope.include(&self.machine, &from);
-        if self.envelope.include(&self.machine, &to) || low {
+        let low = from.zip_map(to, f64::min).zip_map(motion.off, |q, e| q - e);
+        let high = from.zip_map(to, f64::max).zip_map(motion.off, |q, e| q + e);
+        let grown = self.envelope.include(&self.machine, &low);
+        if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
         let mut way = [0.0; MAX_JOINTS];
@@ -147,7 +149,8 @@ impl StockCheck {
             *m = (b - a).abs();
         }
         let used = dot(&self.largest_weights, &way);
-        if self.spent + used + motion.slack < self.budget {
+        let aside = motion.slack + dot(&self.largest_weights, &motion.off.0);
+        if self.spent + used + aside < self.budget {
             self.spent += used;
             self.walk(&way);
         } else if !self.examine(&Step { stock, motion, way, exact }) {
@@ -163,7 +166,7 @@ impl StockCheck {
         let mut before: Vec<(usize, Known)> = Vec::new();
         for i in 0..self.bodies.len() {
             let body = &self.bodies[i];
-            let left = body.lower(&self.path) - dot(&body.known.weights, &step.way) - step.motion.slack;
+            let left = body.lower(&self.path) - dot(&body.known.weights, &step.way) - self.slack(i, step);
             if left > self.threshold(i) {
                 continue;
             }
@@ -182,6 +185,12 @@ impl StockCheck {
         true
     }
 
+    /// By how much a body may be nearer than the straight motion of the joints says, mm: with weights w (how far it moves against the stock
+    /// for a unit of each joint) joints that are off by e bring it nearer by at most `sum w_j e_j`.
+    fn slack(&self, i: usize, step: &Step<'_>) -> f64 {
+        step.motion.slack + dot(&self.bodies[i].known.weights, &step.motion.off.0)
+    }
+
     /// Distance above which nothing needs to be known of a body, mm.
     fn threshold(&self, i: usize) -> f64 {
         match self.bodies[i].known.state {
@@ -194,7 +203,7 @@ impl StockCheck {
     /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a stock that is too old.
     fn follow_body(&mut self, i: usize, step: &Step<'_>) -> bool {
         let mu = dot(&self.bodies[i].known.weights, &step.way);
-        let slack = step.motion.slack;
+        let slack = self.slack(i, step);
         if self.bodies[i].known.fresh {
             if let Some(point) = self.inside(i, step, 0.0) {
                 if !step.exact {
@@ -241,7 +250,7 @@ impl StockCheck {
 
     /// A body in the stock at the end of a motion: how deep, or apart again.
     fn follow_contact(&mut self, i: usize, step: &Step<'_>) {
-        let touching = SLACK_MM + step.motion.slack + TOLERANCE_MM;
+        let touching = SLACK_MM + self.slack(i, step) + TOLERANCE_MM;
         let limit = touching + self.clearance + self.bodies[i].known.reach;
         let q = step.joints(1.0);
         let distance = self.gap(i, step.stock, &q, limit).map_or(limit, |g| g.lower);
@@ -268,7 +277,7 @@ impl StockCheck {
     }
 
     fn leave_near(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
-        let apart = distance > self.clearance + SLACK_MM + step.motion.slack + 2.0 * TOLERANCE_MM;
+        let apart = distance > self.clearance + SLACK_MM + self.slack(i, step) + 2.0 * TOLERANCE_MM;
         let known = &mut self.bodies[i].known;
         let Some(b) = known.near.and_then(|k| self.breaches.get_mut(k)) else { return };
         if apart {
