@@ -130,7 +130,9 @@ codes! {
     PROBED = "process-probed", Process, Warning, "A probing motion runs to its end: what the probe finds is not known.";
     NECK_RUBS = "process-neck-rubs", Process, Error, "The neck above the flutes meets material.";
     SHANK_RUBS = "process-shank-rubs", Process, Error, "The shank meets material.";
-    LOOSE_PART = "process-loose-part", Process, Warning, "A part of the stock is cut off: where it falls is not known.";
+    LOOSE_PART = "process-loose-part", Process, Warning, "A part of the stock is cut off.";
+    LOOSE_PART_HITS = "process-loose-part-hits", Process, Warning, "A part that was cut off hits a body on its way.";
+    LOOSE_PART_CUT = "process-loose-part-cut", Process, Error, "The cutter cuts a part that was cut off and that nothing clamps.";
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
