@@ -318,9 +318,10 @@ fn unchecked_pairs_are_named_with_their_reason() {
         });
         found.unwrap_or_else(|| panic!("{a} {b}")).unchecked
     };
-    assert_eq!(reason("slide", "spindle"), Some(Unchecked::Neighbors));
-    assert_eq!(reason("swivel", "table"), Some(Unchecked::Neighbors));
-    assert_eq!(reason("bed", "swivel"), Some(Unchecked::Neighbors));
+    // Neighbors are checked without what bears.
+    assert_eq!(reason("slide", "spindle"), None);
+    assert_eq!(reason("swivel", "table"), None);
+    assert_eq!(reason("bed", "swivel"), None);
     assert_eq!(reason("bed", "spindle"), Some(Unchecked::Allowed));
     assert_eq!(reason("table", "vise"), Some(Unchecked::Rigid));
     assert_eq!(reason("spindle", "holder of BALL"), Some(Unchecked::Rigid));

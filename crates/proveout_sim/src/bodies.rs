@@ -1,6 +1,6 @@
 //! Bodies against bodies along the pieces of motion.
 
-use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, StockReach};
+use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, StockReach, Unchecked};
 use proveout_controller::Piece;
 use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
@@ -136,6 +136,12 @@ impl<'a> BodyCheck<'a> {
     /// Number of pairs that were checked.
     pub(crate) fn checked_pairs(&self) -> usize {
         self.world.pairs().iter().filter(|p| p.unchecked.is_none()).count()
+    }
+
+    /// Machine bodies on both sides of a tilting platform, which are not checked against each other.
+    pub(crate) fn across_platforms(&self) -> Vec<String> {
+        let pairs = self.world.pairs().iter().filter(|p| p.unchecked == Some(Unchecked::Platform));
+        pairs.map(|p| format!("{} against {}", p.bodies[0], p.bodies[1])).collect()
     }
 
     /// Bodies that the machine description keeps out of the checks.

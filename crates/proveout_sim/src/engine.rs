@@ -67,6 +67,8 @@ pub(crate) struct Facts {
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
     pub(crate) excluded_bodies: Vec<String>,
+    /// Machine bodies on both sides of a tilting platform.
+    pub(crate) across_platforms: Vec<String>,
     /// Pairs of bodies that were checked.
     pub(crate) checked_pairs: usize,
     /// Bodies that nothing checks against the stock, and how near its box came to them.
@@ -332,6 +334,7 @@ impl<'a> Engine<'a> {
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
+            across_platforms: self.bodies.across_platforms(),
             checked_pairs: self.bodies.checked_pairs(),
             stock_near: self.bodies.stock_near(),
             unknown_plunges,

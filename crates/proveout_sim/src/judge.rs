@@ -286,6 +286,10 @@ fn judge_gates(
         let names = facts.excluded_bodies.join(", ");
         collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
     }
+    if !facts.across_platforms.is_empty() {
+        let pairs = facts.across_platforms.join(", ");
+        collision.left_out.push(format!("bodies on both sides of a tilting platform: {pairs}"));
+    }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();
         let mut checked = Vec::new();
