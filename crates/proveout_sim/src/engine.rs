@@ -250,7 +250,9 @@ impl<'a> Engine<'a> {
             self.log.push(f);
         }
         self.loose.watch(self.prepared, chunk, &states, &reports);
-        if self.removed == self.looked_at {
+        let settled =
+            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
+        if self.removed == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
             self.loose.moved(self.prepared, chunk);
         } else {
             self.looked_at = self.removed;

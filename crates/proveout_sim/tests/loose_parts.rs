@@ -183,7 +183,11 @@ fn a_slug_falls_through_the_table_and_hits_what_is_in_its_way() {
     let speed = hits[0].value.expect("told");
     assert!((speed / (2.0 * G * 40.0).sqrt() - 1.0).abs() < 0.03, "{speed}");
     assert!(hits[0].bodies.contains(&"bar".to_owned()) && hits[0].point_mm.expect("told")[2] == -46.0, "{hits:?}");
-    assert!(part(&verdict).message.contains("come to rest about X 0 Y 0"), "{:?}", part(&verdict));
+    // It lies on the bar, or the solver is not sure: both say so.
+    let told = &part(&verdict).message;
+    let lies = told.contains("come to rest about X 0 Y 0");
+    assert!(lies || told.contains("its place is not known"), "{told}");
+    assert_eq!(gate(&verdict, "collision").reason.contains("where loose part 1 goes"), !lies, "{verdict:?}");
     assert_eq!(gate(&verdict, "process").state, State::Pass, "{:?}", gate(&verdict, "process"));
 }
 

@@ -113,6 +113,11 @@ fn a_part_is_taken_without_touching_the_rest_and_put_back_bit_for_bit() {
     let (mut stock, last) = pieces();
     let (whole, parts) = (rays(&stock), stock.parts());
     assert!(parts.len() >= 6, "{}", parts.len());
+    assert_eq!(stock.parts_apart(0.0), parts[1..]);
+    let middle = parts[parts.len() / 2].volume_mm3;
+    let large: Vec<_> = parts[1..].iter().filter(|p| p.volume_mm3 >= middle).cloned().collect();
+    assert_eq!(stock.parts_apart(middle), large);
+    assert!(stock.parts_apart(1e9).is_empty());
     let mut left = parts.len();
     for part in parts.iter().rev() {
         let before = rays(&stock);

@@ -44,6 +44,9 @@ const LEAST_VOLUME: f64 = 1.0;
 const LEAST_CELLS: f64 = 4.0;
 /// Parts that are followed in a run; what comes off after them is not.
 const MOST_PARTS: usize = 24;
+/// Columns of a stock that are looked at for nothing. A look takes about as long for a column as the cutting of a ray: in a larger stock
+/// it waits until so many rays were met as there are columns beyond these.
+const FREE_COLUMNS: u64 = 50_000;
 /// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and friction alone may not.
 const CLAMPED: f64 = 20_000.0;
 
@@ -110,6 +113,8 @@ pub(crate) struct LooseParts {
     /// Volume that is no longer stock, mm³.
     fallen: f64,
     motions: Vec<LooseMotion>,
+    /// Rays that were met since the last look.
+    met: u64,
 }
 
 impl LooseParts {
@@ -124,13 +129,14 @@ impl LooseParts {
             unknown: Vec::new(),
             fallen: 0.0,
             motions: Vec::new(),
+            met: 0,
         };
         loose.known = loose.apart(raw);
         loose
     }
 
     fn apart(&self, stock: &TriDexel) -> Vec<StockPart> {
-        stock.parts().into_iter().skip(1).filter(|p| p.volume_mm3 >= self.least_volume).collect()
+        stock.parts_apart(self.least_volume)
     }
 
     /// Goes on with the parts whose fall outlasted the motion that was known, before the stretch cuts.
@@ -174,13 +180,20 @@ impl LooseParts {
         states: &[CuttingState],
         reports: &[SweepReport],
     ) {
+        self.met += reports.iter().map(|r| r.rays).sum::<u64>();
         self.watch_cuts(prepared, reports);
         if let Some(lying) = &mut self.lying {
             self.unknown.extend(lying.watch(prepared, chunk, states));
         }
     }
 
-    /// Nothing was cut in a stretch, but it has moved.
+    /// Whether enough was cut for a look at a stock.
+    pub(crate) fn is_due(&self, stock: &TriDexel) -> bool {
+        let [nx, ny, _] = stock.counts();
+        self.met + FREE_COLUMNS >= (nx * ny) as u64
+    }
+
+    /// A stretch has moved without a look after it.
     pub(crate) fn moved(&mut self, prepared: &Prepared, chunk: &Chunk) {
         self.watch_table(prepared, chunk);
     }
@@ -194,6 +207,7 @@ impl LooseParts {
         states: &[CuttingState],
         last: bool,
     ) -> Vec<Told> {
+        self.met = 0;
         let lying = self.lying.as_ref().map_or(0, Lying::len);
         let told = self.look_for_parts(shop, (chunk, first), states, last);
         self.watch_table(shop.prepared, chunk);

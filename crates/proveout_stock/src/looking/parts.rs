@@ -18,6 +18,7 @@ use proveout_geom::{Aabb, Point};
 
 use crate::{
     TriDexel,
+    field::grid::Grid,
     field::span::{INITIAL, Span},
 };
 
@@ -62,7 +63,28 @@ impl StockPart {
 impl TriDexel {
     /// Parts that hang together, the largest first. Frame: that of the stock.
     pub fn parts(&self) -> Vec<StockPart> {
-        self.collect(&self.labels())
+        let labels = self.labels();
+        let mut parts = self.collect(&labels);
+        self.add_makers(&labels, &mut parts, |_| true);
+        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
+        parts
+    }
+
+    /// The parts of [`Self::parts`] but the largest, as far as they have a volume (mm³): costs a pass over the rays along z where
+    /// there are none.
+    pub fn parts_apart(&self, least_volume: f64) -> Vec<StockPart> {
+        let labels = self.labels();
+        let mut parts = self.collect(&labels);
+        // The first of equals, as sorting keeps it.
+        let most = parts.iter().map(|p| p.volume_mm3).fold(f64::NEG_INFINITY, f64::max);
+        let Some(largest) = parts.iter().position(|p| p.volume_mm3 >= most) else { return parts };
+        let wanted: Vec<bool> =
+            parts.iter().enumerate().map(|(k, p)| k != largest && p.volume_mm3 >= least_volume).collect();
+        self.add_makers(&labels, &mut parts, |k| wanted[k]);
+        let mut kept = wanted.iter();
+        parts.retain(|_| kept.next().is_some_and(|w| *w));
+        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
+        parts
     }
 
     pub(crate) fn labels(&self) -> Labels {
@@ -195,14 +217,28 @@ impl TriDexel {
                 }
             }
         }
+        for part in &mut parts {
+            part.center = Point::from(part.center.coords / part.volume_mm3);
+        }
+        parts
+    }
+
+    /// Takes the makers of the rays along x and y too, for the parts that are wanted.
+    fn add_makers(&self, labels: &Labels, parts: &mut [StockPart], wanted: impl Fn(usize) -> bool) {
+        let grid = &self.grid;
+        let boxes = parts.iter().enumerate().filter(|(k, _)| wanted(*k)).map(|(_, p)| p.bounds);
+        let Some(near) = boxes.reduce(|a, b| a.union(&b)).map(|b| b.expanded(grid.longest_cell())) else { return };
         for a in 0..2 {
-            for q in 0..grid.n[(a + 2) % 3] {
-                for p in 0..grid.n[a + 1] {
+            let (u, v) = (a + 1, (a + 2) % 3);
+            for q in 0..grid.n[v] {
+                for p in 0..grid.n[u] {
                     for span in self.spans(a, p, q) {
                         let made = last_maker(span);
+                        let ends = [span.lo, span.hi].map(|s| Grid::point(a, s, grid.center(u, p), grid.center(v, q)));
                         // Most ends are those of the raw stock: nobody is asked about them.
                         if made.is_some()
-                            && let Some(part) = self.owner(labels, a, [p, q], span)
+                            && near.intersects(&Aabb { min: ends[0], max: ends[1] })
+                            && let Some(part) = self.owner(labels, a, [p, q], span).filter(|k| wanted(*k))
                         {
                             parts[part].last_made_by = parts[part].last_made_by.max(made);
                         }
@@ -210,11 +246,6 @@ impl TriDexel {
                 }
             }
         }
-        for part in &mut parts {
-            part.center = Point::from(part.center.coords / part.volume_mm3);
-        }
-        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
-        parts
     }
 }
 
