@@ -118,16 +118,6 @@ impl Interference {
         self.recompute_weights();
     }
 
-    /// Checks the last part against each other and nothing else.
-    pub(crate) fn pair_with_last(&mut self) {
-        self.infos.clear();
-        self.pairs.clear();
-        for a in 0..self.parts.len() - 1 {
-            self.add_pair(a, self.parts.len() - 1);
-        }
-        self.recompute_weights();
-    }
-
     /// Changes the tool in the spindle; none empties it. Open breaches of the old tool end.
     pub fn set_tool(&mut self, tool: Option<&Tool>) {
         let fixed = self.fixed_parts;

@@ -1,13 +1,13 @@
 //! Interference of tool, holder, machine bodies and fixtures while the joints of a machine move. The stock judges itself
-//! what is swept through it, the parts of the tool (crate `proveout_stock`); of other bodies it is known whether they stay out of reach
-//! of its box ([`StockReach`]). The design part is judged by the deviation of what was cut.
+//! what is swept through it, the parts of the tool (crate `proveout_stock`); the other bodies are followed against the material on its
+//! rays ([`StockCheck`]). The design part is judged by the deviation of what was cut.
 //!
 //! Data in: a [`proveout_machine::Machine`] with its bodies (M with all joints at zero), [`Fixture`]s (table frame K),
 //! tools, and straight motions of the joints, mm and radian. Data out: [`Breach`]es with time, joints, pair and place
 //! (table frame K), the smallest distance with its pair, and the list of pairs that were not checked, each with the reason.
 //!
 //! * [`Interference`] – takes pieces of motion in order.
-//! * [`StockReach`] – which bodies come within reach of the box of the stock, where nothing checks them against the stock itself.
+//! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came near.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
@@ -53,15 +53,15 @@ mod distance;
 mod interference;
 mod neighbors;
 mod parts;
-mod reach;
 mod report;
 mod shape;
+mod stock;
 mod tool_clearance;
 mod triangle;
 
 pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;
 pub use parts::Fixture;
-pub use reach::{Reached, StockReach};
 pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
+pub use stock::{JointMotion, StockBreach, StockCheck};
 pub use tool_clearance::ToolClearance;

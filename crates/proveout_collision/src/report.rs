@@ -21,7 +21,7 @@ pub enum PartKind {
     Machine,
     /// A fixture, clamp or platform of the setup.
     Fixture,
-    /// The box of the raw stock.
+    /// The stock.
     Stock,
 }
 

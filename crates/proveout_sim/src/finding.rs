@@ -134,6 +134,8 @@ codes! {
     LOOSE_PART_HITS = "process-loose-part-hits", Process, Warning, "A part that was cut off hits a body on its way.";
     LOOSE_PART_CUT = "process-loose-part-cut", Process, Error, "The cutter cuts a part that was cut off and that nothing clamps.";
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
+    STOCK_HIT = "collision-stock-body", Collision, Error, "A body of machine or setup meets the stock, or comes nearer to it than its rays can tell.";
+    STOCK_AT_REST = "collision-stock-at-rest", Collision, Error, "A fixture or the table stands in the stock before anything moves.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
     OVERCUT = "geometry-overcut", Geometry, Error, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";

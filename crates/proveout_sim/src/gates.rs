@@ -18,7 +18,7 @@ fn codes(gate: &str) -> &'static [Code] {
         "process" => {
             &[RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY, PLUNGE, NO_TOOL, NECK_RUBS, SHANK_RUBS, LOOSE_PART_CUT]
         }
-        "collision" => &[HOLDER_IN_STOCK, COLLISION],
+        "collision" => &[HOLDER_IN_STOCK, STOCK_HIT, STOCK_AT_REST, COLLISION],
         "near_miss" => &[NEAR_MISS],
         "gouge" => &[GOUGE, OVERCUT],
         "excess" => &[EXCESS, INSPECTION],

@@ -20,6 +20,7 @@
 //!   removal, its moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
+//! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
 //! # Folders
@@ -98,6 +99,8 @@ pub use looking::contact::Contact;
 pub use looking::depth::{Depths, Measure};
 pub use looking::measure::{Nearest, Outline, Probe, Wall};
 pub use looking::moments::Moments;
+pub use looking::overlap::SolidOverlap;
 pub use looking::parts::StockPart;
 pub use looking::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
 pub use looking::surface::{SurfaceMesh, TileId};
+pub use looking::tile_tree::{RaySegment, TileNode, TileTree};
