@@ -67,6 +67,7 @@ impl TriDexel {
             labels: &labels,
         };
         let mut taken = self.part_alone(&which)?;
+        self.passes += 1;
         for index in 0..self.tiles.len() {
             self.take_from(index, &which, [id, cut_by], &mut taken.before);
         }
@@ -75,9 +76,11 @@ impl TriDexel {
 
     /// Puts a part back that was taken out last, with nothing done to the stock since: the stock is then as it was.
     pub fn put_back(&mut self, taken: TakenPart) {
+        self.passes += 1;
         for before in taken.before {
             let (range, index) = ([before.tile.lo, before.tile.hi], before.index);
             self.tiles[index] = before.tile;
+            self.cut_in[index] = self.passes;
             self.lost[index] = before.lost;
             if let Some(history) = &mut self.history {
                 let undo = &mut history.tiles[index];
@@ -140,6 +143,7 @@ impl TriDexel {
             }
         }
         self.tiles[index] = left;
+        self.cut_in[index] = self.passes;
         self.mark_changed(index, range);
     }
 
@@ -184,7 +188,7 @@ impl TriDexel {
         });
         let tiles: Vec<Tile> = tiles.collect();
         let blocks = grid.blocks.iter().product();
-        let lost = vec![Lost::default(); tiles.len()];
+        let (lost, cut_in) = (vec![Lost::default(); tiles.len()], vec![0; tiles.len()]);
         let mut stock = Self {
             grid,
             tiles,
@@ -192,6 +196,8 @@ impl TriDexel {
             sweep_bound: self.sweep_bound,
             regrid: self.regrid,
             changed: vec![true; blocks],
+            passes: 0,
+            cut_in,
             history: None,
             lost,
             watch_engagement: false,
