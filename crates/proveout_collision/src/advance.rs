@@ -167,11 +167,14 @@ impl Interference {
 
     /// Whether two neighbors keep clear of each other through a step, by what is known of their joint or can be proved now. Each distance
     /// proves a range of the joint round the place where it was measured; it is asked for some way ahead.
-    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &Step) -> bool {
+    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &Step, off: &JointValues) -> bool {
         let Some(n) = self.pairs[i].neighbors.as_mut() else { return false };
         n.allow(step.slack);
         let (joint, weight, slack) = (n.joint, n.weight, n.slack);
-        let (from, to) = (step.from[joint], step.to[joint]);
+        let [from, to] = [step.from[joint], step.to[joint]];
+        // All the way that the joint may have been.
+        let (from, to) =
+            if from <= to { (from - off[joint], to + off[joint]) } else { (from + off[joint], to - off[joint]) };
         let threshold = self.clearance + SLACK_MM + slack;
         let mut at = from;
         loop {

@@ -10,6 +10,7 @@
 //! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came near.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
+//! * [`SolidPair`] – distance of two meshes in pose after pose.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
 //!
 //! # Method
@@ -55,6 +56,7 @@ mod neighbors;
 mod parts;
 mod report;
 mod shape;
+mod solid_pair;
 mod stock;
 mod tool_clearance;
 mod triangle;
@@ -63,5 +65,6 @@ pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;
 pub use parts::Fixture;
 pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
+pub use solid_pair::SolidPair;
 pub use stock::{JointMotion, StockBreach, StockCheck};
 pub use tool_clearance::ToolClearance;

@@ -14,6 +14,7 @@ use crate::{
     pieces::{Cutter, Stance},
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
+    straightness::Straightness,
     stretch::{Clock, Measured, Stretch, grid_number},
     watch::{Parts, REACH, broken},
 };
@@ -252,6 +253,13 @@ impl Emitter {
             for x in [from, &middle, to] {
                 meter.off_program(block.off(scope.machine, x.s, &x.q));
             }
+            let mut straightness = Straightness::new(scope.machine, &from.q, &to.q);
+            straightness.look(&middle.q);
+            let quarters = [0.25, 0.75].map(|part| from.s + (to.s - from.s) * part);
+            let within = places.iter().copied().filter(|s| from.s < *s && *s < to.s);
+            for s in quarters.into_iter().chain(within) {
+                straightness.look(&(cutter.stance)(s).q);
+            }
             meter.position(&to.q);
             meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
             watch_travel(scope, over, &from.q, time);
@@ -263,6 +271,7 @@ impl Emitter {
                 joints: [from.q, to.q],
                 pose: [from.pose, to.pose],
                 deviation,
+                joint_deviation: straightness.bound(),
             });
             time = end;
         });
@@ -324,6 +333,7 @@ impl Emitter {
             joints: ends,
             pose,
             deviation: 0.0,
+            joint_deviation: JointValues::ZERO,
         });
         times[1]
     }

@@ -17,9 +17,12 @@ const SLACK_MM: f64 = 2e-4;
 const TOLERANCE_MM: f64 = 5e-3;
 /// Motion of a body that stands in the stock between two looks at its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
-/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last.
-const FIRST_REACH_MM: f64 = 100.0;
-const LAST_REACH_MM: f64 = 3200.0;
+/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last. Short: a search among the rays
+/// that ends nearby is cheap, and one that finds the very nearest of far ones is not.
+const FIRST_REACH_MM: f64 = 20.0;
+const LAST_REACH_MM: f64 = 80.0;
+/// Where the box of the raw stock is farther than the wanted clearance and this, mm, the rays are not asked: it is almost as near.
+const BOX_ENOUGH_MM: f64 = 10.0;
 /// A jump between motions up to this length counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
 
@@ -214,6 +217,7 @@ impl StockCheck {
                 self.leave_near(i, limit, step, t);
                 return true;
             };
+            self.bodies[i].known.reach = FIRST_REACH_MM;
             if found.lower > floor + TOLERANCE_MM {
                 self.keep(i, found.lower, step, t);
                 self.leave_near(i, found.lower, step, t);
@@ -399,6 +403,11 @@ impl StockCheck {
         let body = &self.bodies[i];
         // The box of a layer cut off is not known to be one; the rays do alone.
         let from_box = if body.flush { 0.0 } else { self.box_gap(i, &pose, limit)? };
+        if from_box > self.clearance + BOX_ENOUGH_MM {
+            let middle = pose.point(&body.part.shape.ball().0);
+            let near = NearRay { distance: from_box, on_body: middle, on_ray: middle };
+            return (from_box < limit).then_some(StockGap { lower: from_box, near });
+        }
         let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
         let lower = (near.distance - self.unseen).max(from_box).max(0.0);
         (lower < limit).then_some(StockGap { lower, near })
