@@ -138,6 +138,7 @@ cases! {
     "scene/StockFile.at_time_s", Next, ["scene", "stock.at_time_s", "1.0"];
     "scene/StockFile.history", Next, ["first", "stock.history", "false"];
     "scene/StockFile.intervals_per_ray", Mill, ["scene", "stock.intervals_per_ray", "3.5"];
+    "scene/StockFile.density_kg_m3", Loose, ["scene", "stock.density_kg_m3", "2700"];
     "scene/StockFile.patch", Part, ["scene", "stock.patch", "[]"];
     "scene/BoxFile.min_mm", Mill, ["scene", "stock.box.min_mm", "[-15, -10, -9.5]"];
     "scene/BoxFile.max_mm", Mill, ["scene", "stock.box.max_mm", "[15, 10, 0.5]"];

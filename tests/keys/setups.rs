@@ -26,6 +26,8 @@ pub(crate) enum Setup {
     Model,
     /// A design mesh as part, fixtures, patches.
     Part,
+    /// A part that comes off the block and falls.
+    Loose,
     /// A cone as part.
     Cone,
     /// A blade as part and stock.
@@ -121,6 +123,12 @@ impl Setup {
                 );
                 more.push(("turned.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -0.2], true)));
                 more.push(("other.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -1.2], false)));
+            }
+            Self::Loose => {
+                scene += "\n[control]\npath_tolerance_mm = 0.05\n";
+                program = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X6. Y-15.\nZ4.\nG1 Z-10.5 F1500\nY15.\nG0 Z12.\n\
+                           M5\nM30\n%\n"
+                    .to_owned();
             }
             Self::Cone => {
                 scene = scene.replace(

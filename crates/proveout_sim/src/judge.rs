@@ -101,6 +101,7 @@ pub(crate) fn judge(
             moves: facts.pieces,
             volume_mm3: facts.removed,
             stock_left_mm3: stock.volume(),
+            fallen_mm3: facts.fallen,
             sweep_bound_mm: stock.sweep_bound_mm(),
             cell_mm: stock.cell_mm(),
             cells_mm: stock.cells_mm(),
@@ -272,6 +273,7 @@ fn judge_gates(
     }));
     if let Some(checked) = &mut collision.checked {
         checked.push_str(&against_stock(facts, near_mm));
+        checked.push_str(facts.loose_known.as_deref().unwrap_or_default());
         let errors = prepared.machine.has_errors();
         checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
     }

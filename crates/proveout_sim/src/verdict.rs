@@ -179,6 +179,9 @@ pub struct Removal {
     pub volume_mm3: f64,
     /// Stock that is left, mm³.
     pub stock_left_mm3: f64,
+    /// Volume of the parts that were cut off and fell out of the stock, mm³; it is not in `volume_mm3`.
+    #[serde(default)]
+    pub fallen_mm3: f64,
     /// Bound on the distance of a dexel end from the exact swept surface, mm.
     pub sweep_bound_mm: f64,
     /// Distance of neighboring rays, mm: the largest of `cells_mm`.

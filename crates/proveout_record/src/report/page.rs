@@ -163,7 +163,10 @@ fn figures(v: &Verdict) -> Vec<Entry> {
     let further =
         if rest == 1 { "and 1 warning or note".into() } else { format!("and {} warnings and notes", count(rest)) };
     out.push(entry("Errors", count(errors), if rest == 0 { String::new() } else { further }));
-    out.push(entry("Removed", volume(v.removal.volume_mm3), format!("{} left", volume(v.removal.stock_left_mm3))));
+    let fallen = v.removal.fallen_mm3;
+    let fallen = if fallen > 0.0 { format!(", {} fallen off", volume(fallen)) } else { String::new() };
+    let left = format!("{} left{fallen}", volume(v.removal.stock_left_mm3));
+    out.push(entry("Removed", volume(v.removal.volume_mm3), left));
     let d = &v.deviation;
     if d.gouge_max_mm.is_some() || d.excess_max_mm.is_some() {
         out.push(entry("Deepest gouge", length_or_dash(d.gouge_max_mm), ""));

@@ -159,6 +159,7 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
             changed_tiles: &changed,
             patches: &[],
             changed_in_patches: &[],
+            loose: &[],
         };
         for o in observers.iter_mut() {
             o.batch(&setup, &seen).expect("batch");

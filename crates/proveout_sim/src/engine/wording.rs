@@ -6,7 +6,7 @@ use proveout_collision::{Severity, StockBreach};
 use proveout_controller::{Event, LimitKind};
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
-use proveout_stock::{StockPart, SweepReport};
+use proveout_stock::SweepReport;
 use proveout_tool::{Role, Tool};
 
 use super::UnknownPlunge;
@@ -117,20 +117,6 @@ pub(super) fn at_rest(standing: &AtRest) -> Finding {
     f.time_s = Some(0.0);
     f.penetration_mm = Some(overlap.depth_mm);
     f.point_mm = Some(overlap.point.coords.into());
-    f
-}
-
-/// A part that has come off the stock.
-pub(super) fn loose_part(part: &StockPart) -> Finding {
-    let size = part.bounds.size();
-    let message = format!(
-        "{:.1} mm3 no longer hang together with the rest of the stock: {:.1} x {:.1} x {:.1} mm; the twin leaves them in their place",
-        part.volume_mm3, size.x, size.y, size.z
-    );
-    let mut f = FindingLog::of(&finding::LOOSE_PART, message);
-    f.bodies = vec!["stock".into()];
-    f.point_mm = Some(part.center.coords.into());
-    (f.value, f.unit) = (Some(part.volume_mm3), Some("mm3".into()));
     f
 }
 
