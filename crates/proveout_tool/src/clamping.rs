@@ -77,7 +77,6 @@ impl Tool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::{Cutter, HolderSection, ToolBuilder};
 
     fn builder(gauge: f64) -> ToolBuilder {
