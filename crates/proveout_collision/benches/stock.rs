@@ -121,7 +121,12 @@ fn main() {
         let n = 200;
         let seconds = each(n, |k| {
             let q = at(100 * (k % 2) + k);
-            let motion = JointMotion { joints: [q, q], time: [1e6 + k as f64, 1e6 + k as f64 + 1.0], off: JointValues::ZERO, slack: 5e-4 };
+            let motion = JointMotion {
+                joints: [q, q],
+                time: [1e6 + k as f64, 1e6 + k as f64 + 1.0],
+                off: JointValues::ZERO,
+                slack: 5e-4,
+            };
             check.follow(&stock, &[motion]);
         });
         let queries = (check.queries() - before) as f64 / n as f64;
