@@ -14,7 +14,7 @@ use crate::triangle;
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
 /// Rounds of nearest points in turn: a few are enough where GJK came near; one that never agrees is left with what is proved.
-const MOST_PROJECTIONS: usize = 60;
+const MOST_PROJECTIONS: usize = 1000;
 
 /// Answer to "how far apart, as far as nearer than a limit".
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@
 //!   e_j >= | q_j(s) - (a_j + l(s) (b_j - a_j)) |      for every s of the piece, one l in 0..1 for all joints
 //! ```
 //!
-//! Then the bodies are, at every s, no nearer than at l less the sum of what each e_j moves them. Any l will do; the foot of the point on
+//! Then the bodies are, at every s, no nearer than at l less the sum of what each `e_j` moves them. Any l will do; the foot of the point on
 //! the chord is taken, radians counted at a length. The ways of the joints are smooth between the places of a path, so that the
 //! deviation is looked for at the quarters, as that of the tool is (`pieces.rs`), and at the places within.
 
@@ -19,6 +19,10 @@ const RADIAN_MM: f64 = 200.0;
 /// Surcharge on a deviation measured at the quarters. A cubic error passes them by 3 percent; joints at a corner that is rounded within the
 /// piece bend more at one end, and dense samples of random programs were up to 8 percent beyond.
 const BETWEEN: f64 = 1.2;
+
+/// What positions of the set points may be off without a place that shows it, mm and radian: a joint that begins to move at the very end of a
+/// piece.
+const LEAST: f64 = 1e-8;
 
 /// The largest deviation so far, joint by joint.
 pub(crate) struct Straightness {
@@ -54,6 +58,6 @@ impl Straightness {
 
     /// What no joint exceeds.
     pub(crate) fn bound(&self) -> JointValues {
-        self.worst * BETWEEN
+        (self.worst * BETWEEN).zip_map(JointValues::ZERO, |e, _| e + LEAST)
     }
 }

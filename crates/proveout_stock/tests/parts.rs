@@ -134,9 +134,9 @@ fn a_part_is_taken_without_touching_the_rest_and_put_back_bit_for_bit() {
             gone += was.len() - is.len();
         }
         assert!(gone > 10 && n == stock.counts());
-        for a in 0..3 {
+        for (a, volume) in volumes.into_iter().enumerate() {
             let both = stock.volume_along(a) + alone.volume_along(a);
-            assert!((both - volumes[a]).abs() < 1e-9 * volumes[a], "{a}: {both} {}", volumes[a]);
+            assert!((both - volume).abs() < 1e-9 * volume, "{a}: {both} {volume}");
         }
         assert!((alone.volume_along(2) - part.volume_mm3).abs() < 1e-9 * part.volume_mm3);
         assert!(part.lies_in(alone) && alone.parts().len() == 1, "{} parts", alone.parts().len());
