@@ -14,7 +14,7 @@ use crate::triangle;
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
 /// Rounds of nearest points in turn: a few are enough where GJK came near; one that never agrees is left with what is proved.
-const MOST_PROJECTIONS: usize = 1000;
+const MOST_PROJECTIONS: usize = 60;
 
 /// Answer to "how far apart, as far as nearer than a limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -190,13 +190,26 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
             proved = proved.max(separation(body, corners, &pose.mesh_from_body, &(between / apart)));
         }
         if apart - proved <= PROVED_WITHIN_MM * (1.0 + apart) || proved >= bound {
-            break;
+            return (proved.max(0.0), touch(proved <= 0.0, p, q));
         }
         let Some(nearest) = body.nearest(&pose.body_from_mesh.point(&p)) else { return (0.0, touch(true, p, p)) };
         q = pose.mesh_from_body.point(&nearest);
         p = triangle::point_triangle(q, corners).on_second;
     }
+    // A side along the axis and a face or edge almost parallel to it: the two points creep along. The planes that lie on the face, or on an
+    // edge and the axis, prove what is to be proved there.
+    for along in parallel_planes(corners, &pose.mesh_from_body.vector(&Vector::z())) {
+        proved = proved.max(separation(body, corners, &pose.mesh_from_body, &along));
+    }
     (proved.max(0.0), touch(proved <= 0.0, p, q))
+}
+
+/// Unit normals to both sides of a triangle, and of the planes that hold one of its edges and a direction.
+fn parallel_planes(corners: &[Point; 3], axis: &Vector) -> impl Iterator<Item = Vector> {
+    let [a, b, c] = *corners;
+    let edges = [b - a, c - b, a - c];
+    let all = [edges[0].cross(&edges[1]), edges[0].cross(axis), edges[1].cross(axis), edges[2].cross(axis)];
+    all.into_iter().filter_map(|n| n.try_normalize(1e-300)).flat_map(|n| [n, -n])
 }
 
 /// Pose of a body in the frame of a mesh, the way back, and the same for the query library.

@@ -20,10 +20,6 @@ const RADIAN_MM: f64 = 200.0;
 /// piece bend more at one end, and dense samples of random programs were up to 8 percent beyond.
 const BETWEEN: f64 = 1.2;
 
-/// What positions of the set points may be off without a place that shows it, mm and radian: a joint that begins to move at the very end of a
-/// piece.
-const LEAST: f64 = 1e-8;
-
 /// The largest deviation so far, joint by joint.
 pub(crate) struct Straightness {
     from: JointValues,
@@ -58,6 +54,6 @@ impl Straightness {
 
     /// What no joint exceeds.
     pub(crate) fn bound(&self) -> JointValues {
-        (self.worst * BETWEEN).zip_map(JointValues::ZERO, |e, _| e + LEAST)
+        self.worst * BETWEEN
     }
 }

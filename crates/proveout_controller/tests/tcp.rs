@@ -317,7 +317,8 @@ fn pieces_say_how_far_their_joints_leave_the_straight_motion() {
         .g1(&[('X', 180.0), ('Y', 5.0), ('Z', 160.0), ('B', 0.2), ('C', 0.0)])
         .g1(&[('X', 150.0), ('Y', 30.0), ('Z', 140.0), ('B', 0.9), ('C', 2.5)])
         .g1(&[('X', 150.0), ('Y', 30.0), ('Z', 140.0), ('B', -0.4), ('C', 3.0)]);
-    for settings in [ideal(), Settings::default()] {
+    // Pieces of the ideal motion run on the programmed path, its set points round the corners: those of the planned motion are both on one.
+    for settings in [Settings::default(), Settings { default_tolerance: Some(0.002), ..Settings::default() }] {
         let out = run_with(&program, &machine, &[tool(1, LENGTH)], &settings);
         let (mut looked, mut turned_back, mut farthest) = (0, 0, 0.0_f64);
         for s in &out.all.samples {
@@ -336,7 +337,14 @@ fn pieces_say_how_far_their_joints_leave_the_straight_motion() {
                     .fold(f64::NEG_INFINITY, f64::max)
             };
             let least = (0..=PARTS).map(excess).fold(f64::INFINITY, f64::min);
-            assert!(least <= 0.0, "{:?} at {}: {least} beyond {:?}", settings.dynamics, s.time, piece.joint_deviation);
+            assert!(
+                least <= 0.0,
+                "{:?} at {}: {least} beyond {:?}, joints {:?} in the piece {piece:?}",
+                settings.dynamics,
+                s.time,
+                piece.joint_deviation,
+                s.commanded
+            );
             looked += 1;
             turned_back += (0..3)
                 .filter(|&j| {

@@ -7,11 +7,13 @@
 //!   +----------------+ +----------------+   a cross marks the place of the finding
 //! ```
 //!
-//! One picture for each pair of bodies and code, of the first finding in time. Joints are those of the finding; the stock is shown as
-//! it was at the end of the stretch of motion in which the finding was raised.
+//! One picture for each pair of bodies and code, of the first finding in time. Joints are those of the finding; where a part of a tool is
+//! swept through the stock, they are those within its piece of motion at which that part is nearest to the place. The stock is shown as it
+//! was at the end of the stretch of motion in which the finding was raised.
 
 mod raster;
 
+use proveout_controller::Piece;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, revolved_mesh};
 use proveout_machine::JointValues;
 use proveout_sim::{
@@ -84,7 +86,7 @@ impl ContactPictures {
             if f.family != Family::Collision || self.taken.len() >= MOST || self.taken.iter().any(known) {
                 continue;
             }
-            if let Some(canvas) = picture(setup, batch.stock, f) {
+            if let Some(canvas) = picture(setup, batch, f) {
                 let bodies = [a.clone(), b.clone()];
                 self.taken.push(ContactPicture { code: f.code.clone(), bodies, time_s: f.time_s, png: canvas.png()? });
             }
@@ -98,11 +100,15 @@ impl ContactPictures {
 }
 
 /// The picture of a finding; none where it has no place, or names nothing that can be drawn.
-fn picture(setup: &Setup<'_>, stock: &TriDexel, f: &Finding) -> Option<Canvas> {
+fn picture(setup: &Setup<'_>, batch: &Batch<'_>, f: &Finding) -> Option<Canvas> {
+    let stock = batch.stock;
     let focus = Point::from(f.point_mm.filter(|p| p.iter().all(|v| v.is_finite()))?);
     let mut q = JointValues::ZERO;
     for (i, unit) in JointUnit::all(setup.machine).iter().enumerate() {
         q[i] = f.axes.get(&unit.name).filter(|v| v.is_finite())? / unit.factor;
+    }
+    if let Some(nearest) = at_place(setup, batch.pieces, f, focus) {
+        q = nearest;
     }
     let mut bodies = solids(setup, f, &q);
     let part = of_name("stock", f);
@@ -123,6 +129,38 @@ fn picture(setup: &Setup<'_>, stock: &TriDexel, f: &Finding) -> Option<Canvas> {
     Some(canvas)
 }
 
+/// Names of the parts of a tool in findings.
+const ROLES: [(Role, &str); 4] =
+    [(Role::Cutting, "cutter"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
+/// Moments of a piece that are tried for the one at which a part of a tool is at the place.
+const MOMENTS: u32 = 64;
+
+/// Joints at which the part of a tool that a finding holds against the stock is nearest to the place, within the piece that begins with
+/// the finding; none for other findings.
+fn at_place(setup: &Setup<'_>, pieces: &[Piece], f: &Finding, focus: Point) -> Option<JointValues> {
+    let (name, word) = f.bodies.first()?.split_once('/')?;
+    let tool = setup.tools.tools.iter().find(|t| t.name == name)?;
+    let role = ROLES.iter().find(|(_, w)| *w == word)?.0;
+    let piece = pieces.iter().find(|p| Some(p.time[0]) == f.time_s)?;
+    let distance = |q: &JointValues| {
+        let p = work_from_tip(setup, tool, q).inverse().point(&focus);
+        let bodies = tool.bodies.iter().filter(|b| b.role == role);
+        bodies.map(|b| b.profile.signed_distance([p.x.hypot(p.y), p.z])).fold(f64::INFINITY, f64::min)
+    };
+    let [from, to] = piece.joints;
+    let moments = (0..=MOMENTS).map(|k| from.interpolated(to, f64::from(k) / f64::from(MOMENTS)));
+    moments.map(|q| (distance(&q), q)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, q)| q)
+}
+
+fn work_from_machine(setup: &Setup<'_>, q: &JointValues) -> Pose {
+    setup.table_from_work.inverse() * setup.machine.machine_from_table(q).inverse()
+}
+
+fn work_from_tip(setup: &Setup<'_>, tool: &Tool, q: &JointValues) -> Pose {
+    let work_from_spindle = work_from_machine(setup, q) * setup.machine.machine_from_spindle(q);
+    work_from_spindle * Pose::from_translation(Vector::new(0.0, 0.0, -tool.gauge_length))
+}
+
 fn of_name(name: &str, f: &Finding) -> Part {
     match f.bodies.iter().position(|b| b == name) {
         Some(0) => Part::First,
@@ -134,7 +172,7 @@ fn of_name(name: &str, f: &Finding) -> Part {
 /// Machine, fixtures and tool with the joints at `q`, in the workpiece frame.
 fn solids(setup: &Setup<'_>, f: &Finding, q: &JointValues) -> Vec<Body> {
     let work_from_table = setup.table_from_work.inverse();
-    let work_from_machine = work_from_table * setup.machine.machine_from_table(q).inverse();
+    let work_from_machine = work_from_machine(setup, q);
     let machine = setup.machine.bodies.iter().enumerate().map(|(i, b)| Body {
         part: of_name(&b.name, f),
         mesh: b.mesh.transformed(&(work_from_machine * setup.machine.body_pose(i, q))),
@@ -144,12 +182,10 @@ fn solids(setup: &Setup<'_>, f: &Finding, q: &JointValues) -> Vec<Body> {
         fixtures.map(|(name, mesh)| Body { part: of_name(name, f), mesh: mesh.transformed(&work_from_table) });
     let mut all: Vec<Body> = machine.chain(fixtures).collect();
     let names = |tool: &Tool, word: &str| [format!("{word} of {}", tool.name), format!("{}/{word}", tool.name)];
-    let roles = [(Role::Cutting, "cutter"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
-    let named = |tool: &&Tool| roles.iter().any(|(_, word)| names(tool, word).iter().any(|n| f.bodies.contains(n)));
+    let named = |tool: &&Tool| ROLES.iter().any(|(_, word)| names(tool, word).iter().any(|n| f.bodies.contains(n)));
     if let Some(tool) = setup.tools.tools.iter().find(named) {
-        let spindle = work_from_machine * setup.machine.machine_from_spindle(q);
-        let work_from_tip = spindle * Pose::from_translation(Vector::new(0.0, 0.0, -tool.gauge_length));
-        for (role, word) in roles {
+        let work_from_tip = work_from_tip(setup, tool, q);
+        for (role, word) in ROLES {
             let part = names(tool, word).iter().map(|n| of_name(n, f)).find(|p| *p != Part::Other);
             let mut mesh = TriMesh::default();
             for body in tool.bodies.iter().filter(|b| b.role == role) {
