@@ -470,7 +470,7 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     }
     if let Some(told) = stock.density_kg_m3.as_ref().filter(|d| !(100.0..=25_000.0).contains(d.get_ref())) {
         let message = format!("density_kg_m3 = {} is no density of a material that is cut", told.get_ref());
-        let help = "write it in kg/m3, 100 to 25000: 7850 for steel, 2700 for aluminium";
+        let help = "write it in kg/m3, 100 to 25000: 7850 for steel, 2700 for aluminum";
         return Err(ConfigError::at(path, text, told.span().start, message, help));
     }
     if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {

@@ -219,8 +219,8 @@ impl Fall {
             if !moved.is_finite() {
                 return Ran::Unknown("the simulation of its fall breaks down".into());
             }
-            let travelled = || self.way(&Pose::identity(), &moved);
-            if now.turns && travelled() > self.stays() {
+            let traveled = || self.way(&Pose::identity(), &moved);
+            if now.turns && traveled() > self.stays() {
                 return Ran::Unknown("the table turns while it falls".into());
             }
             if let Some(lost) = self.too_deep(&contacts, DEEPEST_ON_WAY_MM) {
@@ -241,7 +241,7 @@ impl Fall {
             if k % every == 0 {
                 if self.way(&before, &moved) < RESTS_MM {
                     track.push((time, moved));
-                    return self.rest(&moved, travelled(), &contacts);
+                    return self.rest(&moved, traveled(), &contacts);
                 }
                 before = moved;
             }
@@ -250,12 +250,12 @@ impl Fall {
     }
 
     /// The part has come to rest.
-    fn rest(&self, moved: &Pose, travelled: f64, contacts: &[Contact]) -> Ran {
+    fn rest(&self, moved: &Pose, traveled: f64, contacts: &[Contact]) -> Ran {
         let bearing = || contacts.iter().filter(|c| c.bears);
         if let Some(lost) = self.too_deep(contacts, DEEPEST_MM) {
             return lost;
         }
-        if travelled < self.stays() {
+        if traveled < self.stays() {
             return Ran::Stayed;
         }
         if bearing().any(|c| c.with.is_none()) {
