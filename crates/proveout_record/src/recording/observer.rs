@@ -232,7 +232,7 @@ impl Open {
             }
         }
         let process = ["feed", "feed_programmed", "removal", "clearance"].map(|s| Signal::new(["process", s, ""]));
-        let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "clearance, mm"];
+        let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "proved clearance, mm"];
         for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
             sink.signal_style(signal.path(), name, color, name != names[0])?;
         }

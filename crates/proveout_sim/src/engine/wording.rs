@@ -83,14 +83,17 @@ pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Find
     let how = if breach.severity == Severity::QueryFailed {
         format!("{body} is not proved clear of the stock: joints that are no numbers")
     } else if near_miss {
-        format!("{body} comes nearer to the stock than the wanted {near:.3} mm: {least:.3} to {rays:.3} mm are left")
+        format!("{body} comes nearer to the stock than the wanted {near:.3} mm")
     } else if breach.inside {
         format!("{body} holds a part of the stock inside")
     } else if rays <= TOUCH_MM {
-        format!("{body} hits the stock: it meets material, told to {:.3} mm, half the diagonal of a cell", 0.5 * unseen)
+        format!(
+            "{body} hits the stock: it meets material, known to within {:.3} mm, half the diagonal of a cell",
+            0.5 * unseen
+        )
     } else {
         format!(
-            "{body} hits the stock or misses it by less than {rays:.3} mm: between rays material is known to {:.3} mm, half the diagonal of a \
+            "{body} hits the stock or misses it by less than {rays:.3} mm: between rays material is known to within {:.3} mm, half the diagonal of a \
              cell",
             0.5 * unseen
         )
