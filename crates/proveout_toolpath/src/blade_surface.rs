@@ -12,7 +12,7 @@
 //! in the plane of p); principal curvatures are the roots of `det(II - k I) = 0` of the two fundamental forms, here with the
 //! sign that makes a convex surface positive (do Carmo 1976, section 3.3).
 
-use proveout_geom::blade::{Blade, SectionPoint};
+use proveout_geom::blade::{Blade, Local, SectionPoint};
 use proveout_geom::{Point, Pose, Vector};
 
 use crate::reschedule::{Contact, ContactSurface};
@@ -29,16 +29,6 @@ pub struct BladeSurface {
     blade_from_run: Pose,
     /// Arc length and place of points of the section.
     starts: Vec<(f64, [f64; 2])>,
-}
-
-/// Place and derivatives at (s, x).
-struct Local {
-    point: Point,
-    normal: Vector,
-    /// `S_s`, `S_x`.
-    first: [Vector; 2],
-    /// `S_ss`, `S_sx`, `S_xx`.
-    second: [Vector; 3],
 }
 
 impl BladeSurface {
@@ -109,28 +99,11 @@ impl ContactSurface for BladeSurface {
             return None;
         }
         let at = self.local(s, x);
-        let curvatures = principal(&at).map(|(k, direction)| (k, self.run_from_blade.vector(&direction)));
+        let curvatures = at.principal().map(|(k, direction)| (k, self.run_from_blade.vector(&direction)));
         Some(Contact {
             point: self.run_from_blade.point(&at.point),
             normal: self.run_from_blade.vector(&at.normal),
             curvatures,
         })
     }
-}
-
-/// Principal curvatures with their unit directions, the larger one first.
-fn principal(at: &Local) -> [(f64, Vector); 2] {
-    let [u, v] = &at.first;
-    let [e, f, g] = [u.dot(u), u.dot(v), v.dot(v)];
-    let [l, m, n] = at.second.each_ref().map(|d| -d.dot(&at.normal));
-    let det = e * g - f * f;
-    let half_sum = 0.5 * (l * g - 2.0 * m * f + n * e) / det;
-    let product = (l * n - m * m) / det;
-    let root = (half_sum * half_sum - product).max(0.0).sqrt();
-    let high = half_sum + root;
-    // (II - k I) (a, b) = 0: from the row that is farther from zero.
-    let rows = [[l - high * e, m - high * f], [m - high * f, n - high * g]];
-    let row = if rows[0][0].hypot(rows[0][1]) > rows[1][0].hypot(rows[1][1]) { rows[0] } else { rows[1] };
-    let direction = (u * row[1] - v * row[0]).try_normalize(1e-12).unwrap_or_else(|| u.normalize());
-    [(high, direction), (half_sum - root, at.normal.cross(&direction))]
 }
