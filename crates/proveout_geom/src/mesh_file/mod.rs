@@ -14,14 +14,12 @@ use std::{
 use thiserror::Error;
 
 pub use self::glb::{GlbNode, read_glb_nodes};
-use crate::{Point, TriMesh, read_regular_file};
+use crate::{MAX_LENGTH_MM, Point, TriMesh, read_regular_file};
 
 /// Largest file: an STL with the most triangles.
 const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Most triangles of a file; they take some 2 GB while vertices are joined.
 const MAX_TRIANGLES: usize = 20_000_000;
-/// Largest coordinate, mm: a kilometer. 64-bit numbers still resolve a nanometer there.
-pub const MAX_COORDINATE_MM: f64 = 1e6;
 
 /// Why a mesh file could not be read or written.
 #[derive(Debug, Error)]
@@ -93,12 +91,12 @@ fn number(word: Option<&str>) -> Option<f64> {
 
 /// Refuses what no workshop has, before anything calculates with it.
 fn checked(path: &Path, mesh: &TriMesh) -> Result<(), MeshFileError> {
-    let far = |p: &&Point| !p.iter().all(|x| x.abs() <= MAX_COORDINATE_MM);
+    let far = |p: &&Point| !p.iter().all(|x| x.abs() <= MAX_LENGTH_MM);
     match mesh.positions.iter().find(far) {
         None => Ok(()),
         Some(p) => {
                 let place = format!("a vertex stands at ({:e}, {:e}, {:e}) mm", p.x, p.y, p.z);
-            Err(content(path, format!("{place}; the limit is {MAX_COORDINATE_MM} mm: check the unit of the file")))
+            Err(content(path, format!("{place}; the limit is {MAX_LENGTH_MM} mm: check the unit of the file")))
         }
     }
 }
