@@ -91,10 +91,12 @@ pub fn range_of(key: &str) -> Option<(f64, f64, bool)> {
 /// # Errors
 /// The first number outside of its range, or that is not finite.
 pub fn check_quantities(text: &str) -> Result<(), OutOfRange> {
-    DeTable::parse(text).map_or(Ok(()), |table| table.get_ref().iter().try_for_each(|(key, value)| {
-        let key = key.get_ref().as_ref();
-        check(text, key, range_of(key), value.get_ref(), value.span())
-    }))
+    DeTable::parse(text).map_or(Ok(()), |table| {
+        table.get_ref().iter().try_for_each(|(key, value)| {
+            let key = key.get_ref().as_ref();
+            check(text, key, range_of(key), value.get_ref(), value.span())
+        })
+    })
 }
 
 fn check(
@@ -150,7 +152,8 @@ pub fn add_ranges_to_schema(schema: &mut Value) {
 }
 
 fn bound(of: &mut Map<String, Value>, least: f64, most: f64) {
-    let named = |kind: &Value, name: &str| kind == name || kind.as_array().is_some_and(|all| all.iter().any(|k| k == name));
+    let named =
+        |kind: &Value, name: &str| kind == name || kind.as_array().is_some_and(|all| all.iter().any(|k| k == name));
     let is = |of: &Map<String, Value>, name: &str| of.get("type").is_some_and(|kind| named(kind, name));
     if is(of, "number") || is(of, "integer") {
         // What a type says already is the narrower one.

@@ -119,7 +119,11 @@ fn mistakes_are_told_with_key_and_remedy() {
         (on_slide(&format!("{gain}max_force_N = inf")), "max_force_N", "out of range"),
         (on_slide(&format!("{gain}integral_time_ms = nan")), "integral_time_ms", "out of range"),
         (on_slide("velocity_bandwidth_hz = 20\nposition_gain_1_ms = 3"), "position_gain_1_ms", "position_gain_1_s"),
-        (on_slide(gain).replace("position_gain_1_s = 50", "position_gain_1_s = nan"), "position_gain_1_s", "out of range"),
+        (
+            on_slide(gain).replace("position_gain_1_s = 50", "position_gain_1_s = nan"),
+            "position_gain_1_s",
+            "out of range",
+        ),
         (text("", "", "mass = {}"), "body.slide.mass", "give mass_kg or density_kg_m3"),
         (text("", "", "mass = { mass_kg = 0 }"), "mass_kg", "above zero"),
         (text("", "", "mass = { mass_kg = 5, center_mm = [0, 0, 0] }"), "center_mm", "together"),

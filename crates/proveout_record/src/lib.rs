@@ -60,6 +60,7 @@ mod height_picture;
 mod json;
 mod map_files;
 mod mode;
+mod page_safety;
 mod part;
 mod picture;
 mod program;

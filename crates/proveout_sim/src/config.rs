@@ -75,8 +75,7 @@ pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, Con
         let help = help_for(&message);
         ConfigError::at(file, text, offset, message, help)
     })?;
-    check_quantities(text)
-        .map_err(|e| ConfigError::at(file, text, e.span.start, e.to_string(), OutOfRange::REMEDY))?;
+    check_quantities(text).map_err(|e| ConfigError::at(file, text, e.span.start, e.to_string(), OutOfRange::REMEDY))?;
     Ok(value)
 }
 

@@ -1,4 +1,4 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
@@ -11,11 +11,13 @@ use proveout_tool::ToolLibrary;
 
 use crate::{
     args::{PlanArgs, RescheduleArgs, StrategyArg},
+    commands::output_file::{check, put_bytes},
     failure::Failure,
 };
 
 /// Writes a program for the blade of a scene.
 pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
+    check(&args.output, args.force)?;
     let work = || -> Result<String, SimError> {
         let scene = Scene::read(&args.scene)?;
         let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
@@ -29,11 +31,12 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
         programs::text(&commands, language(&args.output), &settings)
     };
     let text = work().map_err(|e| Failure::from(&e))?;
-    write(&args.output, &text)
+    put_bytes(&args.output, args.force, &text)
 }
 
 /// Writes a program of a scene with new tool axes.
 pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
+    check(&args.output, args.force)?;
     let Some(&(_, method)) = MethodFile::NAMES.iter().find(|(name, _)| *name == args.method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
         return Err(Failure::new(format!("method {:?} is not known", args.method))
@@ -50,7 +53,7 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         work.file.set(key.trim(), value.trim()).map_err(wrong)?;
     }
     let text = work.text(&scene, language(&args.output)).map_err(failure)?;
-    write(&args.output, &text)?;
+    put_bytes(&args.output, args.force, &text)?;
     tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source.name, options(&work));
     Ok(())
 }
@@ -73,16 +76,4 @@ fn language(path: &Path) -> Dialect {
         (Dialect::Auto, _) => Dialect::Siemens840d,
         (dialect, _) => dialect,
     }
-}
-
-/// Writes a file beside its place and moves it there.
-pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
-    let fail = |e: std::io::Error| {
-        Failure::new(format!("{} cannot be written: {e}", path.display())).with_help("name another file")
-    };
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    std::fs::write(&beside, text).map_err(fail)?;
-    std::fs::rename(&beside, path).map_err(fail)
 }

@@ -215,7 +215,8 @@ fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     };
     let json = chunk(12, b"JSON").ok_or("its first chunk is not whole, or not JSON")?;
     let second = 20 + json.len();
-    let bytes = if second + 8 <= length { chunk(second, b"BIN\0").ok_or("its binary chunk is not whole")? } else { &[] };
+    let bytes =
+        if second + 8 <= length { chunk(second, b"BIN\0").ok_or("its binary chunk is not whole")? } else { &[] };
     Ok((json, bytes))
 }
 
@@ -283,7 +284,8 @@ impl Glb<'_> {
             return Err(words("is sparse, which is not read: save the mesh with all its positions"));
         }
         let known = types.iter().find(|(code, _)| *code == accessor.component_type);
-        let &(_, size) = known.filter(|_| accessor.kind == kind).ok_or_else(|| words("has another type than it may"))?;
+        let &(_, size) =
+            known.filter(|_| accessor.kind == kind).ok_or_else(|| words("has another type than it may"))?;
         let view = accessor.buffer_view.and_then(|at| self.document.buffer_views.get(at));
         let view = view.ok_or_else(|| words("has no buffer view"))?;
         if view.buffer != 0 || self.document.buffers.first().is_none_or(|buffer| buffer.uri.is_some()) {

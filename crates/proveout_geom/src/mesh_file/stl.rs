@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{MAX_TRIANGLES, MeshFileError, Mesh, content, number};
+use super::{MAX_TRIANGLES, Mesh, MeshFileError, content, number};
 use crate::{Point, TriMesh};
 
 /// Bytes before the first facet of a binary file: 80 of free text and the number of facets.

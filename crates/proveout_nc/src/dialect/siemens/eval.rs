@@ -411,4 +411,3 @@ fn binary(operator: Operator, left: Val, right: Val, span: Span) -> Result<Val, 
         _ => combine(operator, a, b, span)?,
     })
 }
-
