@@ -128,7 +128,7 @@ impl Corners {
         };
         let mut next = command;
         match join(&mut corner, &mut next, &mut mark) {
-            Ok(Joined::Piece(piece)) => self.put(*corner, piece),
+            Ok(Joined::Piece(piece)) => self.put(*corner, *piece),
             Ok(Joined::Straight) => self.pass(*corner),
             Ok(Joined::Nothing) => self.no_corner(corner)?,
             Err((message, help)) => {
@@ -309,7 +309,7 @@ type Refusal = (String, &'static str);
 
 /// What becomes of a corner.
 enum Joined {
-    Piece(Op),
+    Piece(Box<Op>),
     /// One block goes on straight behind the other.
     Straight,
     /// The two make no corner in the plane.
@@ -382,7 +382,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
     piece.exact_stop = false;
     mark.start.put(u, to[0]);
     mark.start.put(v, to[1]);
-    let Some((center, radius)) = center else { return Ok(Joined::Piece(Op::Linear(piece))) };
+    let Some((center, radius)) = center else { return Ok(Joined::Piece(Box::new(Op::Linear(piece)))) };
     // A coordinate that the program does not know is not in `programmed`: its value has no effect.
     let mut middle = [piece.end.get(w).unwrap_or(0.0); 3];
     middle[u] = center[0];
@@ -391,7 +391,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
     normal[w] = 1f64.copysign(sine);
     let scale = own.frame.uniform_scale().unwrap_or(1.0);
     let sense = if own.frame.determinant() < 0.0 { -1.0 } else { 1.0 };
-    Ok(Joined::Piece(Op::Arc(ArcMotion {
+    Ok(Joined::Piece(Box::new(Op::Arc(ArcMotion {
         center_base: own.frame.apply(middle),
         normal_base: own.frame.apply_vector(normal).map(|c| sense * c / scale + 0.0),
         center: middle,
@@ -399,7 +399,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
         radius: radius * scale,
         sweep: sweep(from, to, center, sine > 0.0),
         motion: piece,
-    })))
+    }))))
 }
 
 fn sweep(from: contour::Point, to: contour::Point, center: contour::Point, counter_clockwise: bool) -> f64 {

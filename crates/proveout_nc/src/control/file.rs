@@ -425,7 +425,7 @@ pub(crate) struct WordFile {
     pub(crate) kinematics: Option<KinematicsWordFile>,
     /// It calls the subprogram of this number or name.
     pub(crate) call: Option<String>,
-    /// It calls the macro of this number, with the words of the block as arguments; on a LinuxCNC the O word subprogram of this
+    /// It calls the macro of this number, with the words of the block as arguments; on a `LinuxCNC` the O word subprogram of this
     /// name, with the words of `values` as its named parameters.
     #[serde(rename = "macro")]
     pub(crate) macro_call: Option<String>,

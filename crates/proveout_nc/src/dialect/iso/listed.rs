@@ -118,7 +118,7 @@ impl Interpreter {
         Ok(true)
     }
 
-    /// As a remapped word (LinuxCNC, "Remap: extending G-code", `ngc=` with `argspec=`): the letters that stand in the block are
+    /// As a remapped word (`LinuxCNC`, "Remap: extending G-code", `ngc=` with `argspec=`): the letters that stand in the block are
     /// local named parameters of the subprogram, `#<p>` for P.
     fn listed_o_sub(
         &mut self,

@@ -29,7 +29,7 @@ impl Interpreter {
             [false, true] => (v, u),
             [true, true] => {
                 return Err(Fault::new(
-                    codes::UNSUPPORTED_WORD,
+                    codes::CONFLICT,
                     span,
                     "ANG= with both coordinates of the end, which is the second of two lines, is not supported",
                 )
@@ -37,7 +37,7 @@ impl Interpreter {
             }
             [false, false] => {
                 return Err(Fault::new(
-                    codes::UNSUPPORTED_WORD,
+                    codes::MISSING_VALUE,
                     span,
                     "ANG= without a coordinate of the end, which is the first of two lines, is not supported",
                 )
