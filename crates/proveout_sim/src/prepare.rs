@@ -11,7 +11,7 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{
-    Compensation, Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii, WorkOffset,
+    Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii, WorkOffset,
 };
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
@@ -306,7 +306,7 @@ impl Prepared {
         let control = control_of(Some(scene), machine)?;
         let (on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
         let work_offsets = work_offsets(scene, entry);
-        let limits = scene.file.limits.of_reader();
+        let limits = scene.file.limits.of_reader(on_control.limits);
         Ok((NcSettings { compensation, work_offsets, limits, ..with_machine(on_control, machine) }, note))
     }
 
@@ -329,7 +329,7 @@ impl Prepared {
         Ok(NcSettings {
             dialect: dialect(scene, entry, false)?,
             work_offsets: work_offsets(scene, entry),
-            limits: scene.file.limits.of_reader(),
+            limits: scene.file.limits.of_reader(Limits::default()),
             ..NcSettings::default()
         })
     }

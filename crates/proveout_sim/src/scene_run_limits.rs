@@ -22,9 +22,8 @@ impl RunLimitsFile {
         self.simulated_time_s.unwrap_or(ControlSettings::MAX_TIME)
     }
 
-    /// What the reader keeps to.
-    pub(crate) fn of_reader(self) -> Limits {
-        let usual = Limits::default();
+    /// What the reader keeps to, where its control says `usual`.
+    pub(crate) fn of_reader(self, usual: Limits) -> Limits {
         match self.blocks.map(u64::from) {
             None => usual,
             Some(blocks) => Limits {
