@@ -8,13 +8,18 @@
 //!
 //! so that no point of the cell is nearer than the distance from the parallelogram of the tangents less the bulge. Each halving of a cell quarters the
 //! bulge, and round the nearest point a bounded number of cells is left at each size: a search ends after as many sizes as it takes to
-//! bring the bulge below [`FOOT_ERROR_MM`]. Newton's method (gradient of the distance, `(S - p) . S_u = (S - p) . S_v = 0`) finds the place; the cells
+//! bring the bulge below [`FOOT_ERROR_MM`], or until the distance is proved to be convex round the place found. Newton's method (gradient of the distance, `(S - p) . S_u = (S - p) . S_v = 0`) finds the place; the cells
 //! only prove that there is no nearer one. The bounds come from an interval evaluation of the second derivatives, or from the control
 //! points of a spline.
 
+use std::{cmp::Ordering, collections::BinaryHeap};
+
 use crate::{Point, Vector};
 
-use super::surface::{Domain, Local, ParametricSurface};
+use super::{
+    scalar::{Interval, Scalar},
+    surface::{Domain, Local, ParametricSurface},
+};
 
 /// The distance of the point that a search over cells finds is not larger than the least one by more than this, mm.
 pub const FOOT_ERROR_MM: f64 = 1e-6;
@@ -26,16 +31,24 @@ const FLAT: f64 = 0.25;
 const STEPS: usize = 40;
 /// A stored cell is halved at most so many times; then it is as it is, and the search halves it on.
 const DEEPEST: u32 = 14;
+/// Steps of Newton's method by the gradient alone, at most so long each, mm.
+const POLISHING: usize = 3;
+const POLISHED_MM: f64 = 1e-3;
 /// Starts of Newton's method: the nearest centers.
 const STARTS: usize = 3;
 /// Cells that one search looks at before it is content with what it has: beyond this a whole arc is equally near, as for a point on the axis of a
 /// cylinder.
-const MOST_CELLS: usize = 200_000;
+const MOST_CELLS: usize = 100_000;
 
 /// A surface with bounds of its second derivatives.
 pub(super) trait Bent {
+    /// Ranges of x, y, z of `S_uu`, `S_uv`, `S_vv` over a cell; of a surface that is closed along u, cells may reach over the seam.
+    fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3];
+
     /// Upper bounds of `|S_uu|`, `|S_uv|`, `|S_vv|` over a cell.
-    fn bend(&self, u: [f64; 2], v: [f64; 2]) -> [f64; 3];
+    fn bend(&self, u: [f64; 2], v: [f64; 2]) -> [f64; 3] {
+        self.second(u, v).map(|d| d.iter().map(|c| c.magnitude().powi(2)).sum::<f64>().sqrt())
+    }
 }
 
 /// A cell of the parameters.
@@ -116,6 +129,27 @@ impl Cell {
     }
 }
 
+/// A cell that may hold the nearest point; the one with the least bound is the greatest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Open {
+    least: f64,
+    cell: Cell,
+}
+
+impl Eq for Open {}
+
+impl Ord for Open {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.least.total_cmp(&self.least)
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 /// Cells that cover a surface.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cells {
@@ -157,9 +191,8 @@ impl Cells {
         Self { cells }
     }
 
-    /// Parameters of the nearest point and its distance; of those places only that `counts` does not rule out: a cell (middle, half widths) of
-    /// which no point counts is left.
-    pub(super) fn nearest<S: ParametricSurface>(&self, surface: &S, p: &Point) -> ([f64; 2], f64) {
+    /// Parameters of the nearest point and its distance.
+    pub(super) fn nearest<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point) -> ([f64; 2], f64) {
         let domain = surface.domain();
         let mut starts = [(f64::INFINITY, [domain.u[0], domain.v[0]]); STARTS];
         for cell in &self.cells {
@@ -178,31 +211,87 @@ impl Cells {
                 }
             }
         }
-        let mut open: Vec<Cell> = Vec::new();
+        // What may hold the nearest point first: nothing is looked at that the last best could rule out.
+        let mut open = BinaryHeap::new();
+        let near = |cell: &Cell, best: f64| {
+            let least = cell.least(p);
+            (least < best - FOOT_ERROR_MM).then_some(Open { least, cell: *cell })
+        };
         for cell in &self.cells {
-            let near = best.1 - FOOT_ERROR_MM + cell.radius();
-            if (cell.center - p).norm_squared() < near * near && near > 0.0 && cell.least(p) < best.1 - FOOT_ERROR_MM {
-                open.push(*cell);
+            let reach = best.1 - FOOT_ERROR_MM + cell.radius();
+            if reach > 0.0 && (cell.center - p).norm_squared() < reach * reach {
+                open.extend(near(cell, best.1));
             }
         }
         let mut looked = 0;
-        while let Some(cell) = open.pop() {
-            if cell.least(p) >= best.1 - FOOT_ERROR_MM {
-                continue;
-            }
+        let mut bowl = Bowl::new(surface, p, best);
+        while let Some(Open { least, cell }) = open.pop() {
             looked += 1;
-            if looked > MOST_CELLS {
+            if least >= best.1 - FOOT_ERROR_MM || looked > MOST_CELLS {
                 break;
             }
-            let distance = (cell.center - p).norm();
-            if distance < best.1 - FOOT_ERROR_MM {
-                let found = descend(surface, &domain, p, cell.middle);
-                best = if found.1 < distance { found } else { (cell.middle, distance) };
+            if bowl.found != best {
+                bowl = Bowl::new(surface, p, best);
             }
-            open.extend(cell.halves(surface));
+            if bowl.holds(surface, &domain, &cell) {
+                continue;
+            }
+            for half in cell.halves(surface) {
+                let distance = (half.center - p).norm();
+                if distance < best.1 - FOOT_ERROR_MM {
+                    let found = descend(surface, &domain, p, half.middle);
+                    best = if found.1 < distance { found } else { (half.middle, distance) };
+                }
+                open.extend(near(&half, best.1));
+            }
         }
         best
     }
+}
+
+/// The place found, round which the distance may be proved to have no other minimum: where the second derivatives of `|S - p|^2 / 2`, `S_i . S_j +
+/// (S - p) . S_ij`, are positive definite over a box that holds the place and a cell, no point of the cell is nearer than the place.
+struct Bowl {
+    found: ([f64; 2], f64),
+    at: Local,
+    out: Vector,
+}
+
+impl Bowl {
+    fn new<S: ParametricSurface>(surface: &S, p: &Point, found: ([f64; 2], f64)) -> Self {
+        let at = surface.local(found.0[0], found.0[1]);
+        Self { found, out: at.point - p, at }
+    }
+
+    fn holds<S: ParametricSurface + Bent>(&self, surface: &S, domain: &Domain, cell: &Cell) -> bool {
+        let [mut u, v] = self.found.0;
+        if domain.u_closed {
+            u = wrap_near(u, cell.middle[0], domain.u[1] - domain.u[0]);
+        }
+        let hull = |x: f64, k: usize| {
+            let (low, high) = (cell.middle[k] - cell.half[k], cell.middle[k] + cell.half[k]);
+            ([low.min(x), high.max(x)], Interval::new(low.min(x) - x, high.max(x) - x))
+        };
+        let ((us, du), (vs, dv)) = (hull(u, 0), hull(v, 1));
+        let second = surface.second(us, vs);
+        let of = |v: &Vector| [v.x, v.y, v.z].map(Interval::of);
+        let sum = |a: [Interval; 3], b: [Interval; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        let times = |a: [Interval; 3], b: Interval| a.map(|c| c * b);
+        let dot = |a: [Interval; 3], b: [Interval; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let along_u = sum(of(&self.at.first[0]), sum(times(second[0], du), times(second[1], dv)));
+        let along_v = sum(of(&self.at.first[1]), sum(times(second[1], du), times(second[2], dv)));
+        // Mean value theorem from the place along the way to any point of the box.
+        let out = sum(of(&self.out), sum(times(along_u, du), times(along_v, dv)));
+        let a = dot(along_u, along_u) + dot(out, second[0]);
+        let b = dot(along_u, along_v) + dot(out, second[1]);
+        let c = dot(along_v, along_v) + dot(out, second[2]);
+        a.low > 0.0 && c.low > 0.0 && a.low * c.low > b.magnitude().powi(2) * (1.0 + MARGIN)
+    }
+}
+
+/// The x of its period nearest to another one.
+fn wrap_near(x: f64, near: f64, period: f64) -> f64 {
+    x + ((near - x) / period).round() * period
 }
 
 /// Newton's method on the squared distance, kept in the domain; the step is shortened until it comes nearer.
@@ -235,9 +324,35 @@ fn descend<S: ParametricSurface>(surface: &S, domain: &Domain, p: &Point, start:
             break;
         }
     }
+    (here, distance) = polish(surface, domain, p, here, distance);
     if domain.u_closed {
         let period = domain.u[1] - domain.u[0];
         here[0] -= ((here[0] - domain.u[0]) / period).floor() * period;
+    }
+    (here, distance)
+}
+
+/// The distance is flat round its minimum and stops telling places apart at the root of its rounding; there the gradient goes on.
+fn polish<S: ParametricSurface>(surface: &S, domain: &Domain, p: &Point, from: [f64; 2], far: f64) -> ([f64; 2], f64) {
+    let (mut here, mut distance) = (from, far);
+    for _ in 0..POLISHING {
+        let at = surface.local(here[0], here[1]);
+        let step = step(&at, p, |k, sense| {
+            (k == 1 && at_end(here[1], domain.v, sense))
+                || (k == 0 && !domain.u_closed && at_end(here[0], domain.u, sense))
+        });
+        let moved = at.first[0] * step[0] + at.first[1] * step[1];
+        let next = [here[0] - step[0], here[1] - step[1]];
+        let inside = (domain.v[0]..=domain.v[1]).contains(&next[1])
+            && (domain.u_closed || (domain.u[0]..=domain.u[1]).contains(&next[0]));
+        if !inside || moved.norm().is_nan() || moved.norm() >= POLISHED_MM {
+            break;
+        }
+        let there = (surface.local(next[0], next[1]).point - p).norm();
+        if there > distance + 1e-9 {
+            break;
+        }
+        (here, distance) = (next, there);
     }
     (here, distance)
 }

@@ -44,9 +44,9 @@ impl<F: ClosedForm> ClosedSurface<F> {
 }
 
 impl<F: ClosedForm> Bent for ClosedSurface<F> {
-    fn bend(&self, u: [f64; 2], v: [f64; 2]) -> [f64; 3] {
+    fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3] {
         let at = self.form.place(Jet::u(Interval::new(u[0], u[1])), Jet::v(Interval::new(v[0], v[1])));
-        std::array::from_fn(|k| at.iter().map(|c| c.second[k].magnitude().powi(2)).sum::<f64>().sqrt())
+        std::array::from_fn(|k| std::array::from_fn(|c| at[c].second[k]))
     }
 }
 

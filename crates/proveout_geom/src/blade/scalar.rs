@@ -46,6 +46,11 @@ impl Interval {
         Self { low: a.min(b), high: a.max(b) }
     }
 
+    /// The least interval that holds both.
+    pub fn with(self, o: Self) -> Self {
+        Self { low: self.low.min(o.low), high: self.high.max(o.high) }
+    }
+
     /// The largest magnitude in it.
     pub fn magnitude(self) -> f64 {
         self.low.abs().max(self.high.abs())
