@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use proveout_geom::blade::ParametricSurface;
+use proveout_geom::blade::{CamberSide, ParametricSurface};
 use proveout_geom::{ToolPose, Vector, deg};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
@@ -155,6 +155,20 @@ pub fn plan(
     tools: &ToolLibrary,
     strategy: StrategyFile,
 ) -> Result<Planned, SimError> {
+    plan_over(scene, machine, tools, strategy, surface(scene)?.as_ref())
+}
+
+/// The path of a strategy of a scene over any surface of the workpiece frame.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_over(
+    scene: &Scene,
+    machine: &Machine,
+    tools: &ToolLibrary,
+    strategy: StrategyFile,
+    surface: &dyn ParametricSurface,
+) -> Result<Planned, SimError> {
     let name = strategy.name();
     let wrong = |message: String, help: &str| ConfigError::file(&scene.path, message, help);
     let Some(file) = scene.file.plan.as_ref().and_then(|p| strategy.of(p)) else {
@@ -162,14 +176,19 @@ pub fn plan(
         return Err(wrong(message, "describe the path in the scene").into());
     };
     let keyed = |(message, help): (String, String)| wrong(format!("[plan.{name}]: {message}"), &help);
-    let surface = surface(scene)?;
     let tool = tool_of(scene, tools, name, &file.tool)?;
     let Some(cutter) = tip(tool).cloned().map(PathCutter::new) else {
         return Err(wrong(format!("tool {:?} has no cutting end", file.tool), "name a tool that cuts").into());
     };
     let planned = file.strategy(strategy).map_err(keyed)?;
     let rule = file.axis_rule();
-    let task = Task { surface: surface.as_ref(), cutter: &cutter, rule: &rule, step: file.step_rule().map_err(keyed)?, allowance: file.allowance_mm };
+    let task = Task {
+        surface,
+        cutter: &cutter,
+        rule: &rule,
+        step: file.step_rule().map_err(keyed)?,
+        allowance: file.allowance_mm,
+    };
     check(file).map_err(keyed)?;
     let refused = |e: proveout_toolpath::path::PathError| {
         wrong(format!("[plan.{name}]: {e}"), "change the plan, the tool or the mount: nothing was written")
@@ -185,7 +204,7 @@ pub fn plan(
     };
     let judged = setting.judge(&lines, &machine.home()).map_err(refused)?;
     let link = LinkRule { lift: file.lift_mm, clearance: file.clearance_mm, feed: setting.feed, step: RAPID_STEP };
-    let moves = linked(surface.as_ref(), &cutter, &lines, &link).map_err(refused)?;
+    let moves = linked(surface, &cutter, &lines, &link).map_err(refused)?;
     let tcp = machine.control.kinematics.is_none_or(|k| k.tcp);
     let commands = program(scene, machine, tool, (file, name), &moves, tcp)?;
     let report = report(name, machine, file, &lines, &judged, tcp);
@@ -214,9 +233,14 @@ fn check(file: &PathFile) -> Result<(), (String, String)> {
 pub fn surface(scene: &Scene) -> Result<Box<dyn ParametricSurface>, ConfigError> {
     let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
     let Some(blade) = blade else {
-        return Err(ConfigError::file(&scene.path, "the scene has no blade to plan over", "describe it as [part.blade]"));
+        return Err(ConfigError::file(
+            &scene.path,
+            "the scene has no blade to plan over",
+            "describe it as [part.blade]",
+        ));
     };
-    blade.surface().map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade]"))
+    let blade = blade.blade(0.0).map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade]"))?;
+    Ok(Box::new(CamberSide::new(blade)))
 }
 
 fn tool_of<'a>(scene: &Scene, tools: &'a ToolLibrary, plan: &str, name: &str) -> Result<&'a Tool, ConfigError> {
@@ -243,7 +267,9 @@ fn program(
     let mut previous = machine.home();
     for (k, step) in moves.iter().enumerate() {
         let pose = step.pose.transformed(&table_from_work);
-        let found = machine.inverse_nearest(&pose, tool.gauge_length, &previous).map_err(|fault| unreachable(scene, name, (k, moves.len()), step, &fault))?;
+        let found = machine
+            .inverse_nearest(&pose, tool.gauge_length, &previous)
+            .map_err(|fault| unreachable(scene, name, (k, moves.len()), step, &fault))?;
         previous = found.q;
         positions.push(found.q);
     }
@@ -251,7 +277,10 @@ fn program(
     let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, zero, offset };
     let feed = format!("Feed: inverse time of the contact, F{} mm/min", file.feed_mm_min);
     writer.head(Head {
-        notes: vec![format!("{name} over the blade of {}", scene.file.name), format!("Written by: proveout plan SCENE --strategy {name}. {feed}")],
+        notes: vec![
+            format!("{name} over the blade of {}", scene.file.name),
+            format!("Written by: proveout plan SCENE --strategy {name}. {feed}"),
+        ],
         tool: &file.tool,
         work_offset: &file.work_offset,
         spindle_rpm: file.spindle_rpm,
@@ -282,11 +311,23 @@ fn program(
     Ok(writer.commands)
 }
 
-fn unreachable(scene: &Scene, name: &str, (k, count): (usize, usize), step: &Move, fault: &KinematicsError) -> ConfigError {
+fn unreachable(
+    scene: &Scene,
+    name: &str,
+    (k, count): (usize, usize),
+    step: &Move,
+    fault: &KinematicsError,
+) -> ConfigError {
     let ToolPose { tip, axis } = &step.pose;
     let message = format!(
         "[plan.{name}]: motion {} of {count} is out of reach (tip X{:.3} Y{:.3} Z{:.3}, axis {:.4} {:.4} {:.4}): {fault}",
-        k + 1, tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
+        k + 1,
+        tip.x,
+        tip.y,
+        tip.z,
+        axis.x,
+        axis.y,
+        axis.z
     );
     ConfigError::file(&scene.path, message, "change the mount, the axis or the clearance: nothing was written")
 }
@@ -316,7 +357,15 @@ fn joint_motion(machine: &Machine, tool: &Tool, writer: &Writer, q: &JointValues
         base.put(index, value);
         programmed |= 1 << index;
     }
-    Some(Motion { end, end_base: base, tool_axis: None, tool_axis_base: None, programmed, machine_coordinates: false, exact_stop: false })
+    Some(Motion {
+        end,
+        end_base: base,
+        tool_axis: None,
+        tool_axis_base: None,
+        programmed,
+        machine_coordinates: false,
+        exact_stop: false,
+    })
 }
 
 fn report(
@@ -341,7 +390,8 @@ fn report(
             limit: d.limit.map(|l| l * factor),
         }
     };
-    let in_unit = |q: &JointValues| machine.joints.iter().enumerate().map(|(j, joint)| joint.kind.in_unit(q[j])).collect();
+    let in_unit =
+        |q: &JointValues| machine.joints.iter().enumerate().map(|(j, joint)| joint.kind.in_unit(q[j])).collect();
     let points = lines.iter().zip(&judged.positions).zip(&judged.feeds).map(|((line, q), feeds)| LineReport {
         name: line.name.clone(),
         length_mm: line.contacts.iter().map(|c| c.length).collect(),
@@ -389,14 +439,26 @@ impl PlanReport {
         ));
         line(format!(
             "  time along the lines {} min at {} mm/min, {} min where joint velocities allow less ({} contacts)",
-            minutes(self.time_at_feed_s), self.feed_mm_min, minutes(self.time_under_limits_s), self.slowed_contacts
+            minutes(self.time_at_feed_s),
+            self.feed_mm_min,
+            minutes(self.time_under_limits_s),
+            self.slowed_contacts
         ));
-        line(format!("  {:<6} {:>12} {:>24} {:>9} {:>14} {:>14} {:>10}", "joint", "travel", "range", "reversals", "rate /mm", "at feed /s", "limit /s"));
+        line(format!(
+            "  {:<6} {:>12} {:>24} {:>9} {:>14} {:>14} {:>10}",
+            "joint", "travel", "range", "reversals", "rate /mm", "at feed /s", "limit /s"
+        ));
         for joint in &self.joints {
             line(format!(
                 "  {:<6} {:>8.3} {:<3} {:>11.3} to {:>9.3} {:>9} {:>14.5} {:>14.3} {:>10}",
-                joint.name, joint.travel, joint.unit, joint.range[0], joint.range[1], joint.reversals,
-                joint.rate.as_ref().map_or(0.0, |r| r.value), joint.velocity,
+                joint.name,
+                joint.travel,
+                joint.unit,
+                joint.range[0],
+                joint.range[1],
+                joint.reversals,
+                joint.rate.as_ref().map_or(0.0, |r| r.value),
+                joint.velocity,
                 joint.limit.map_or_else(|| "not stated".to_owned(), |l| format!("{l:.3}"))
             ));
         }
@@ -413,8 +475,15 @@ impl PlanReport {
             match value {
                 Some(v) => {
                     let [x, y, z] = v.point_mm;
-                    let joint = if unit == "mm/min" { self.slowest_joint.as_ref().map_or(String::new(), |j| format!(", {j}")) } else { String::new() };
-                    line(format!("  {what:<32} {:>10.4} {unit:<6} {} at X{x:.3} Y{y:.3} Z{z:.3} (section {:.4}){joint}", v.value, v.line, v.section));
+                    let joint = if unit == "mm/min" {
+                        self.slowest_joint.as_ref().map_or(String::new(), |j| format!(", {j}"))
+                    } else {
+                        String::new()
+                    };
+                    line(format!(
+                        "  {what:<32} {:>10.4} {unit:<6} {} at X{x:.3} Y{y:.3} Z{z:.3} (section {:.4}){joint}",
+                        v.value, v.line, v.section
+                    ));
                 }
                 None => line(format!("  {what:<32} {:>10} ", "none")),
             }
@@ -425,12 +494,18 @@ impl PlanReport {
     /// The report of several strategies side by side, one row each.
     pub fn table(reports: &[Self]) -> String {
         let mut out = String::new();
-        let rotary: Vec<&str> = reports.first().map_or(Vec::new(), |r| {
-            r.joints.iter().filter(|j| j.unit == "deg").map(|j| j.name.as_str()).collect()
-        });
+        let rotary: Vec<&str> = reports
+            .first()
+            .map_or(Vec::new(), |r| r.joints.iter().filter(|j| j.unit == "deg").map(|j| j.name.as_str()).collect());
         let _ = write!(out, "{:<17} {:>5} {:>8}", "strategy", "lines", "mm");
         for name in &rotary {
-            let _ = write!(out, " {:>11} {:>10} {:>10}", format!("{name} deg/mm"), format!("{name} range"), format!("{name} deg/s"));
+            let _ = write!(
+                out,
+                " {:>11} {:>10} {:>10}",
+                format!("{name} deg/mm"),
+                format!("{name} range"),
+                format!("{name} deg/s")
+            );
         }
         let _ = writeln!(out, " {:>12} {:>9} {:>9} {:>9}", "feed mm/s", "pole deg", "chord um", "ridge um");
         for report in reports {
@@ -446,7 +521,9 @@ impl PlanReport {
                 });
                 let _ = write!(out, " {rate:>11.4} {:>10.3} {:>10.3}", range.fold(0.0, f64::max), joint.velocity);
             }
-            let value = |p: &Option<PlaceReport>, factor: f64| p.as_ref().map_or_else(|| "-".to_owned(), |p| format!("{:.3}", p.value * factor));
+            let value = |p: &Option<PlaceReport>, factor: f64| {
+                p.as_ref().map_or_else(|| "-".to_owned(), |p| format!("{:.3}", p.value * factor))
+            };
             let _ = writeln!(
                 out,
                 " {:>12} {:>9} {:>9} {:>9}",

@@ -3,8 +3,8 @@
 use proveout_geom::{Vector, rad};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::path::{
-    AxisRule, ConstantScallop, IsoParametric, IsoPlanar, Label, Pocket, PointRoughing, QuasiCircle, Row, Spacing, StepRule,
-    Strategy, Transverse,
+    AxisRule, ConstantScallop, IsoParametric, IsoPlanar, Label, Pocket, PointRoughing, QuasiCircle, Row, Spacing,
+    StepRule, Strategy, Transverse,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -267,7 +267,9 @@ impl PathFile {
         let unit = |v: [f64; 3]| Vector::from(v).try_normalize(1e-12).unwrap_or_else(Vector::zeros);
         match &self.axis {
             AxisFile::Normal {} => AxisRule::Normal,
-            AxisFile::LeadTilt { lead_deg, tilt_deg } => AxisRule::LeadTilt { lead: rad(*lead_deg), tilt: rad(*tilt_deg) },
+            AxisFile::LeadTilt { lead_deg, tilt_deg } => {
+                AxisRule::LeadTilt { lead: rad(*lead_deg), tilt: rad(*tilt_deg) }
+            }
             AxisFile::InclinationTilt { inclination_deg, tilt_deg } => {
                 AxisRule::InclinationTilt { inclination: rad(*inclination_deg), tilt: rad(*tilt_deg) }
             }
@@ -286,9 +288,7 @@ impl PathFile {
     /// What is missing or stands twice, and what to write.
     pub fn step_rule(&self) -> Result<StepRule, (String, String)> {
         match (self.chord_error_mm, self.step_mm, self.longest_step_mm) {
-            (Some(error), None, longest) => {
-                Ok(StepRule::Chord { error, longest: longest.unwrap_or(LONGEST_STEP_MM) })
-            }
+            (Some(error), None, longest) => Ok(StepRule::Chord { error, longest: longest.unwrap_or(LONGEST_STEP_MM) }),
             (None, Some(step), None) => Ok(StepRule::Length(step)),
             (None, Some(_), Some(_)) => {
                 Err(("longest_step_mm belongs to chord_error_mm".into(), "leave it out beside step_mm".into()))
@@ -314,7 +314,10 @@ impl PathFile {
     fn label(&self, allowed: &[ParameterFile]) -> Result<Label, (String, String)> {
         let parameter = self.parameter.unwrap_or(ParameterFile::Length);
         if !allowed.contains(&parameter) {
-            return Err(("parameter = \"polar-angle\" belongs to row".into(), "plan quasi-circle for lines of it".into()));
+            return Err((
+                "parameter = \"polar-angle\" belongs to row".into(),
+                "plan quasi-circle for lines of it".into(),
+            ));
         }
         if parameter != ParameterFile::PolarAngle && (self.trailing.is_some() || self.focus_inside.is_some()) {
             let message = "trailing and focus_inside belong to parameter = \"polar-angle\"";
@@ -357,7 +360,8 @@ impl PathFile {
             StrategyFile::IsoPlanar => {
                 let normal = Vector::from(self.normal.ok_or_else(|| missing("normal"))?);
                 let normal = normal.try_normalize(1e-12);
-                let normal = normal.ok_or_else(|| ("the planes' normal has no length".into(), "give a direction".to_owned()))?;
+                let normal =
+                    normal.ok_or_else(|| ("the planes' normal has no length".into(), "give a direction".to_owned()))?;
                 let spacing = self.spacing(self.lines_mm.as_ref(), "lines_mm", 1.0)?;
                 let range = match (&spacing, self.across_mm) {
                     (Spacing::At(_), None) => [0.0; 2],

@@ -70,7 +70,8 @@ impl Outside {
             let highest = places.iter().map(|p| p.0.coords.dot(&normal)).fold(f64::NEG_INFINITY, f64::max);
             return Self::Plane { point: Point::from(normal * (highest + most_allowance + clearance)), normal };
         }
-        let row = |v: f64| (0..LOOKS).map(|i| surface.local(at(domain.u, i), v).point.coords).sum::<Vector>() / LOOKS as f64;
+        let row =
+            |v: f64| (0..LOOKS).map(|i| surface.local(at(domain.u, i), v).point.coords).sum::<Vector>() / LOOKS as f64;
         let (root, tip) = (row(domain.v[0]), row(domain.v[1]));
         let along = (tip - root).try_normalize(1e-9).unwrap_or_else(Vector::z);
         let on_axis = Point::from(0.5 * (root + tip));
@@ -114,7 +115,10 @@ impl Outside {
             }
             Self::Cylinder { on_axis, along, .. } => {
                 let flat = |v: Vector| v - along * v.dot(along);
-                let across = along.cross(&Vector::x()).try_normalize(0.3).unwrap_or_else(|| along.cross(&Vector::y()).normalize());
+                let across = along
+                    .cross(&Vector::x())
+                    .try_normalize(0.3)
+                    .unwrap_or_else(|| along.cross(&Vector::y()).normalize());
                 let third = along.cross(&across);
                 let polar = |pose: &ToolPose| {
                     let d = pose.tip - on_axis;
@@ -176,7 +180,9 @@ pub fn linked(
         let apart = at.map(|last| (first.touch.pose.tip - last.touch.pose.tip).norm());
         match at {
             Some(_) if line.joined && apart.is_some_and(|d| d < 1e-6) => {}
-            Some(last) if apart.is_some_and(|d| d <= rule.lift) && last.touch.pose.angle_to(&first.touch.pose) < 0.5 => {
+            Some(last)
+                if apart.is_some_and(|d| d <= rule.lift) && last.touch.pose.angle_to(&first.touch.pose) < 0.5 =>
+            {
                 let seconds = Some(rule.lift / rule.feed);
                 moves.push(Move { pose: lifted(last), seconds });
                 moves.push(rapid(lifted(first)));
