@@ -146,8 +146,9 @@ fn as_planned(name: &str, made: &Planned, verdict: &Verdict, everywhere: bool) {
         made.report.scallop_um.as_ref().map_or(0.0, |s| s.value)
     );
     assert!(gouge <= GOUGE_MM, "{name}: {gouge}");
-    assert!((ridges.p95_um / RIDGE_UM - 1.0).abs() < 0.1, "{name}: {ridges:?}");
+    assert!((ridges.max_um / RIDGE_UM - 1.0).abs() < 0.1, "{name}: {ridges:?}");
     if everywhere {
+        assert!((ridges.p95_um / RIDGE_UM - 1.0).abs() < 0.1, "{name}: {ridges:?}");
         assert!((ridges.mean_um / RIDGE_UM - 1.0).abs() < 0.1, "{name}: {ridges:?}");
     }
 }
@@ -162,8 +163,8 @@ const SCALLOP: &str = "scallop_mm = 0.01";
 
 #[test]
 fn quasi_circle_lines_leave_the_ridges_asked_for_on_the_convex_and_the_concave_side() {
-    ridge_test("quasi-circle", "convex", &format!("{SCALLOP}\nacross_deg = [85, 96]\nalong = [0.2, 0.6]"), false);
-    ridge_test("quasi-circle", "concave", &format!("{SCALLOP}\nacross_deg = [264, 275]\nalong = [0.2, 0.6]"), false);
+    ridge_test("quasi-circle", "convex", &format!("{SCALLOP}\nacross_deg = [85, 96]\nalong = [0.2, 0.6]"), true);
+    ridge_test("quasi-circle", "concave", &format!("{SCALLOP}\nacross_deg = [264, 275]\nalong = [0.2, 0.6]"), true);
 }
 
 #[test]
@@ -175,7 +176,7 @@ fn lines_of_constant_scallop_leave_it_everywhere_on_both_sides() {
 
 #[test]
 fn other_strategies_leave_what_they_plan() {
-    ridge_test("iso-parametric", "iso", &format!("{SCALLOP}\nacross = [0.72, 0.76]\nalong = [0.2, 0.6]"), false);
+    ridge_test("iso-parametric", "iso", &format!("{SCALLOP}\nacross = [0.72, 0.76]\nalong = [0.2, 0.6]"), true);
     ridge_test("transverse", "transverse", &format!("{SCALLOP}\nacross = [0.62, 0.78]\nalong = [0.15, 0.8]"), false);
 }
 
