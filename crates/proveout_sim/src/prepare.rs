@@ -11,7 +11,8 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{
-    Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii, WorkOffset,
+    Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii,
+    WorkOffset,
 };
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 

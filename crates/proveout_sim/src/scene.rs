@@ -12,10 +12,11 @@ use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
 use crate::names;
-pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile, ThetaUnitFile};
+pub use crate::scene_blade::{BladeFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
+pub use crate::scene_plan::{AxisFile, GivenAxisFile, HelixFile, ParameterFile, PathFile, PlanFile, StrategyFile};
 pub use crate::scene_run_limits::RunLimitsFile;
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,

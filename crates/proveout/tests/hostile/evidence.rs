@@ -90,7 +90,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn the_same_bytes_come_from_everywhere_and_with_any_number_of_threads() {
     let shop = Workshop::new();
     // Findings with places, and a subprogram.
-    shop.write("program.mpf", PROGRAM.replace("X10\n", "SUB1\nG0 X0\n"));
+    shop.write("program.mpf", PROGRAM.replace("X10\n", "SUB1\nG0 X-15\n"));
     shop.write("SUB1.SPF", "G1 X10\nM17\n");
     let elsewhere = shop.path().join("machine");
     let scene = shop.path().display().to_string();
@@ -130,7 +130,7 @@ fn text_of_others_steers_neither_terminal_nor_page() {
     for text in [&told.text, &page] {
         assert!(!text.contains('\u{1b}') && !text.contains('\u{202e}') && !text.contains('\u{7}'));
     }
-    assert!(page.contains("Content-Security-Policy") && page.contains("default-src 'none'"));
+    assert!(page.contains("Content-Security-Policy") && page.contains("default-src &#x27;none&#x27;"));
     // A fault that shows the line, in a file whose name steers as well.
     let name = "a\u{1b}[31mb.mpf";
     shop.write(name, format!("G0 X1 {escape} QQQ=(\nM30\n"));
