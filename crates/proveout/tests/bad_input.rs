@@ -222,7 +222,10 @@ fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
         assert_eq!(output.status.code(), Some(3), "{told}");
         let shown = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(shown.contains("UNCHECKED") && shown.contains("fast"), "{shown}");
-        assert_eq!(names(&small.path().join("result")), ["compare.html", "compare.json", "main", "manifest.json", "other"]);
+        assert_eq!(
+            names(&small.path().join("result")),
+            ["compare.html", "compare.json", "main", "manifest.json", "other"]
+        );
         assert!(small.path().join("result/other/verdict.json").is_file());
         assert!(small.path().join("result/other/report.html").is_file());
     }
