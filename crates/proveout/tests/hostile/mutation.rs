@@ -8,6 +8,8 @@
 //! PROVEOUT_MUTATIONS=20000 cargo test -p proveout --test hostile -- mutation --nocapture
 //! ```
 
+#![expect(clippy::print_stderr, reason = "a failing input is named with its seed, and a long run tells what it did")]
+
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
 use crate::workshop::{PROGRAM, Workshop, proveout_within};
@@ -15,7 +17,7 @@ use crate::workshop::{PROGRAM, Workshop, proveout_within};
 /// Wall time after which a call counts as hung. Tests share the processors with others: six times what an undisturbed one may take.
 const MOST: Duration = Duration::from_secs(120);
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
+/// `SplitMix64` (Steele, Lea, Flood 2014).
 struct Random(u64);
 
 impl Random {
