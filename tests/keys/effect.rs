@@ -77,7 +77,7 @@ fn paths(folder: &Path) -> Result<String, SimError> {
     let scene = Scene::read(folder)?;
     let prepared = Prepared::read(folder, &Choice::default())?;
     let mut text = String::new();
-    for (name, strategy) in StrategyFile::NAMES {
+    for (strategy, name, _) in StrategyFile::ALL {
         if scene.file.plan.as_ref().is_some_and(|p| strategy.of(p).is_some()) {
             let made = planning::plan(&scene, &prepared.machine, &prepared.tools, strategy)?;
             text += &format!("{name}: {:?}\n", made.commands);

@@ -66,7 +66,7 @@ fn table(strategy: &str, keys: &str) -> String {
 }
 
 fn strategy(name: &str) -> StrategyFile {
-    StrategyFile::NAMES.iter().find(|(n, _)| *n == name).expect("a strategy").1
+    StrategyFile::named(name).expect("a strategy")
 }
 
 /// Plans, writes the program beside the scene, and judges the part between the lines but for the outermost ones.

@@ -1,7 +1,13 @@
-use std::path::PathBuf;
+use std::{iter, path::PathBuf};
 
-use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum, builder::PossibleValuesParser};
-use proveout_sim::gates::GATES;
+use clap::{
+    ArgGroup, Args, Parser, Subcommand, ValueEnum,
+    builder::{PossibleValue, PossibleValuesParser},
+};
+use proveout_sim::{
+    gates::GATES,
+    scene::{HELIX, StrategyFile},
+};
 
 /// A machining digital twin: proves NC programs before the first cut.
 #[derive(Debug, Parser)]
@@ -278,8 +284,8 @@ pub(crate) struct PlanArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,
     /// How the path is laid
-    #[arg(long, value_enum, required_unless_present = "study")]
-    pub(crate) strategy: Option<StrategyArg>,
+    #[arg(long, value_parser = strategies(), required_unless_present = "study")]
+    pub(crate) strategy: Option<String>,
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE", required_unless_present = "study")]
     pub(crate) output: Option<PathBuf>,
@@ -294,26 +300,12 @@ pub(crate) struct PlanArgs {
     pub(crate) force: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum StrategyArg {
-    /// A ball end mill on a helix round the blade
-    Helix,
-    /// Lines round the sections
-    Transverse,
-    /// Lines along the blade at constant parts of the section's length
-    IsoParametric,
-    /// Lines in parallel planes
-    IsoPlanar,
-    /// Rings inside each other
-    Pocket,
-    /// Lines along the blade as far apart as the scallop allows everywhere
-    ConstantScallop,
-    /// Lines along the blade at constant polar angles, which never cross an edge
-    QuasiCircle,
-    /// One row along the blade
-    Row,
-    /// A blade from solid in layers
-    PointRoughing,
+/// The strategies of scenes by their names.
+fn strategies() -> PossibleValuesParser {
+    let all = StrategyFile::ALL.into_iter().map(|(_, name, meaning)| (name, meaning));
+    PossibleValuesParser::new(
+        iter::once(HELIX).chain(all).map(|(name, meaning)| PossibleValue::new(name).help(meaning)),
+    )
 }
 
 #[derive(Debug, Args)]

@@ -52,7 +52,7 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
     let mut worst = 0.0_f64;
     for section in &sections {
         for p in &section.points {
-            worst = worst.max(blade.foot(p).1);
+            worst = worst.max(blade.foot(p).distance);
         }
     }
     assert!(worst < FOOT_ERROR_MM, "{worst}");
@@ -70,7 +70,7 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
     let mut between = 0.0_f64;
     for section in &sections {
         for p in &section.points {
-            between = between.max(half.foot(p).1);
+            between = between.max(half.foot(p).distance);
         }
     }
     // The published points themselves scatter: every second one lies some tenths to five micrometers beside the curve through the others, all along

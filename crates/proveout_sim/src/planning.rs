@@ -75,6 +75,12 @@ pub struct PlanReport {
     pub scallop_um: Option<PlaceReport>,
     /// Largest side step, mm.
     pub side_step_mm: Option<PlaceReport>,
+    /// Deepest cut of a flank into its ruled side, um.
+    pub flank_gouge_um: Option<PlaceReport>,
+    /// Most that a flank leaves on it, um.
+    pub flank_left_um: Option<PlaceReport>,
+    /// Largest angle between the normals at both ends of a ruling, degrees.
+    pub ruling_twist_deg: Option<PlaceReport>,
     /// Joints and legs.
     pub joints: Vec<JointReport>,
     /// Every line, point by point.
@@ -419,6 +425,9 @@ fn report(
         chord_error_um: shown(&judged.chord_error, 1e3),
         scallop_um: shown(&judged.scallop, 1e3),
         side_step_mm: shown(&judged.side_step, 1.0),
+        flank_gouge_um: shown(&judged.flank_gouge, 1e3),
+        flank_left_um: shown(&judged.flank_left, 1e3),
+        ruling_twist_deg: shown(&judged.ruling_twist, deg(1.0)),
         joints: judged.joints.iter().map(joint).collect(),
         points: points.collect(),
     }
@@ -471,7 +480,13 @@ impl PlanReport {
             ("highest scallop as computed", &self.scallop_um, "um"),
             ("largest side step", &self.side_step_mm, "mm"),
         ];
-        for (what, value, unit) in shown {
+        let flank = [
+            ("flank into the side", &self.flank_gouge_um, "um"),
+            ("left by the flank", &self.flank_left_um, "um"),
+            ("turn of the normal on a ruling", &self.ruling_twist_deg, "deg"),
+        ];
+        let flank = flank.into_iter().filter(|(_, value, _)| value.is_some());
+        for (what, value, unit) in shown.into_iter().chain(flank) {
             match value {
                 Some(v) => {
                     let [x, y, z] = v.point_mm;

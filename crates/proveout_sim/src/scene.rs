@@ -16,7 +16,9 @@ pub use crate::scene_blade::{BladeFile, MethodFile, PlatformFile, RescheduleFile
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
-pub use crate::scene_plan::{AxisFile, GivenAxisFile, HelixFile, ParameterFile, PathFile, PlanFile, StrategyFile};
+pub use crate::scene_plan::{
+    AxisFile, GivenAxisFile, HELIX, HelixFile, ParameterFile, PathFile, PlanFile, RulingsFile, StrategyFile,
+};
 pub use crate::scene_run_limits::RunLimitsFile;
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,

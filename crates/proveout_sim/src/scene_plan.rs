@@ -3,8 +3,8 @@
 use proveout_geom::{Vector, rad};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::path::{
-    AxisRule, ConstantScallop, IsoParametric, IsoPlanar, Label, Pocket, PointRoughing, QuasiCircle, Row, Spacing,
-    StepRule, Strategy, Transverse,
+    AxisRule, ConstantScallop, Flank, IsoParametric, IsoPlanar, Label, Pocket, PointRoughing, QuasiCircle, Row,
+    Rulings, Spacing, StepRule, Strategy, Transverse,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -31,6 +31,8 @@ pub struct PlanFile {
     pub row: Option<PathFile>,
     /// A blade from solid: lines round the sections in layers.
     pub point_roughing: Option<PathFile>,
+    /// A ruled side in one pass with the flank of the cutter.
+    pub flank: Option<PathFile>,
 }
 
 /// Strategies that are planned by contacts; [`HelixFile`] stands apart.
@@ -52,24 +54,43 @@ pub enum StrategyFile {
     Row,
     /// `point-roughing`
     PointRoughing,
+    /// `flank`
+    Flank,
 }
 
+/// Name and meaning of `helix`, on the command line.
+pub const HELIX: (&str, &str) = ("helix", "A ball end mill on a helix round the blade");
+
 impl StrategyFile {
-    /// Every strategy with its name.
-    pub const NAMES: [(&'static str, Self); 8] = [
-        ("transverse", Self::Transverse),
-        ("iso-parametric", Self::IsoParametric),
-        ("iso-planar", Self::IsoPlanar),
-        ("pocket", Self::Pocket),
-        ("constant-scallop", Self::ConstantScallop),
-        ("quasi-circle", Self::QuasiCircle),
-        ("row", Self::Row),
-        ("point-roughing", Self::PointRoughing),
+    /// Every strategy with its name, in scenes and on the command line, and its meaning.
+    pub const ALL: [(Self, &'static str, &'static str); 9] = [
+        (Self::Transverse, "transverse", "Lines round the sections"),
+        (Self::IsoParametric, "iso-parametric", "Lines along the blade at constant parts of the section's length"),
+        (Self::IsoPlanar, "iso-planar", "Lines in parallel planes"),
+        (Self::Pocket, "pocket", "Rings inside each other"),
+        (
+            Self::ConstantScallop,
+            "constant-scallop",
+            "Lines along the blade as far apart as the scallop allows everywhere",
+        ),
+        (
+            Self::QuasiCircle,
+            "quasi-circle",
+            "Lines along the blade at constant polar angles, which never cross an edge",
+        ),
+        (Self::Row, "row", "One row along the blade"),
+        (Self::PointRoughing, "point-roughing", "A blade from solid in layers"),
+        (Self::Flank, "flank", "A ruled side in one pass with the flank of the cutter"),
     ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        Self::NAMES.iter().find(|(_, s)| *s == self).map_or("", |(name, _)| name)
+        Self::ALL.iter().find(|(s, ..)| *s == self).map_or("", |(_, name, _)| name)
+    }
+
+    /// The one of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, n, _)| *n == name).map(|(s, ..)| *s)
     }
 
     /// Its table in a scene.
@@ -83,6 +104,7 @@ impl StrategyFile {
             Self::QuasiCircle => &plan.quasi_circle,
             Self::Row => &plan.row,
             Self::PointRoughing => &plan.point_roughing,
+            Self::Flank => &plan.flank,
         };
         table.as_ref()
     }
@@ -98,6 +120,7 @@ impl StrategyFile {
             Self::QuasiCircle => &["scallop_mm", "lines_deg", "across_deg", "along", "focus_inside", "trailing"],
             Self::Row => &["at", "along", "parameter", "trailing", "focus_inside"],
             Self::PointRoughing => &["scallop_mm", "lines", "along", "from_allowance_mm", "depth_mm", "start"],
+            Self::Flank => &["across", "along", "rulings", "below_mm", "flank_error_mm"],
         }
     }
 }
@@ -112,6 +135,16 @@ pub enum ParameterFile {
     Surface,
     /// The polar angle of Lu et al. 2022, parts of a turn; of `row` alone.
     PolarAngle,
+}
+
+/// Which lines of a side are straight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RulingsFile {
+    /// Those along the blade; the path goes round.
+    Along,
+    /// Those across the face; the path goes along.
+    Across,
 }
 
 /// How the tool axis stands. f is the travel, n the outward normal, k = n x f.
@@ -153,6 +186,16 @@ pub enum AxisFile {
         /// The axes.
         axes: Vec<GivenAxisFile>,
     },
+    /// Along the ruling by two of its points; of `flank` alone.
+    Ruling {
+        /// Parts of the ruling, from the side of the cutter's tip; a quarter and three quarters when left out.
+        #[serde(default = "quarters")]
+        points: [f64; 2],
+    },
+}
+
+fn quarters() -> [f64; 2] {
+    [0.25, 0.75]
 }
 
 /// A tool axis at a place of a line.
@@ -231,6 +274,12 @@ pub struct PathFile {
     pub one_way: Option<bool>,
     /// Rings from the middle outwards.
     pub outwards: Option<bool>,
+    /// Which lines of the side are straight; the tip of the cutter lies beyond the first end of `along` or `across`.
+    pub rulings: Option<RulingsFile>,
+    /// How far the straight side of the cutter reaches beyond that end, mm; 0 when left out.
+    pub below_mm: Option<f64>,
+    /// How far the flank may cut into the side or stand off from it, mm.
+    pub flank_error_mm: Option<f64>,
 }
 
 /// Longest step by chord error where a scene states none, mm: a block of a CAM system's usual length.
@@ -258,6 +307,9 @@ impl PathFile {
             ("start", self.start.is_some()),
             ("one_way", self.one_way.is_some()),
             ("outwards", self.outwards.is_some()),
+            ("rulings", self.rulings.is_some()),
+            ("below_mm", self.below_mm.is_some()),
+            ("flank_error_mm", self.flank_error_mm.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
     }
@@ -279,6 +331,7 @@ impl PathFile {
             AxisFile::Interpolated { axes } => {
                 AxisRule::Interpolated(axes.iter().map(|a| (a.part, unit(a.direction))).collect())
             }
+            AxisFile::Ruling { points } => AxisRule::Ruling { points: *points },
         }
     }
 
@@ -339,6 +392,11 @@ impl PathFile {
         if let Some(key) = self.given().into_iter().find(|key| !reads.contains(key)) {
             let message = format!("{} does not read `{key}`", strategy.name());
             return Err((message, format!("leave it out; it reads {}", reads.join(", "))));
+        }
+        let ruled = matches!(self.axis, AxisFile::Ruling { .. });
+        if ruled != (strategy == StrategyFile::Flank) {
+            let message = "rule = \"ruling\" is the axis of flank, and of flank alone".to_owned();
+            return Err((message, "write another rule, or plan flank".to_owned()));
         }
         let missing = |key: &str| (format!("{} needs `{key}`", strategy.name()), format!("add `{key}`"));
         let across = self.across.unwrap_or([0.0, 1.0]);
@@ -405,6 +463,16 @@ impl PathFile {
                 range: along,
                 start: self.start.unwrap_or(0.0),
                 spacing: lines()?,
+            }),
+            StrategyFile::Flank => Box::new(Flank {
+                rulings: match self.rulings.ok_or_else(|| missing("rulings"))? {
+                    RulingsFile::Along => Rulings::Along,
+                    RulingsFile::Across => Rulings::Across,
+                },
+                round: across,
+                along,
+                below: self.below_mm.unwrap_or(0.0),
+                limit: self.flank_error_mm.ok_or_else(|| missing("flank_error_mm"))?,
             }),
         })
     }

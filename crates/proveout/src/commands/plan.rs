@@ -10,7 +10,7 @@ use proveout_sim::{
 use proveout_tool::ToolLibrary;
 
 use crate::{
-    args::{PlanArgs, RescheduleArgs, StrategyArg},
+    args::{PlanArgs, RescheduleArgs},
     commands::output_file::{check, put_bytes},
     failure::Failure,
 };
@@ -24,10 +24,10 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     let scene = Scene::read(&args.scene).map_err(|e| failure(e.into()))?;
     let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| failure(e.into()))?;
     let machine = Machine::read(&scene.resolve(&scene.file.machine)).map_err(|e| failure(e.into()))?;
-    let (Some(strategy), Some(output)) = (args.strategy, &args.output) else {
+    let (Some(strategy), Some(output)) = (&args.strategy, &args.output) else {
         return study(&scene, &machine, &tools);
     };
-    let commands = match strategy_file(strategy) {
+    let commands = match StrategyFile::named(strategy) {
         None => {
             if args.report.is_some() {
                 return Err(Failure::new("--report does not go with --strategy helix")
@@ -51,26 +51,12 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
     put_bytes(output, args.force, &text)
 }
 
-fn strategy_file(strategy: StrategyArg) -> Option<StrategyFile> {
-    match strategy {
-        StrategyArg::Helix => None,
-        StrategyArg::Transverse => Some(StrategyFile::Transverse),
-        StrategyArg::IsoParametric => Some(StrategyFile::IsoParametric),
-        StrategyArg::IsoPlanar => Some(StrategyFile::IsoPlanar),
-        StrategyArg::Pocket => Some(StrategyFile::Pocket),
-        StrategyArg::ConstantScallop => Some(StrategyFile::ConstantScallop),
-        StrategyArg::QuasiCircle => Some(StrategyFile::QuasiCircle),
-        StrategyArg::Row => Some(StrategyFile::Row),
-        StrategyArg::PointRoughing => Some(StrategyFile::PointRoughing),
-    }
-}
-
 /// All plans of a scene side by side.
 fn study(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<(), Failure> {
     let plans = scene.file.plan.as_ref();
-    let given = StrategyFile::NAMES.into_iter().filter(|(_, s)| plans.is_some_and(|p| s.of(p).is_some()));
+    let given = StrategyFile::ALL.into_iter().filter(|(s, ..)| plans.is_some_and(|p| s.of(p).is_some()));
     let mut reports = Vec::new();
-    for (_, strategy) in given {
+    for (strategy, ..) in given {
         let planned = planning::plan(scene, machine, tools, strategy).map_err(|e| Failure::from(&e))?;
         reports.push(planned.report);
     }

@@ -15,7 +15,7 @@ use super::{
     cells::{Bent, Cells},
     scalar::{Interval, Scalar},
     section::SectionPoint,
-    surface::{Domain, Local, ParametricSurface},
+    surface::{Domain, Foot, Local, ParametricSurface},
 };
 use crate::{Point, Vector};
 
@@ -108,7 +108,11 @@ impl ParametricSurface for CamberSide {
     }
 
     fn nearest(&self, p: &Point) -> [f64; 2] {
-        self.cells.nearest(self, p).0
+        self.foot(p).parameters
+    }
+
+    fn foot(&self, p: &Point) -> Foot {
+        self.cells.foot(self, p)
     }
 
     fn breaks(&self) -> Vec<f64> {

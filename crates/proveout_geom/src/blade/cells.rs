@@ -18,10 +18,11 @@ use crate::{Point, Vector};
 
 use super::{
     scalar::{Interval, Scalar},
-    surface::{Domain, Local, ParametricSurface},
+    surface::{Domain, Foot, Local, ParametricSurface},
 };
 
-/// The distance of the point that a search over cells finds is not larger than the least one by more than this, mm.
+/// The distance of the point that a search over cells finds is not larger than the least one by more than this, mm, where the search came to
+/// its end; else by more than [`Foot::error`].
 pub const FOOT_ERROR_MM: f64 = 1e-6;
 /// Relative margin of the bounds against rounding.
 const MARGIN: f64 = 1e-9;
@@ -36,8 +37,8 @@ const POLISHING: usize = 3;
 const POLISHED_MM: f64 = 1e-3;
 /// Starts of Newton's method: the nearest centers.
 const STARTS: usize = 3;
-/// Cells that one search looks at before it is content with what it has: beyond this a whole arc is equally near, as for a point on the axis of a
-/// cylinder.
+/// Cells that one search looks at: beyond this a whole patch is equally near, as to the center of a sphere. The search ends there and says how
+/// much nearer the cells that are left might come ([`Foot::error`]).
 const MOST_CELLS: usize = 100_000;
 
 /// A surface with bounds of its second derivatives.
@@ -191,8 +192,8 @@ impl Cells {
         Self { cells }
     }
 
-    /// Parameters of the nearest point and its distance.
-    pub(super) fn nearest<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point) -> ([f64; 2], f64) {
+    /// The nearest point.
+    pub(super) fn foot<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point) -> Foot {
         let domain = surface.domain();
         let mut starts = [(f64::INFINITY, [domain.u[0], domain.v[0]]); STARTS];
         for cell in &self.cells {
@@ -224,10 +225,15 @@ impl Cells {
             }
         }
         let mut looked = 0;
+        let mut error = FOOT_ERROR_MM;
         let mut bowl = Bowl::new(surface, p, best);
         while let Some(Open { least, cell }) = open.pop() {
             looked += 1;
-            if least >= best.1 - FOOT_ERROR_MM || looked > MOST_CELLS {
+            if least >= best.1 - FOOT_ERROR_MM {
+                break;
+            }
+            if looked > MOST_CELLS {
+                error = best.1 - least;
                 break;
             }
             if bowl.found != best {
@@ -245,12 +251,13 @@ impl Cells {
                 open.extend(near(&half, best.1));
             }
         }
-        best
+        Foot { parameters: best.0, distance: best.1, error }
     }
 }
 
 /// The place found, round which the distance may be proved to have no other minimum: where the second derivatives of `|S - p|^2 / 2`, `S_i . S_j +
-/// (S - p) . S_ij`, are positive definite over a box that holds the place and a cell, no point of the cell is nearer than the place.
+/// (S - p) . S_ij`, are positive definite over a box that holds the place and a cell, no point of the cell is nearer than the place. Nor is one where
+/// the place lies on the rim, the distance grows from there inward all over the box, and is convex along the rim.
 struct Bowl {
     found: ([f64; 2], f64),
     at: Local,
@@ -285,7 +292,16 @@ impl Bowl {
         let a = dot(along_u, along_u) + dot(out, second[0]);
         let b = dot(along_u, along_v) + dot(out, second[1]);
         let c = dot(along_v, along_v) + dot(out, second[2]);
-        a.low > 0.0 && c.low > 0.0 && a.low * c.low > b.magnitude().powi(2) * (1.0 + MARGIN)
+        if a.low > 0.0 && c.low > 0.0 && a.low * c.low > b.magnitude().powi(2) * (1.0 + MARGIN) {
+            return true;
+        }
+        // On the rim the distance need only grow inward, and be convex along the rim.
+        let inward = |x: f64, range: [f64; 2], slope: Interval| {
+            (x <= range[0] && slope.low > 0.0) || (x >= range[1] && slope.high < 0.0)
+        };
+        let rim_u = !domain.u_closed && inward(u, domain.u, dot(out, along_u));
+        let rim_v = inward(v, domain.v, dot(out, along_v));
+        (rim_v && (rim_u || a.low > 0.0)) || (rim_u && c.low > 0.0)
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use super::{
     cells::{Bent, Cells},
     scalar::{Interval, Jet, Scalar},
-    surface::{Domain, Local, ParametricSurface},
+    surface::{Domain, Foot, Local, ParametricSurface},
 };
 use crate::{Point, Vector};
 
@@ -36,11 +36,6 @@ impl<F: ClosedForm> ClosedSurface<F> {
     pub fn form(&self) -> &F {
         &self.form
     }
-
-    /// Parameters of the nearest point, and its distance to [`super::FOOT_ERROR_MM`], mm.
-    pub fn foot(&self, p: &Point) -> ([f64; 2], f64) {
-        self.cells.nearest(self, p)
-    }
 }
 
 impl<F: ClosedForm> Bent for ClosedSurface<F> {
@@ -68,6 +63,10 @@ impl<F: ClosedForm> ParametricSurface for ClosedSurface<F> {
     }
 
     fn nearest(&self, p: &Point) -> [f64; 2] {
-        self.foot(p).0
+        self.foot(p).parameters
+    }
+
+    fn foot(&self, p: &Point) -> Foot {
+        self.cells.foot(self, p)
     }
 }

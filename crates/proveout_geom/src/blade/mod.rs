@@ -35,4 +35,4 @@ pub use section::{CamberSection, SectionCurve, SectionError, SectionPoint};
 pub use section_file::{PointedSection, SectionFileError, SectionPart, read_sections};
 pub use sections::{SectionsError, SkinnedBlade};
 pub use sine::Sine;
-pub use surface::{Domain, Local, ParametricSurface};
+pub use surface::{Domain, Foot, Local, ParametricSurface};

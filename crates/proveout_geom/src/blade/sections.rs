@@ -17,7 +17,7 @@ use super::{
     scalar::{Interval, Scalar},
     section_file::{PointedSection, SectionPart},
     spline::{Ends, slopes},
-    surface::{Domain, Local, ParametricSurface},
+    surface::{Domain, Foot, Local, ParametricSurface},
 };
 use crate::{Point, Vector};
 
@@ -208,11 +208,6 @@ impl SkinnedBlade {
     /// Parameters of the sections, from 0 to 1.
     pub fn v_of_sections(&self) -> &[f64] {
         &self.v
-    }
-
-    /// Parameters of the nearest point, and its distance to [`super::FOOT_ERROR_MM`], mm.
-    pub fn foot(&self, p: &Point) -> ([f64; 2], f64) {
-        self.cells.nearest(self, p)
     }
 
     fn patch(&self, u: f64, v: f64) -> (usize, usize) {
@@ -438,7 +433,11 @@ impl ParametricSurface for SkinnedBlade {
     }
 
     fn nearest(&self, p: &Point) -> [f64; 2] {
-        self.foot(p).0
+        self.foot(p).parameters
+    }
+
+    fn foot(&self, p: &Point) -> Foot {
+        self.cells.foot(self, p)
     }
 
     fn breaks(&self) -> Vec<f64> {

@@ -59,6 +59,17 @@ impl Local {
     }
 }
 
+/// A point of a surface as the nearest one to a given point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// u and v.
+    pub parameters: [f64; 2],
+    /// mm.
+    pub distance: f64,
+    /// No point of the surface is nearer than `distance - error`, mm; infinite where nothing is proved.
+    pub error: f64,
+}
+
 /// A side of a part as a map S(u, v).
 pub trait ParametricSurface: Debug + Send + Sync {
     /// Range of the parameters.
@@ -67,6 +78,13 @@ pub trait ParametricSurface: Debug + Send + Sync {
     fn local(&self, u: f64, v: f64) -> Local;
     /// Parameters of the point nearest to p, in or on the rim of the domain.
     fn nearest(&self, p: &Point) -> [f64; 2];
+    /// The same with its distance, and how far that is proved to be the least one: [`super::FOOT_ERROR_MM`], or more where a search ended
+    /// before its end, as for a point to which a whole patch is equally near.
+    fn foot(&self, p: &Point) -> Foot {
+        let parameters = self.nearest(p);
+        let distance = (self.local(parameters[0], parameters[1]).point - p).norm();
+        Foot { parameters, distance, error: f64::INFINITY }
+    }
     /// Lines u = constant on which the curvature jumps, in ascending order: ends of edge arcs, knots.
     fn breaks(&self) -> Vec<f64> {
         Vec::new()

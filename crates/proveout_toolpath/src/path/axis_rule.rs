@@ -37,6 +37,12 @@ pub enum AxisRule {
     },
     /// Between unit vectors that are given at parts of the line's length, 0 to 1 ascending, on great circles.
     Interpolated(Vec<(f64, Vector)>),
+    /// Along the ruling, by the two points at these parts of it, each offset along its own normal: of [`super::Flank`] alone, whose lines name
+    /// their rulings.
+    Ruling {
+        /// 0 to 1, ascending; the cutter's tip lies beyond 0.
+        points: [f64; 2],
+    },
 }
 
 impl AxisRule {
@@ -61,6 +67,10 @@ impl AxisRule {
                 PathError::within("the head's angle in radian", *head, -right, right)?;
                 PathError::within("the lead in radian", *lead, -right, right)?;
             }
+            Self::Ruling { points } => {
+                PathError::within("the first point of the ruling", points[0], 0.0, 0.999)?;
+                PathError::within("the second point of the ruling", points[1], points[0] + 1e-3, 1.0)?;
+            }
             Self::Interpolated(keys) => {
                 PathError::within("the number of given axes", keys.len() as f64, 1.0, 1e6)?;
                 for pair in keys.windows(2) {
@@ -78,7 +88,7 @@ impl AxisRule {
     }
 
     /// The axis at a place; `part` is the part of the line's length up to it. None where the rule has no direction (a normal along the
-    /// table's axis).
+    /// table's axis), and of [`Self::Ruling`], which needs more than a place.
     pub fn axis(&self, place: &Place, part: f64) -> Option<Vector> {
         let Place { normal: n, feed: f, across: k, .. } = place;
         match self {
@@ -93,6 +103,7 @@ impl AxisRule {
                 let q = if q.dot(f) < 0.0 { -q } else { q };
                 Some(table * head.sin() + (p * lead.cos() + q * lead.sin()) * head.cos())
             }
+            Self::Ruling { .. } => None,
             Self::Interpolated(keys) => {
                 let next = keys.partition_point(|key| key.0 <= part);
                 let (Some(from), Some(to)) = (keys.get(next.saturating_sub(1)), keys.get(next.min(keys.len() - 1)))

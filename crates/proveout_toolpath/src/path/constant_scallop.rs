@@ -109,10 +109,6 @@ fn pieces(line: &Spline, v: [f64; 2], end: f64, ahead: f64) -> Vec<[f64; 2]> {
 }
 
 impl Strategy for ConstantScallop {
-    fn name(&self) -> &'static str {
-        "constant-scallop"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.along)?;
         PathError::within("the scallop in mm", self.scallop, 1e-6, 10.0)?;

@@ -1,6 +1,6 @@
 //! Curves in the parameter plane of a surface: cubic splines u(t), v(t) through nodes, straight where there are two.
 
-use super::PathError;
+use super::{PathError, Ruling};
 
 /// A cubic spline through nodes with continuous second derivative. The ends are free of a condition of their own: the first and
 /// the last two pieces are one cubic each (de Boor 1978, chapter IV, "not-a-knot"), so that smooth data are met to fourth order up
@@ -141,12 +141,14 @@ pub struct Line {
     pub allowance: f64,
     /// The cutter goes from the line before to this one on the surface, without a retract.
     pub joined: bool,
+    /// The ruling that the flank of the cutter lies along; none where it touches in a point.
+    pub ruling: Option<Ruling>,
 }
 
 impl Line {
     /// A line for its own, with nothing left on the surface.
     pub fn new(name: String, curve: ParameterCurve) -> Self {
-        Self { name, curve, allowance: 0.0, joined: false }
+        Self { name, curve, allowance: 0.0, joined: false, ruling: None }
     }
 }
 

@@ -79,6 +79,23 @@ pub enum PathError {
         /// Radius of curvature of the path, mm.
         radius_mm: f64,
     },
+    /// The flank of the cutter does not fit the ruled side.
+    #[error(
+        "the flank of the cutter errs at {at}: it cuts {gouge_mm:.4} mm into the side and leaves {left_mm:.4} mm, {limit_mm} mm are allowed; \
+         the normals along the ruling turn by {twist_deg:.3} degrees"
+    )]
+    Flank {
+        /// The place.
+        at: At,
+        /// Deepest cut, mm.
+        gouge_mm: f64,
+        /// Most that is left, mm.
+        left_mm: f64,
+        /// What is allowed, mm.
+        limit_mm: f64,
+        /// Angle between the normals at both ends of the ruling, degree.
+        twist_deg: f64,
+    },
     /// No side step gives the scallop that is asked for.
     #[error("no side step leaves a scallop of {scallop_mm} mm at {at}: {reason}")]
     NoSideStep {

@@ -87,10 +87,6 @@ fn directed(mut lines: Vec<Line>, along: [f64; 2]) -> Vec<Line> {
 }
 
 impl Strategy for IsoParametric {
-    fn name(&self) -> &'static str {
-        "iso-parametric"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.along)?;
         let domain = task.surface.domain();
@@ -103,10 +99,6 @@ impl Strategy for IsoParametric {
 }
 
 impl Strategy for QuasiCircle {
-    fn name(&self) -> &'static str {
-        "quasi-circle"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.along)?;
         let domain = task.surface.domain();
@@ -136,10 +128,6 @@ impl Family for Round {
 }
 
 impl Strategy for Transverse {
-    fn name(&self) -> &'static str {
-        "transverse"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.range)?;
         let domain = task.surface.domain();

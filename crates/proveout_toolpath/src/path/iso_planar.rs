@@ -239,10 +239,6 @@ impl IsoPlanar {
 }
 
 impl Strategy for IsoPlanar {
-    fn name(&self) -> &'static str {
-        "iso-planar"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         PathError::within("the length of the planes' normal", self.normal.norm(), 1.0 - 1e-9, 1.0 + 1e-9)?;
         check_along(self.along)?;

@@ -92,6 +92,12 @@ pub struct PathJudgement {
     pub scallop: Option<Extreme>,
     /// Largest side step, mm.
     pub side_step: Option<Extreme>,
+    /// Deepest cut of a flank into its side, mm.
+    pub flank_gouge: Option<Extreme>,
+    /// Most that a flank leaves, mm.
+    pub flank_left: Option<Extreme>,
+    /// Largest angle between the normals at both ends of a ruling, radian.
+    pub ruling_twist: Option<Extreme>,
     /// Length of the contacts' path, mm.
     pub length: f64,
     /// Number of contacts.
@@ -159,6 +165,9 @@ impl Setting<'_> {
             chord_error: None,
             scallop: None,
             side_step: None,
+            flank_gouge: None,
+            flank_left: None,
+            ruling_twist: None,
             length: lines.iter().filter_map(|l| l.contacts.last()).map(|c| c.length).sum(),
             contacts: lines.iter().map(|l| l.contacts.len()).sum(),
             slowed: 0,
@@ -255,6 +264,11 @@ impl Setting<'_> {
             }
             if let Some(scallop) = contact.scallop {
                 self.most(&mut judged.scallop, line, contact, scallop);
+            }
+            if let Some(flank) = contact.flank {
+                self.most(&mut judged.flank_gouge, line, contact, flank.gouge);
+                self.most(&mut judged.flank_left, line, contact, flank.left);
+                self.most(&mut judged.ruling_twist, line, contact, flank.twist);
             }
             if let Some(step) = contact.side_step {
                 self.most(&mut judged.side_step, line, contact, step);

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! * [`Task`] – surface, cutter, axis rule and step; [`Task::plan`] makes the contacts of a [`Strategy`].
-//! * [`QuasiCircle`], [`IsoParametric`], [`Transverse`], [`IsoPlanar`], [`ConstantScallop`], [`Row`], [`Pocket`], [`PointRoughing`] –
-//!   strategies.
+//! * [`QuasiCircle`], [`IsoParametric`], [`Transverse`], [`IsoPlanar`], [`ConstantScallop`], [`Row`], [`Pocket`], [`PointRoughing`],
+//!   [`Flank`] – strategies.
 //! * [`PathCutter`] – from contact to cutter location for any convex cutter; [`AxisRule`] – how the axis stands.
 //! * [`side_step`], [`scallop_height`] – exact formulas of ridges between two cuts; [`envelope_across`] – the curvature that a moving
 //!   cutter leaves across its feed.
@@ -24,6 +24,7 @@ mod curve;
 mod cutter;
 mod error;
 mod families;
+mod flank;
 mod iso_planar;
 mod judge;
 mod link;
@@ -43,6 +44,7 @@ pub use curve::{CurvePoint, Line, ParameterCurve, Spline};
 pub use cutter::{PathCutter, Touch, envelope_across};
 pub use error::{At, MOST_POINTS, PathError};
 pub use families::{IsoParametric, QuasiCircle, Transverse};
+pub use flank::{Flank, FlankError, Ruling, Rulings};
 pub use iso_planar::IsoPlanar;
 pub use judge::{Extreme, JointDemand, PathJudgement, Setting};
 pub use link::{LinkRule, Move, linked};

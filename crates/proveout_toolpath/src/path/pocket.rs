@@ -101,10 +101,6 @@ impl Pocket {
 }
 
 impl Strategy for Pocket {
-    fn name(&self) -> &'static str {
-        "pocket"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.round)?;
         check_along(self.along)?;

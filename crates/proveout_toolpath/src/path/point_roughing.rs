@@ -33,10 +33,6 @@ impl PointRoughing {
 }
 
 impl Strategy for PointRoughing {
-    fn name(&self) -> &'static str {
-        "point-roughing"
-    }
-
     fn has_layers(&self) -> bool {
         true
     }

@@ -20,10 +20,6 @@ pub struct Row {
 }
 
 impl Strategy for Row {
-    fn name(&self) -> &'static str {
-        "row"
-    }
-
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.along)?;
         PathError::within("the place of the row", self.at, 0.0, 1.0)?;

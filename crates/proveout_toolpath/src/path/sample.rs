@@ -15,7 +15,7 @@ use proveout_geom::ToolPose;
 use proveout_geom::blade::ParametricSurface;
 
 use super::{
-    AxisRule, Line, PathCutter, PathError, Touch,
+    AxisRule, FlankError, Line, PathCutter, PathError, Touch,
     cutter::{envelope_across, overlap},
     error::MOST_POINTS,
     place::Place,
@@ -50,6 +50,8 @@ pub struct PathContact {
     pub side_step: Option<f64>,
     /// Scallop to the next line as computed, mm.
     pub scallop: Option<f64>,
+    /// What the flank does along its ruling, where one lies along it.
+    pub flank: Option<FlankError>,
 }
 
 impl PathContact {
@@ -130,6 +132,13 @@ impl Sampler<'_> {
 
     /// The cutter at t of a line; `before` is the contact before.
     fn touch(&self, line: &Line, place: &Place, part: f64, before: Option<&Touch>) -> Result<Touch, PathError> {
+        if let AxisRule::Ruling { points } = self.rule {
+            let Some(ruling) = &line.ruling else {
+                let what = "an axis along the ruling belongs to the flank of a cutter".to_owned();
+                return Err(PathError::NoLine { what, section: self.at(place).section });
+            };
+            return ruling.touch(self.surface, self.cutter, *points, place, line.allowance);
+        }
         let axis = self.rule.axis(place, part).ok_or_else(|| PathError::NoAxis { at: self.at(place) })?;
         Ok(self.cutter.touch(place, &axis, line.allowance, before.map(|b| b.radial)))
     }
@@ -138,8 +147,22 @@ impl Sampler<'_> {
         place.named(&self.surface.domain())
     }
 
-    /// What must hold at every contact.
-    fn judge(&self, place: &Place, touch: &Touch) -> Result<(), PathError> {
+    /// What must hold at every contact; the error of a flank.
+    fn judge(&self, line: &Line, place: &Place, touch: &Touch) -> Result<Option<FlankError>, PathError> {
+        if let Some(ruling) = &line.ruling {
+            let error = ruling.error(self.surface, self.cutter, &touch.pose, place.uv, line.allowance);
+            let FlankError { gouge, left, twist } = error;
+            if gouge.max(left) > ruling.limit {
+                return Err(PathError::Flank {
+                    at: self.at(place),
+                    gouge_mm: gouge,
+                    left_mm: left,
+                    limit_mm: ruling.limit,
+                    twist_deg: twist.to_degrees(),
+                });
+            }
+            return Ok(Some(error));
+        }
         if let Some([cutter, hollow]) = overlap(&touch.form, &place.form) {
             return Err(PathError::CutterTooLarge { at: self.at(place), cutter_1_mm: cutter, surface_1_mm: hollow });
         }
@@ -147,7 +170,7 @@ impl Sampler<'_> {
             let angle = place.normal.dot(&touch.pose.axis).clamp(-1.0, 1.0).acos();
             return Err(PathError::AxisBelowSurface { at: self.at(place), angle_deg: angle.to_degrees() });
         }
-        Ok(())
+        Ok(None)
     }
 
     /// Error of the straight motion between two poses at a place between them, mm.
@@ -158,6 +181,12 @@ impl Sampler<'_> {
         let way = between.point - from.point;
         let part = if length2 > 0.0 { (way.dot(&chord) / length2).clamp(0.0, 1.0) } else { 0.0 };
         let pose = from_pose.interpolated(to_pose, part);
+        if let (Some(ruling), AxisRule::Ruling { points }) = (&line.ruling, self.rule) {
+            let there = ruling.touch(self.surface, self.cutter, *points, between, line.allowance);
+            return there.map_or(f64::INFINITY, |t| {
+                ruling.moved(self.surface, self.cutter, [&pose, &t.pose], between.uv, line.allowance)
+            });
+        }
         let contact = between.point + between.normal * line.allowance;
         self.cutter.gap(&pose, &contact, &between.normal).abs().max((way - chord * part).norm())
     }
@@ -173,8 +202,8 @@ impl Sampler<'_> {
         let part = |t: f64| ruler.map_or(0.0, |r| r.part(self.surface, line, t));
         let place = Place::on(self.surface, &line.curve, start);
         let touch = self.touch(line, &place, part(start), None)?;
-        self.judge(&place, &touch)?;
-        let first = PathContact { place, touch, length: 0.0, chord_error: 0.0, side_step: None, scallop: None };
+        let flank = self.judge(line, &place, &touch)?;
+        let first = PathContact { place, touch, length: 0.0, chord_error: 0.0, side_step: None, scallop: None, flank };
         let mut contacts = vec![first];
         let mut from = first;
         let mut guess = f64::INFINITY;
@@ -186,7 +215,7 @@ impl Sampler<'_> {
             if dt < rest && dt > 0.5 * rest {
                 dt = 0.5 * rest;
             }
-            let next = loop {
+            let mut next = loop {
                 let t = if dt >= rest { end } else { from.place.t + dt };
                 let to = Place::on(self.surface, &line.curve, t);
                 let touch = self.touch(line, &to, part(t), Some(&from.touch))?;
@@ -212,6 +241,7 @@ impl Sampler<'_> {
                         chord_error: worst,
                         side_step: None,
                         scallop: None,
+                        flank: None,
                     };
                 }
                 let over = (worst.max(PLANNED * by_circle) / (PLANNED * error)).sqrt().max(length / longest);
@@ -223,7 +253,7 @@ impl Sampler<'_> {
                     });
                 }
             };
-            self.judge(&next.place, &next.touch)?;
+            next.flank = self.judge(line, &next.place, &next.touch)?;
             contacts.push(next);
             from = next;
             if contacts.len() > MOST_POINTS {
@@ -261,7 +291,7 @@ impl Sampler<'_> {
             let t = ruler.at_length(self.surface, line, length);
             let place = Place::on(self.surface, &line.curve, t);
             let touch = self.touch(line, &place, k as f64 / count as f64, contacts.last().map(|c| &c.touch))?;
-            self.judge(&place, &touch)?;
+            let flank = self.judge(line, &place, &touch)?;
             let radius = 1.0 / place.path_curvature;
             if ruler.total() / count as f64 > radius {
                 let step_mm = ruler.total() / count as f64;
@@ -276,7 +306,7 @@ impl Sampler<'_> {
                     chord_error = chord_error.max(self.error_at(line, ends, &between));
                 }
             }
-            contacts.push(PathContact { place, touch, length, chord_error, side_step: None, scallop: None });
+            contacts.push(PathContact { place, touch, length, chord_error, side_step: None, scallop: None, flank });
         }
         Ok(contacts)
     }

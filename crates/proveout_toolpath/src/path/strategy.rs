@@ -35,8 +35,6 @@ pub enum Spacing {
 
 /// A strategy of paths.
 pub trait Strategy: Debug {
-    /// Name on the command line and in scenes.
-    fn name(&self) -> &'static str;
     /// The lines, in the order and direction in which they are cut.
     ///
     /// # Errors
