@@ -14,10 +14,10 @@
 use super::interpreter::Interpreter;
 use super::modal::{Interpolation, Modal};
 use super::pending::{Coordinate, Pending, Reference};
+use crate::Location;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
-use crate::Location;
 
 /// Sine of the least angle between the two lines: below it the corner is not told apart from where rounding puts it.
 const LEAST_SINE: f64 = 1e-6;
