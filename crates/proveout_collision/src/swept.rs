@@ -19,7 +19,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, nearest_leaf, nearest_leaves_grown};
+use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, nearest_leaf, near_leaves_grown};
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
 
 /// Shortest vector that counts as a shift, mm.
@@ -170,7 +170,8 @@ pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &Places
     let in_b = places.farthest_from_first(&middle, &half);
     let b_from_a = &places.poses[0];
     let in_a = b_from_a.rotation.abs().tr_mul(&in_b);
-    distance(nearest_leaves_grown(a, b, b_from_a, ([in_a, in_b], MOST_BOXES), limit, None, of))
+    let limits = [f64::INFINITY, limit];
+    distance(near_leaves_grown((a, b), b_from_a, ([in_a, in_b], MOST_BOXES), limits, None, of))
 }
 
 fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit: f64) -> f64 {
@@ -197,6 +198,7 @@ fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit:
 fn distance(found: NearestLeaves<()>) -> f64 {
     match found {
         NearestLeaves::Beyond(proved) | NearestLeaves::At(proved, ()) => proved,
+        NearestLeaves::Between([proved, _], ()) => proved,
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod blade_surface;
 mod helix;
+pub mod path;
 pub mod reschedule;
 
 pub use blade_surface::BladeSurface;

@@ -258,12 +258,15 @@ impl<'a> PairAsk<'a> {
     }
 
     fn exact(&mut self, b_from_a: &Pose, limit: f64) -> f64 {
-        let found = match self.rests {
-            Some(rests) => skins(&rests.skins[0], &rests.skins[1], b_from_a, limit, &mut self.warm),
-            None => gap(&self.a.shape, &self.b.shape, b_from_a, limit, &mut self.warm),
+        let limits = [limit; 2];
+        let found = match (self.rests, &*self.a.shape, &*self.b.shape) {
+            (Some(rests), ..) => skins(&rests.skins[0], &rests.skins[1], b_from_a, limits, &mut self.warm),
+            // Beyond the limit nothing needs to be known of them.
+            (_, Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limits, &mut self.warm),
+            (_, a, b) => gap(a, b, b_from_a, limits, &mut self.warm),
         };
         match found {
-            Gap::Beyond(proved) => proved.min(ENOUGH_MM),
+            Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(ENOUGH_MM),
             Gap::At(d, ..) if d.is_finite() => d,
             Gap::At(..) | Gap::Meeting(_) => 0.0,
         }
