@@ -11,7 +11,8 @@
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`SolidPair`] – distance of two meshes in pose after pose.
-//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
+//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
+//! * [`PairClearance`], [`ProvedSpan`] – least distance of each pair over the motion, and what proves it.
 //!
 //! # Method
 //!

@@ -19,7 +19,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, nearest_leaf, near_leaves_grown};
+use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
 
 /// Shortest vector that counts as a shift, mm.
