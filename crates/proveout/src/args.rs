@@ -259,8 +259,8 @@ pub(crate) struct KinematicsArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     proveout plan scenes/li-2022-s-theta --strategy helix --output original.mpf\n  \
-    proveout plan scenes/li-2022-s-theta --strategy quasi-circle --output lines.mpf --report lines.json\n  \
-    proveout plan scenes/li-2022-s-theta --study\n\n\
+    proveout plan scenes/planned-blade --strategy quasi-circle --output lines.mpf --report lines.json\n  \
+    proveout plan scenes/planned-blade --study\n\n\
     A plan is the table [plan.NAME] of the scene. What it asks of the machine is printed before anything runs; that it is free of \
     collisions and cuts the part is what `run` proves.")]
 pub(crate) struct PlanArgs {
