@@ -38,12 +38,12 @@ const SLACK_MM: f64 = 1e-3;
 const JOINT_SLACK: f64 = 1e-6;
 
 /// A body in the frame of what it hangs on.
-pub(super) struct Body {
+struct Body {
     attached: Attachment,
     is_machine: bool,
     /// Number of the tool that it is a part of.
     tool: Option<u32>,
-    pub(super) form: Form,
+    form: Form,
 }
 
 /// Checks a run folder against its scene; gives what was seen.
@@ -93,7 +93,7 @@ fn tool_bodies<'a>(machine: &'a Machine, tool: &'a Tool) -> impl Iterator<Item =
 }
 
 /// Joints that carry an attachment, from the base.
-pub(super) fn carriers(machine: &Machine, attached: Attachment) -> Vec<usize> {
+fn carriers(machine: &Machine, attached: Attachment) -> Vec<usize> {
     let Attachment::Joint(joint) = attached else { return Vec::new() };
     let of = |chain: &[usize]| chain.iter().position(|&j| j == joint).map(|end| chain[..=end].to_vec());
     of(&machine.tool_chain).or_else(|| of(&machine.work_chain)).unwrap_or_default()
