@@ -62,6 +62,7 @@ mod height_picture;
 mod json;
 mod map_files;
 mod mode;
+mod page_safety;
 mod part;
 mod picture;
 mod program;
