@@ -176,18 +176,26 @@ fn least_of_all(check: &mut Interference, event: &Event) -> [f64; 2] {
     let least = check.least_clearances().to_vec();
     for pair in &least {
         let spans: Vec<_> = check.proved_spans().iter().filter(|s| s.pair == pair.pair).collect();
-        let (mut end, mut proved) = (0.0, f64::INFINITY);
-        for span in spans {
-            assert_eq!(span.time[0], end, "a gap: {span:?}");
-            end = span.time[1];
-            proved = proved.min(span.least());
+        // Parts of one piece have its time in common, and go on where the one before them ends.
+        let proved = spans.iter().map(|s| s.least()).fold(f64::INFINITY, f64::min);
+        assert_eq!((spans[0].time[0], spans[spans.len() - 1].time[1]), (0.0, 1.0));
+        assert_eq!(proved, pair.proved);
+        assert!(spans.windows(2).all(|w| w[0].time[1] == w[1].time[0] || w[0].time == w[1].time));
+        for w in spans.windows(2) {
+            let touches = (0..w[0].low.0.len()).all(|j| w[0].low[j].max(w[1].low[j]) <= w[0].high[j].min(w[1].high[j]));
+            assert!(touches, "a gap: {w:?}");
         }
-        assert_eq!((end, proved), (1.0, pair.proved));
     }
     // The event tells of the nearest of the parts of the tool.
     for k in 0..=200 {
         let t = f64::from(k) / 200.0;
-        let holds = |s: &&proveout_collision::ProvedSpan| s.time[0] <= t && t <= s.time[1];
+        let q = event.from.interpolated(event.to, t);
+        let holds = |s: &&proveout_collision::ProvedSpan| {
+            (0..q.0.len()).all(|j| s.low[j] - 1e-12 <= q[j] && q[j] <= s.high[j] + 1e-12)
+        };
+        for pair in &least {
+            assert!(check.proved_spans().iter().filter(holds).any(|s| s.pair == pair.pair), "{}: at {t}", event.what);
+        }
         let at = check.proved_spans().iter().filter(holds).map(proveout_collision::ProvedSpan::least);
         // Up to the nearest place.
         if (event.distance)(t) > (event.distance)(1.0) {

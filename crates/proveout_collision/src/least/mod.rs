@@ -40,6 +40,8 @@ const COARSE: f64 = 0.05;
 const MOST_LOOKS: [usize; 2] = [100, 2000];
 /// Largest distance that is asked for, mm: beyond any machine.
 const ENOUGH_MM: f64 = 1e6;
+/// Joints that differ by less stand still, mm and radian: rounding.
+const STANDS: f64 = 1e-8;
 /// Neighbors are proved to keep the clearance and this, mm, as the check of the motion wants it.
 const ABOVE_CLEARANCE_MM: f64 = 1e-5;
 
@@ -58,14 +60,15 @@ pub struct PairClearance {
     pub neighbors: bool,
 }
 
-/// A span of time in which a pair keeps apart by at least `distance - motion`.
+/// A part of the motion of a pair in which it keeps apart by at least `distance - motion`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProvedSpan {
     /// Index in [`Interference::pairs`].
     pub pair: usize,
-    /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place.
+    /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place. Spans that follow each other with the same time
+    /// are parts of one piece of the motion: at every moment of it the joints are in one of them.
     pub time: [f64; 2],
-    /// The joints are in this range all the while, mm and radian.
+    /// The joints are in this range in this part of the motion, mm and radian.
     pub low: JointValues,
     /// Upper end of the range.
     pub high: JointValues,
@@ -92,6 +95,8 @@ pub(crate) struct Proof {
     least: Vec<PairClearance>,
     joints: Vec<Option<JointValues>>,
     spans: Vec<ProvedSpan>,
+    /// Where and when the motion ended by now.
+    end: Option<(JointValues, f64)>,
     looks: u64,
 }
 
@@ -142,7 +147,8 @@ impl Interference {
     }
 
     fn prove_way(&self, way: &Way, proof: &mut Proof) {
-        let begin = way.time(Stretch::Node(1))[0];
+        let whole = way.time(Stretch::Node(1));
+        let begin = whole[0];
         let met = |pair: usize| {
             let meets = |b: &&crate::Breach| b.pair == pair && b.severity != Severity::NearMiss;
             self.breaches.iter().filter(meets).any(|b| b.end_time.is_none_or(|t| t >= begin))
@@ -175,10 +181,19 @@ impl Interference {
                 search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: 0.0 }, MOST_LOOKS[1]);
             }
         }
+        let ends = way.ends();
+        // Where the joints stood since, the last span holds until now.
+        let stood = |(q, _): &(JointValues, f64)| ends.is_some_and(|[from, _]| (from - *q).max_abs() <= STANDS);
+        let stood_since = proof.end.filter(stood).map(|(_, time)| time);
         for (pair, ask, search) in &searches {
             proof.looks += ask.looks;
+            let last = proof.spans.iter_mut().rfind(|s| s.pair == pair.info);
+            if let Some(last) = last.filter(|s| Some(s.time[1]) == stood_since) {
+                last.time[1] = begin;
+            }
             self.note(way, pair, search, proof);
         }
+        proof.end = ends.map(|[_, to]| (to, whole[1]));
     }
 
     fn note(&self, way: &Way, pair: &Pair, search: &Search, proof: &mut Proof) {

@@ -100,7 +100,7 @@ struct Looked {
 struct Open {
     least: f64,
     stretch: Stretch,
-    time: f64,
+    begin: (usize, f64),
     parent: Option<usize>,
 }
 
@@ -109,7 +109,7 @@ impl Eq for Open {}
 impl Ord for Open {
     /// The smallest bound is the greatest; the earlier of equals.
     fn cmp(&self, other: &Self) -> Ordering {
-        other.least.total_cmp(&self.least).then(other.time.total_cmp(&self.time))
+        other.least.total_cmp(&self.least).then(along(&other.begin, &self.begin))
     }
 }
 
@@ -134,7 +134,7 @@ impl Search {
     /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not asked how far.
     pub(crate) fn new(way: &Way, known: Option<Measured>, enough: f64) -> Self {
         let whole = Stretch::Node(1);
-        let open = Open { least: f64::NEG_INFINITY, stretch: whole, time: way.time(whole)[0], parent: None };
+        let open = Open { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
         Self { open: BinaryHeap::from([open]), looked: Vec::new(), done: Vec::new(), measured: known, enough }
     }
 
@@ -192,7 +192,7 @@ impl Search {
         let of = &self.looked[k];
         let halves = way.halves(of.stretch).into_iter().flatten();
         let least = of.bound.reached();
-        let open = halves.map(|stretch| Open { least, stretch, time: way.time(stretch)[0], parent: Some(k) });
+        let open = halves.map(|stretch| Open { least, stretch, begin: way.begin(stretch), parent: Some(k) });
         self.open.extend(open);
     }
 
@@ -212,12 +212,12 @@ impl Search {
         self.enough <= 0.0
     }
 
-    /// The stretches that make up the whole, in order of time, each as long as its bound is no worse than what the search has reached in all.
+    /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than what the search has reached in all.
     pub(crate) fn spans(&self, way: &Way) -> Vec<(Stretch, Bound)> {
         let none = Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None };
-        let mut ends: Vec<(f64, Option<usize>)> = self.open.iter().map(|o| (o.time, o.parent)).collect();
-        ends.extend(self.done.iter().map(|&k| (way.time(self.looked[k].stretch)[0], Some(k))));
-        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut ends: Vec<((usize, f64), Option<usize>)> = self.open.iter().map(|o| (o.begin, o.parent)).collect();
+        ends.extend(self.done.iter().map(|&k| (way.begin(self.looked[k].stretch), Some(k))));
+        ends.sort_by(|a, b| along(&a.0, &b.0));
         let reached =
             ends.iter().map(|(_, k)| k.map_or(0.0, |k| self.looked[k].bound.least())).fold(self.enough, f64::min);
         let mut out: Vec<usize> = Vec::new();
@@ -236,6 +236,11 @@ impl Search {
         }
         out.into_iter().map(|k| (self.looked[k].stretch, self.looked[k].bound)).collect()
     }
+}
+
+/// Order along the way.
+fn along(a: &(usize, f64), b: &(usize, f64)) -> Ordering {
+    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
 }
 
 /// `sum w h` over the joints that turn, mm.

@@ -87,7 +87,8 @@ impl Way {
         (!pieces.is_empty()).then_some(Self { pieces, ranges, leaves })
     }
 
-    /// Begin and end, s. What lies between two pieces, where nothing moves, belongs to the first.
+    /// Begin and end, s. What lies between two pieces, where nothing moves, belongs to the first. The motion within a piece is not uniform: a part of
+    /// one has the time of all of it, since nobody knows when the joints are in it.
     pub(crate) fn time(&self, stretch: Stretch) -> [f64; 2] {
         let begin = |k: usize| self.pieces.get(k).map_or_else(|| self.end(), |p| p.time[0]);
         match stretch {
@@ -95,12 +96,21 @@ impl Way {
                 let [first, last] = self.held(n);
                 [begin(first), begin(last)]
             }
-            Stretch::Part(k, [a, b]) => {
-                let p = &self.pieces[k];
-                let at = |t: f64| p.time[0] + (p.time[1] - p.time[0]) * t;
-                [at(a), if b >= 1.0 { begin(k + 1) } else { at(b) }]
-            }
+            Stretch::Part(k, _) => [begin(k), begin(k + 1)],
         }
+    }
+
+    /// Where a stretch begins along the way: its first piece, and the part of that which is before it.
+    pub(crate) fn begin(&self, stretch: Stretch) -> (usize, f64) {
+        match stretch {
+            Stretch::Node(n) => (self.held(n)[0], 0.0),
+            Stretch::Part(k, [a, _]) => (k, a),
+        }
+    }
+
+    /// Joints at both ends of all of it.
+    pub(crate) fn ends(&self) -> Option<[JointValues; 2]> {
+        Some([self.pieces.first()?.joints[0], self.pieces.last()?.joints[1]])
     }
 
     fn end(&self) -> f64 {
@@ -184,7 +194,7 @@ impl Way {
         Some(([from, to], off + self.ranges[n].off))
     }
 
-    /// A place of the motion near the middle of a stretch: joints, and when, s.
+    /// A place of the motion near the middle of a stretch: joints, and when, s, as if the joints went uniformly through the piece.
     pub(crate) fn middle(&self, stretch: Stretch) -> (JointValues, f64) {
         if let (Some([a, b]), Some((piece, [s, t]))) = (self.line(stretch), self.within(stretch)) {
             let time = piece.time[0] + (piece.time[1] - piece.time[0]) * 0.5 * (s + t);
@@ -212,8 +222,8 @@ mod tests {
         }
     }
 
-    /// For any number of pieces the halves of a stretch follow each other without a gap in time, down to parts of one piece, and their joints
-    /// lie within its range.
+    /// For any number of pieces the halves of a stretch follow each other without a gap in time and along the way, down to parts of one piece,
+    /// and their joints lie within its range. At any moment the joints are in a stretch of that time, however they went through the piece.
     #[test]
     fn halves_are_the_whole() {
         for n in 1..20 {
@@ -233,8 +243,18 @@ mod tests {
                 let halves: Vec<Stretch> = way.halves(stretch).into_iter().flatten().collect();
                 assert_eq!(way.time(halves[0])[0], time[0]);
                 assert_eq!(way.time(halves[halves.len() - 1])[1], time[1]);
+                assert_eq!(way.begin(halves[0]), way.begin(stretch));
                 if let [a, b] = halves[..] {
-                    assert_eq!(way.time(a)[1], way.time(b)[0]);
+                    assert!(way.begin(a) < way.begin(b));
+                    if matches!(a, Stretch::Part(..)) {
+                        assert_eq!([way.time(a), way.time(b)], [time; 2]);
+                        // Braking hard, the joints are far beyond the middle at half the time.
+                        let [from, to] = way.line(stretch).expect("one piece");
+                        let q = from.interpolated(to, 0.9);
+                        assert!([a, b].iter().any(|x| way.range(*x).low[0] <= q[0] && q[0] <= way.range(*x).high[0]));
+                    } else {
+                        assert_eq!(way.time(a)[1], way.time(b)[0]);
+                    }
                 }
                 for half in &halves {
                     let part = way.range(*half);

@@ -6,8 +6,8 @@
 //!
 //! 1. The inputs are those of the run, by their digests.
 //! 2. Every pair that moves against each other is told: as checked, or as unchecked with a reason.
-//! 3. The spans of a pair follow each other without a gap, and hold every sample of the motion while both bodies are in place, with its joints
-//!    in their range.
+//! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the motion while both bodies are in
+//!    place has its joints in the range of a span of its time. Parts of one piece of the motion have the time of the piece in common.
 //! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the joints do in it.
 //! 5. What the verdict claims of a pair is what its spans prove; a pair of which nothing is proved has a finding.
 //!
@@ -36,6 +36,8 @@ use table::{Sample, Span};
 const SLACK_MM: f64 = 1e-3;
 /// By how much a joint of a sample may be outside of the range of its span: rounding of degrees.
 const JOINT_SLACK: f64 = 1e-6;
+/// By how much the time of a sample may be outside of a span: rounding.
+const TIME_SLACK_S: f64 = 1e-9;
 
 /// A body in the frame of what it hangs on.
 struct Body {
@@ -182,23 +184,70 @@ fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) 
 
 /// The spans are one after the other and hold all samples.
 fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u32>) -> Result<(), String> {
-    let mut k = 0;
-    for sample in samples.iter().filter(|s| tool.is_none() || s.tool == tool) {
-        while k + 1 < spans.len() && spans[k].time[1] < sample.time {
-            k += 1;
+    let in_place = |s: &Sample| tool.is_none() || s.tool == tool;
+    for two in spans.windows(2) {
+        follow(machine, two[0], two[1], samples, &in_place)?;
+    }
+    let mut first = 0;
+    for sample in samples.iter().filter(|s| in_place(s)) {
+        while first + 1 < spans.len() && spans[first].time[1] < sample.time {
+            first += 1;
         }
-        let within = |s: &&Span| s.time[0] - 1e-9 <= sample.time && sample.time <= s.time[1] + 1e-9;
-        let holds = |s: &&Span| (0..machine.joints.len()).all(|j| in_range(s, &sample.joints, j));
-        // At a border two spans hold the sample; beyond the last one nothing moves.
-        let near = &spans[k.saturating_sub(1)..(k + 2).min(spans.len())];
-        let beside = near.iter().any(|s| holds(s)) && (k + 1 == spans.len() || k == 0) && tool.is_none();
-        if !near.iter().any(|s| within(s) && holds(s)) && !beside {
-            let why = if near.iter().any(within) { "its joints leave the range of the span" } else { "a gap" };
-            return Err(format!("at {} s: {why}", sample.time));
+        let begun = spans[first..].iter().take_while(|s| s.time[0] <= sample.time + TIME_SLACK_S);
+        let near: Vec<&&Span> = begun.filter(|s| sample.time <= s.time[1] + TIME_SLACK_S).collect();
+        // Before the first span and beyond the last one nothing moves.
+        let outside = sample.time < spans[0].time[0] || spans[spans.len() - 1].time[1] < sample.time;
+        let near = if near.is_empty() && outside && tool.is_none() { vec![&spans[first]] } else { near };
+        if near.is_empty() {
+            return Err(format!("at {} s: a gap", sample.time));
+        }
+        if !near.iter().any(|s| holds_joints(machine, s, &sample.joints)) {
+            let beyond = near.iter().map(|s| beyond(machine, s, &sample.joints));
+            let (most, joint) = beyond.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+            let name = machine.joints.get(joint).map_or("a joint", |j| &j.name);
+            return Err(format!(
+                "at {} s: its joints leave the range of the span: {name} by {most} (mm or radian)",
+                sample.time
+            ));
         }
     }
-    let gap = spans.windows(2).find(|w| tool.is_none() && w[0].time[1] != w[1].time[0]);
-    gap.map_or(Ok(()), |w| Err(format!("a gap from {} to {} s", w[0].time[1], w[1].time[0])))
+    Ok(())
+}
+
+/// The second span goes on where the first one ends, or is another part of the same piece of the motion; their ranges touch. Only where the tool is
+/// not in the spindle there may be time between them.
+fn follow(
+    machine: &Machine,
+    one: &Span,
+    next: &Span,
+    samples: &[Sample],
+    in_place: &impl Fn(&Sample) -> bool,
+) -> Result<(), String> {
+    let from = samples.partition_point(|s| s.time < one.time[1]);
+    let to = samples.partition_point(|s| s.time <= next.time[0]);
+    let changed = one.time[1] < next.time[0] && samples.get(from..to).is_some_and(|s| s.iter().any(|s| !in_place(s)));
+    if changed {
+        return Ok(());
+    }
+    if one.time[1] != next.time[0] && one.time != next.time {
+        return Err(format!("a gap from {} to {} s", one.time[1], next.time[0]));
+    }
+    let apart = |j: usize| one.low[j].max(next.low[j]) > one.high[j].min(next.high[j]) + JOINT_SLACK;
+    match (0..machine.joints.len()).find(|&j| apart(j)) {
+        Some(j) => Err(format!("at {} s: {} goes on from elsewhere", next.time[0], machine.joints[j].name)),
+        None => Ok(()),
+    }
+}
+
+/// Joint that is farthest outside of the range of a span, and by how much.
+fn beyond(machine: &Machine, span: &Span, q: &JointValues) -> (f64, usize) {
+    let off = |j: usize| (span.low[j] - q[j]).max(q[j] - span.high[j]);
+    (0..machine.joints.len()).map(|j| (off(j), j)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+}
+
+/// Whether the joints are in the range of a span.
+fn holds_joints(machine: &Machine, span: &Span, q: &JointValues) -> bool {
+    (0..machine.joints.len()).all(|j| in_range(span, q, j))
 }
 
 fn in_range(span: &Span, q: &JointValues, j: usize) -> bool {

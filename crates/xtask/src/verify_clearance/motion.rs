@@ -8,7 +8,7 @@ use proveout_geom::Point;
 use proveout_machine::{JointValues, Machine};
 
 use super::table::{Sample, Span};
-use super::{Body, carriers};
+use super::{Body, carriers, holds_joints};
 
 pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples: &[Sample]) -> f64 {
     let middle = (span.low + span.high) * 0.5;
@@ -29,7 +29,9 @@ pub(super) fn least(machine: &Machine, [a, b]: [&Body; 2], span: &Span, samples:
     let length: f64 = all.clone().map(|j| (weights[j] * way[j]).powi(2)).sum();
     let first = samples.partition_point(|s| s.time < span.time[0]);
     let mut most: f64 = 0.0;
-    for sample in samples[first..].iter().take_while(|s| s.time <= span.time[1]) {
+    // At its time the joints may be in another part of the same piece of the motion.
+    let within = samples[first..].iter().take_while(|s| s.time <= span.time[1]);
+    for sample in within.filter(|s| holds_joints(machine, span, &s.joints)) {
         let beside = sample.joints - from;
         let along: f64 = all.clone().map(|j| weights[j] * weights[j] * beside[j] * way[j]).sum();
         let t = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };

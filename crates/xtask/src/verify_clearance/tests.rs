@@ -47,7 +47,7 @@ fn refused(what: &str, result: Result<String, Failure>) {
 }
 
 #[test]
-#[ignore = "a sample of a turning motion is refused as outside of the range of its span: checker or range is wrong, which is open"]
+#[ignore = "parts of a piece have its time in common now; not yet seen to pass with that"]
 fn what_a_run_says_holds_and_forgeries_are_refused() {
     let folder = tempfile::tempdir().expect("folder");
     let (verdict, mut setup, spans, samples) = made(folder.path());
@@ -76,6 +76,14 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
         forged[k].time[1] -= 0.5 * (forged[k].time[1] - forged[k].time[0]);
         refused(&format!("{name}: a span shortened"), check(&verdict, &setup, &forged, &samples));
     }
+    // Parts of one piece of the motion have its time in common: what is left is without a gap in time, but not along the way.
+    let whole = |w: &[Span]| w[0].bodies == w[2].bodies && w[0].time == w[1].time && w[1].time == w[2].time;
+    let moves = |s: &Span| s.distance > s.motion && (s.high - s.low).max_abs() > 1.0;
+    let k = spans.windows(3).position(|w| whole(w) && moves(&w[1])).expect("parts of a piece");
+    let mut forged = spans.clone();
+    forged.remove(k + 1);
+    refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
+
     let k = (0..spans.len())
         .filter(|&k| least(&spans[k]) > 1.0)
         .max_by(|&x, &y| spans[x].motion.total_cmp(&spans[y].motion));
