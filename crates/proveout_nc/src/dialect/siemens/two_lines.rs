@@ -158,8 +158,7 @@ impl Interpreter {
 fn corner(from: [f64; 2], a: f64, to: [f64; 2], b: f64) -> Result<[f64; 2], String> {
     let ((sa, ca), (sb, cb)) = (sin_cos_degrees(a), sin_cos_degrees(b));
     let sine = ca * sb - sa * cb;
-    // NaN is no angle either.
-    if !(sine.abs() >= LEAST_SINE) {
+    if !sine.is_finite() || sine.abs() < LEAST_SINE {
         return Err(format!("the lines under ANG={a} and ANG={b} are parallel and have no corner"));
     }
     let way = [to[0] - from[0], to[1] - from[1]];
