@@ -8,7 +8,7 @@ use std::{
 
 use proveout_geom::{
     Point, TriMesh, Vector,
-    blade::{Blade, NEAREST_ERROR_MM},
+    blade::{Blade, FOOT_ERROR_MM, NEAREST_ERROR_MM},
     rad,
 };
 use proveout_surface::{ConeFlank, ConeFrustum, DesignMesh, DesignSurface, chord_error};
@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::{
     prepare::Prepared,
     scene::ConeFrustumFile,
+    shape::Shape,
     surface_map::{MapPoint, SurfaceMap},
 };
 
@@ -166,9 +167,17 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
     };
     let closed = part.blade.and_then(|file| file.blade(0.0).ok()).filter(|b| steepest(b) <= STEEPEST);
     let closed = closed.and_then(|b| Some((chord_error(mesh, &b)?, b)));
-    let (surface, floor, solid_floor, against): (Arc<dyn DesignSurface>, _, _, _) = match closed {
-        Some((measured, blade)) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
-        None => {
+    let ended = part.blade.filter(|b| b.kind.has_ends()).and_then(|file| {
+        match Shape::of_scene(&prepared.scene, &file, 0.0).ok()? {
+            Shape::Ended(solid) => Some((solid, file.chord_error_mm)),
+            _ => None,
+        }
+    });
+    let (surface, floor, solid_floor, against): (Arc<dyn DesignSurface>, _, _, _) = match (closed, ended) {
+        // The mesh of a blade with ends is made within the chord error asked, measured.
+        (None, Some((solid, asked))) => (Arc::new(solid), FOOT_ERROR_MM, asked, "closed form of the blade"),
+        (Some((measured, blade)), _) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
+        (None, None) => {
             let asked = part.blade.map_or(part.chord_error_mm, |b| b.chord_error_mm);
             (tree.clone(), asked, asked, MESH)
         }

@@ -25,10 +25,11 @@ use crate::{
     program_survey, programs,
     raw_stock::{self, RawStock},
     scene::{
-        BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
-        Scene,
+        BladeFile, BladeKindFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile,
+        PlantFile, ProgramFile, Scene,
     },
     scene_limits::{ChangedLimit, limit_joints},
+    shape::{self, Shape},
     texture::Plan,
 };
 
@@ -410,12 +411,18 @@ fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Optio
         return Ok(Some(read_solid(&path)?));
     }
     match &part.blade {
-        Some(blade) => Ok(Some(blade_mesh(scene, blade, 0.0)?)),
+        Some(blade) => {
+            inputs.extend(shape::sections_file(scene).map(|path| ("sections".to_owned(), path)));
+            Ok(Some(blade_mesh(scene, blade, 0.0)?))
+        }
         None => Ok(None),
     }
 }
 
 pub(crate) fn blade_mesh(scene: &Scene, blade: &BladeFile, allowance: f64) -> Result<TriMesh, SimError> {
+    if blade.kind != BladeKindFile::Camber {
+        return Ok(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.mesh);
+    }
     let solid = blade
         .blade(allowance)
         .map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade] or the allowance"))?;

@@ -1,0 +1,123 @@
+//! Blades of every kind on the command line: their meshes, and what is refused.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+/// A scene of the published experiment with another `[part]`.
+fn scene(folder: &Path, part: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
+    let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
+    let text = format!(
+        "name = \"blade\"\nmachine = {}\ntools = {}\n{part}\n[stock]\nbox = {{ min_mm = [-40, -40, -40], max_mm = [140, 60, 60] }}\n\
+         resolution_mm = 2\n",
+        path("machines/starrag-lx-451"),
+        path("tools/li-2022.toml"),
+    );
+    fs::write(folder.join("scene.toml"), text).expect("written");
+}
+
+fn proveout(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_proveout"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+const ENDS: &str = "root = { x_mm = 1, platform = { fillet_radius_mm = 3, thickness_mm = 8, y_mm = [-30, 30], z_mm = [-30, 30] } }\n\
+                    tip = { x_mm = 98 }\n";
+
+#[test]
+fn a_blade_of_every_kind_is_written_as_a_closed_mesh() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let folder = folder.path();
+    for (kind, keys) in [
+        ("lu", ENDS),
+        ("lu-untwisted", ENDS),
+        ("sine", "underside_mm = -5\n"),
+        ("sine-gentle", "underside_mm = -5\n"),
+        ("dong", "underside_mm = -5\n"),
+        ("cui", ""),
+    ] {
+        scene(folder, &format!("[part.blade]\nkind = \"{kind}\"\nchord_error_mm = 0.05\n{keys}"));
+        for name in ["part.stl", "part.glb"] {
+            let output = proveout(folder, &["blade", ".", "--output", name, "--allowance-mm", "0.2"]);
+            let text = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success() && text.contains("as measured"), "{kind}: {text}");
+        }
+        let coarse = fs::metadata(folder.join("part.stl")).expect("the file").len();
+        let output = proveout(folder, &["blade", ".", "--output", "part.stl", "--chord-error-mm", "0.01"]);
+        assert!(output.status.success(), "{kind}: {}", String::from_utf8_lossy(&output.stderr));
+        let fine = fs::metadata(folder.join("part.stl")).expect("the file").len();
+        assert!(fine > coarse, "{kind}: {fine} {coarse}");
+    }
+}
+
+#[test]
+fn sections_of_a_file_are_skinned_and_faults_in_it_are_named() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let folder = folder.path();
+    let ends = "root = { x_mm = 0 }\ntip = { x_mm = 30 }\n";
+    scene(
+        folder,
+        &format!(
+            "[part]\nsections = \"sections.csv\"\n[part.blade]\nkind = \"sections\"\nchord_error_mm = 0.05\n{ends}"
+        ),
+    );
+    let sections = |last: f64| {
+        let mut text = "section,x_mm,y_mm,z_mm\n".to_owned();
+        for j in 0..4 {
+            for k in 0..60 {
+                let (s, c) = (f64::from(k) * std::f64::consts::TAU / 60.0).sin_cos();
+                let x = if j == 3 { last } else { 10.0 * f64::from(j) };
+                text += &format!("s{j},{x},{},{}\n", 20.0 * c, 5.0 * s);
+            }
+        }
+        text
+    };
+    fs::write(folder.join("sections.csv"), sections(30.0)).expect("written");
+    let output = proveout(folder, &["blade", ".", "--output", "part.stl"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    fs::write(folder.join("sections.csv"), sections(15.0)).expect("written");
+    let output = proveout(folder, &["blade", ".", "--output", "other.stl"]);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("section s3 crosses s2 near point 1") && text.contains("sections.csv"), "{text}");
+    assert!(!folder.join("other.stl").exists(), "nothing is written");
+}
+
+#[test]
+fn keys_that_do_not_belong_to_a_kind_are_refused() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let folder = folder.path();
+    for (keys, words) in [
+        ("kind = \"lu\"\nchord_error_mm = 0.05\n", "missing key `root` of a blade of kind \"lu\""),
+        ("kind = \"dong\"\nchord_error_mm = 0.05\n", "missing key `underside_mm`"),
+        ("kind = \"cui\"\nchord_error_mm = 0.05\nchord_mm = 60\n", "does not read `chord_mm`"),
+        ("chord_error_mm = 0.05\n", "missing key `chord_mm` of a blade of kind \"camber\""),
+        ("kind = \"wing\"\nchord_error_mm = 0.05\n", "wing"),
+        (
+            "kind = \"lu\"\nchord_error_mm = 0.05\nroot = { x_mm = -20 }\ntip = { x_mm = 98 }\n",
+            "the blade does not reach its end at X = -20 mm",
+        ),
+    ] {
+        scene(folder, &format!("[part.blade]\n{keys}"));
+        let output = proveout(folder, &["blade", ".", "--output", "part.stl"]);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && text.contains(words), "{words}: {text}");
+        assert!(!folder.join("part.stl").exists());
+    }
+    scene(folder, "[part.blade]\nkind = \"cui\"\nchord_error_mm = 0.05\n");
+    for (arguments, words) in [
+        (["blade", ".", "--output", "part.step"].as_slice(), "let the name end in .stl or .glb"),
+        (&["blade", ".", "--output", "part.stl", "--allowance-mm=-1"], "is no allowance"),
+        (&["blade", ".", "--output", "part.stl", "--chord-error-mm", "2"], "is not offered"),
+    ] {
+        let output = proveout(folder, arguments);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && text.contains(words), "{words}: {text}");
+    }
+}
