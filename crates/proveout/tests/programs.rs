@@ -102,6 +102,38 @@ fn check(name: &str, text: &str) -> (Option<i32>, String) {
     (output.status.code(), told(&output))
 }
 
+/// A wrong form is named as what it looks like, at its place, with what to do.
+#[test]
+fn a_wrong_form_is_named_as_what_it_looks_like() {
+    for (dialect, text, place, says) in [
+        ("fanuc", "G21 G90 G0 X10,5 Y0.\nM30\n", ":1:14", "decimal comma?"),
+        ("linuxcnc", "G21 G90 G0 X10,5 Y0\nM2\n", ":1:14", "decimal comma?"),
+        (
+            "fanuc",
+            "G21 G90 G0 X10. Y10. Z0.\nG2 X20. Y20. I20. J10. F100.\nM30\n",
+            ":2:1",
+            "fit exactly as absolute centers",
+        ),
+        ("fanuc", "G21 G90 G0 X10. Y10. Z0.\nG3 X0. Y20. I10. F100.\nM30\n", ":2:1", "fit with other signs"),
+        ("fanuc", "$PART.MIN%\nG0 X0. Y0.\nM30\n", ":1:1", "this looks like Okuma OSP"),
+        ("fanuc", "O1\nNOEX VC1=5\nM30\n", ":2:1", "this looks like Okuma OSP"),
+        ("fanuc", "O1\nCALL O200\nM30\n", ":2:1", "this looks like Okuma OSP"),
+        ("fanuc", "O1\n12 TOOL CALL 5 Z S100\nM30\n", ":2:1", "this looks like Heidenhain Klartext"),
+        ("haas", "O1\nN5 TRAORI\nM30\n", ":2:", "this looks like Siemens 840D"),
+        ("linuxcnc", "G21\nGOTO/1,2,3\nM2\n", ":2:", "this looks like APT CL data"),
+        ("haas", "G21 G90 G0 X0. Y0. Z0.\nG1 X5. ,R1. F10.\nG0 Y5.\nM30\n", ":2:1", "makes no corner"),
+    ] {
+        let shop = Shop::new("part.nc", text.as_bytes());
+        for command in ["check", "nc"] {
+            let output = shop.call(&[command, "part.nc", "--dialect", dialect]);
+            let told = told(&output);
+            assert!(!output.status.success(), "{command} takes it: {text}{told}");
+            let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(told.contains(&format!("part.nc{place}")) && words.contains(says), "{command} {says}: {told}");
+        }
+    }
+}
+
 #[test]
 fn text_that_is_not_run_fails_the_check_and_names_its_lines() {
     let wrong = [

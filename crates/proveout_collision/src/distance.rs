@@ -7,7 +7,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{NearestLeaves, TriangleTree, nearest_leaf, nearest_leaves};
+use crate::boxes::{NearestLeaves, TriangleTree, near_leaves, nearest_leaf};
 use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 
@@ -23,6 +23,8 @@ pub(crate) enum Gap {
     Beyond(f64),
     /// This far; the two nearest points, in the frame of the second shape.
     At(f64, Point, Point),
+    /// Farther than needs to be known exactly: the distance that is proved, that of two points, and these in the frame of the second shape.
+    Between([f64; 2], Point, Point),
     /// The skins meet; a point near there, in the frame of the second shape.
     Meeting(Point),
 }
@@ -30,11 +32,13 @@ pub(crate) enum Gap {
 /// What was nearest at the last look: triangle or convex body of the first shape, and of the second.
 pub(crate) type Warm = Option<[u32; 2]>;
 
-/// Distance of shape `a` from shape `b`, where it is below `limit` (mm). The skins count, not the inside. `warm` only makes it quicker.
-pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
+/// Distance of shape `a` from shape `b`, exact where it is below the first limit, and told where it is below the second (mm). The skins
+/// count, not the inside. `warm` only makes it quicker.
+pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, [exact, limit]: [f64; 2], warm: &mut Warm) -> Gap {
     match (a, b) {
         (Shape::Convex(bodies), Shape::Mesh(mesh)) => bodies_mesh(bodies, mesh, b_from_a, limit, warm),
-        (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limit, warm),
+        // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
+        (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, [exact, f64::INFINITY], warm),
         (Shape::Mesh(mesh), Shape::Convex(bodies)) => {
             turned(bodies_mesh(bodies, mesh, &b_from_a.inverse(), limit, warm), b_from_a)
         }
@@ -47,6 +51,7 @@ fn turned(gap: Gap, b_from_a: &Pose) -> Gap {
     match gap {
         Gap::Beyond(_) => gap,
         Gap::At(d, p, q) => Gap::At(d, b_from_a.point(&q), b_from_a.point(&p)),
+        Gap::Between(d, p, q) => Gap::Between(d, b_from_a.point(&q), b_from_a.point(&p)),
         Gap::Meeting(p) => Gap::Meeting(b_from_a.point(&p)),
     }
 }
@@ -101,7 +106,7 @@ fn bodies_mesh(bodies: &[Revolved], mesh: &MeshShape, mesh_from_body: &Pose, lim
                 *warm = Some([k as u32, triangle]);
                 return found;
             }
-            Gap::At(d, ..) => {
+            Gap::At(d, ..) | Gap::Between([_, d], ..) => {
                 (best, bound) = (found, d);
                 *warm = Some([k as u32, triangle]);
             }
@@ -144,6 +149,7 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
         NearestLeaves::Beyond(proved) => (Gap::Beyond(proved), 0),
         NearestLeaves::At(_, Touch { meeting: true, p, item, .. }) => (Gap::Meeting(p), item),
         NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),
+        NearestLeaves::Between(d, Touch { p, q, item, .. }) => (Gap::Between(d, q, p), item),
     }
 }
 
@@ -227,17 +233,21 @@ fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, alon
     mesh_from_body.point(&from_parry(support)).coords.dot(along) - high
 }
 
-/// Both trees at once, starting with the triangles that were nearest last time.
-pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
+/// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].
+pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limits: [f64; 2], warm: &mut Warm) -> Gap {
     let of = |i: u32, j: u32, bound: f64| {
         let moved = a.corners(i).map(|p| b_from_a.point(&p));
         let near = triangle::nearest_within(&moved, b.corners(j), bound);
         (near.square.sqrt(), (near.on_first, near.on_second, [i, j]))
     };
     let known = |w: &[u32; 2]| (w[0] as usize) < a.triangles().len() && (w[1] as usize) < b.triangles().len();
-    let start = warm.filter(known).map(|[i, j]| of(i, j, limit));
-    match nearest_leaves(a, b, b_from_a, limit, start, of) {
+    let start = warm.filter(known).map(|[i, j]| of(i, j, limits[1]));
+    match near_leaves((a, b), b_from_a, limits, start, of) {
         NearestLeaves::Beyond(proved) => Gap::Beyond(proved),
+        NearestLeaves::Between(d, (p, q, items)) => {
+            *warm = Some(items);
+            Gap::Between(d, p, q)
+        }
         NearestLeaves::At(d, (p, q, items)) => {
             *warm = Some(items);
             if d > 0.0 { Gap::At(d, p, q) } else { Gap::Meeting(q) }
@@ -346,23 +356,23 @@ mod tests {
                 d
             }
             Gap::Meeting(_) => 0.0,
-            Gap::Beyond(_) => f64::INFINITY,
+            Gap::Beyond(_) | Gap::Between(..) => f64::INFINITY,
         }
     }
 
     /// Of a tool the points are nearer to each other than what is proved by its uncertainty only.
     fn gap_of(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64) -> Gap {
-        super::gap(a, b, b_from_a, limit, &mut None)
+        super::gap(a, b, b_from_a, [limit; 2], &mut None)
     }
 
     /// Without a warm start.
     fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64) -> Gap {
-        super::gap(a, b, b_from_a, limit, &mut None)
+        super::gap(a, b, b_from_a, [limit; 2], &mut None)
     }
 
     /// A limit that is missed; what is proved lies between it and the distance.
     fn is_beyond(g: Gap, limit: f64, exact: f64) -> bool {
-        matches!(g, Gap::Beyond(proved) if limit <= proved && proved <= exact + 1e-9)
+        matches!(g, Gap::Beyond(proved) | Gap::Between([proved, _], ..) if limit <= proved && proved <= exact + 1e-9)
     }
 
     /// Lowest point of a body of revolution tilted by `tilt` about y: the support in the direction of -z, in closed form.

@@ -27,8 +27,8 @@ impl SolidPair {
 
     /// Distance of the skins, mm; zero where they meet. A solid wholly inside of the other has the distance of its skin.
     pub fn distance(&mut self, second_from_first: &Pose) -> f64 {
-        match skins(&self.first.boxes, &self.second.boxes, second_from_first, f64::INFINITY, &mut self.warm) {
-            Gap::Beyond(distance) | Gap::At(distance, ..) => distance,
+        match skins(&self.first.boxes, &self.second.boxes, second_from_first, [f64::INFINITY; 2], &mut self.warm) {
+            Gap::Beyond(distance) | Gap::At(distance, ..) | Gap::Between([distance, _], ..) => distance,
             Gap::Meeting(_) => 0.0,
         }
     }

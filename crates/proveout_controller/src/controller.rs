@@ -137,7 +137,7 @@ where
             Dynamics::Ideal | Dynamics::Planned => None,
         };
         let home = machine.home();
-        let mapping = Mapping { tcp_length: None, tool_length: 0.0 };
+        let mapping = Mapping { tcp_length: None, tool_length: 0.0, edge_length: 0.0 };
         Ok(Self {
             commands,
             tools,
@@ -310,6 +310,10 @@ where
         self.state.tool.map_or(0.0, |i| self.tools[i].gauge_length)
     }
 
+    fn mapping_with(&self, tcp_length: Option<f64>) -> Mapping {
+        Mapping { tcp_length, tool_length: self.tool_length(), edge_length: self.reach().min(self.tool_length()) }
+    }
+
     fn active_length(&self) -> f64 {
         if self.state.edge_on { self.tool_length() } else { 0.0 }
     }
@@ -341,7 +345,7 @@ where
         Context {
             machine: self.device.machine,
             rig: self.device.rig.as_ref(),
-            mapping: Mapping { tcp_length: tcp.then(|| self.active_length()), tool_length: self.tool_length() },
+            mapping: self.mapping_with(tcp.then(|| self.active_length())),
             active_length: match machine_coordinates && !self.settings.length_in_machine_coordinates {
                 true => 0.0,
                 false => self.active_length(),

@@ -238,7 +238,7 @@ impl Emitter {
         let cutter = Cutter {
             machine: scope.machine,
             settings: scope.settings,
-            tool_length: scope.kinematics.mapping.tool_length,
+            lengths: [scope.kinematics.mapping.edge_length, scope.kinematics.mapping.tool_length],
             stance,
         };
         for u in block.shape.knots(a - block.s0, b - block.s0) {
@@ -247,7 +247,7 @@ impl Emitter {
         }
         let mut time = start + law.time_at(a, phase);
         let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
-        cutter.cut(&places, &mut |from, to, deviation| {
+        cutter.cut(&places, &mut |from, to, off| {
             let end = start + law.time_at(to.s, phase);
             let middle = (cutter.stance)(0.5 * (from.s + to.s));
             for x in [from, &middle, to] {
@@ -261,7 +261,7 @@ impl Emitter {
                 straightness.look(&(cutter.stance)(s).q);
             }
             meter.position(&to.q);
-            meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
+            meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(off.edges);
             watch_travel(scope, over, &from.q, time);
             watch_travel(scope, over, &to.q, end);
             chunk.pieces.push(Piece {
@@ -270,7 +270,8 @@ impl Emitter {
                 kind: block.kind,
                 joints: [from.q, to.q],
                 pose: [from.pose, to.pose],
-                deviation,
+                deviation: off.tool,
+                edge_deviation: off.edges,
                 joint_deviation: straightness.bound(),
             });
             time = end;
@@ -333,6 +334,7 @@ impl Emitter {
             joints: ends,
             pose,
             deviation: 0.0,
+            edge_deviation: 0.0,
             joint_deviation: JointValues::ZERO,
         });
         times[1]

@@ -34,6 +34,8 @@ pub struct Piece {
     pub pose: [ToolPose; 2],
     /// Bound of the deviation of any point of the tool, mm.
     pub deviation: f64,
+    /// The same of any point of the cutting edges, mm: no more than [`Self::deviation`].
+    pub edge_deviation: f64,
     /// Bound of the deviation of each joint from the straight motion between the positions at both ends, mm and radian: at every moment
     /// the joints are so near to one and the same place of it. A joint that turns back within the piece is held by it, too.
     pub joint_deviation: JointValues,

@@ -27,8 +27,11 @@ pub struct Settings {
     /// Cone about a pole of the rotary axes inside of which the tool axis may leave its great circle, radian; none: as the
     /// machine's control.
     pub pole_cone: Option<f64>,
-    /// Allowed deviation of a [`crate::Piece`], mm.
+    /// Allowed deviation of a [`crate::Piece`] at the cutting edges, mm.
     pub piece_tolerance: f64,
+    /// The same for the rest of the tool up to the gauge line, mm: what it is checked against are distances, to which the deviation of each
+    /// piece is added; and what turns by an angle moves there by many times of what the edges do.
+    pub piece_body_tolerance: f64,
     /// Longest [`crate::Piece`], mm.
     pub piece_length: f64,
     /// Largest turn of the tool axis or of a rotary joint within a [`crate::Piece`], radian.
@@ -76,6 +79,7 @@ impl Default for Settings {
             default_orientation_tolerance: None,
             pole_cone: None,
             piece_tolerance: 0.0005,
+            piece_body_tolerance: 0.004,
             piece_length: 50.0,
             piece_angle: 1.0_f64.to_radians(),
             sample_time: None,

@@ -199,11 +199,11 @@ impl Settings {
             default_feed_mm_per_min: control.missing_feed_mm_min,
             orientation_interpolation: control.orientation,
             missing_subprogram: control.missing_subprogram.clone(),
+            limits: control.limits,
             control,
             compensation: Compensation::Programmed,
             reference_points: None,
             kinematics: None,
-            limits: Limits::default(),
         }
     }
 }

@@ -115,7 +115,7 @@ fn cases(folder: &str) -> Vec<PathBuf> {
 /// A line may be put in front of this one, or something behind it, without cutting a block in two.
 fn is_whole(lines: &[String], at: usize) -> bool {
     let continued = |line: &str| line.trim_end().ends_with(['~', '$']);
-    let parameter = |line: &str| line.trim_start().starts_with('Q') && line.contains('=');
+    let parameter = |line: &str| line.trim_start().starts_with('Q') && (line.contains('=') || line.contains(" F"));
     let here = lines.get(at).map_or("", String::as_str);
     !continued(here)
         && at.checked_sub(1).is_none_or(|before| !continued(&lines[before]))

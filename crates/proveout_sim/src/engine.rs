@@ -215,7 +215,7 @@ impl<'a> Engine<'a> {
                     motion: SweepMotion { from, to },
                     tool: state.tool.map_or(u32::MAX, |t| t as u32),
                     feed: piece.kind == MoveKind::Feed,
-                    deviation: piece.deviation as f32,
+                    deviation: piece.edge_deviation as f32,
                 });
             }
             let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else {

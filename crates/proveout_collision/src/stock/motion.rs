@@ -429,8 +429,8 @@ impl StockCheck {
         if mesh.shells.iter().any(|p| self.raw_box.contains(&work_from_body.point(p))) {
             return Some(0.0);
         }
-        match gap(&body.part.shape, &self.raw.shape, work_from_body, limit, &mut None) {
-            Gap::Beyond(_) => None,
+        match gap(&body.part.shape, &self.raw.shape, work_from_body, [limit; 2], &mut None) {
+            Gap::Beyond(_) | Gap::Between(..) => None,
             Gap::At(d, ..) if d.is_finite() => Some((d - SLACK_MM).max(0.0)),
             Gap::At(..) | Gap::Meeting(_) => Some(0.0),
         }

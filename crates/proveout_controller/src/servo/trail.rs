@@ -222,6 +222,7 @@ impl Trail {
             joints: [a.q, b.q],
             pose: [a.pose, b.pose],
             deviation,
+            edge_deviation: deviation,
             joint_deviation,
         });
     }

@@ -23,13 +23,14 @@ impl Passes {
         self.idle += 1;
         if self.total > limits.max_loop_passes {
             let message = format!("the program has jumped back {} times, which is the limit", limits.max_loop_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the conditions of the loops, or split the program"));
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help(
+                "check the conditions of the loops, split the program, or raise limits.passes in a control file",
+            ));
         }
         if self.idle > limits.max_idle_passes {
             let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
             return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the condition of the loop: is its variable changed inside?"));
+                .help("check the condition of the loop: is its variable changed inside? a control file may raise limits.idle_passes"));
         }
         Ok(())
     }

@@ -38,7 +38,7 @@ impl Family {
             ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] | ["tool_length", _] => self == MacroB,
             ["arcs", "centers"] | ["dwell", _] => iso,
             ["orientation", "interpolation"] => self == Siemens,
-            ["blocks", "skipped_levels"] | ["subprograms", _] => self != Apt,
+            ["blocks", "skipped_levels"] | ["subprograms", _] | ["limits", _] => self != Apt,
             ["unlisted", "m"] => self != Apt,
             ["program", _] => true,
             _ => matches!(self, MacroB | LinuxCnc | Siemens | Heidenhain | HeidenhainIso | Apt),

@@ -57,6 +57,9 @@ pub(crate) struct ControlFile {
     /// Lines around a program.
     #[serde(default)]
     pub(crate) program: ProgramFile,
+    /// What stops a program that never ends by itself.
+    #[serde(default)]
+    pub(crate) limits: LimitsFile,
     /// M words that neither the language nor this file knows.
     #[serde(default)]
     pub(crate) unlisted: UnlistedFile,
@@ -382,6 +385,18 @@ pub(crate) struct ProgramFile {
     pub(crate) trailer: Option<Vec<String>>,
 }
 
+/// What stops a program that never ends by itself.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LimitsFile {
+    /// Subprogram calls within each other; 32 where nobody says it.
+    pub(crate) call_depth: Option<u32>,
+    /// Jumps back to an earlier block in the whole run: passes of loops and of subprograms; 100 million where nobody says it.
+    pub(crate) passes: Option<u64>,
+    /// Jumps back without a motion between them; one million where nobody says it.
+    pub(crate) idle_passes: Option<u64>,
+}
+
 /// M words that neither the language nor the file knows.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -410,7 +425,8 @@ pub(crate) struct WordFile {
     pub(crate) kinematics: Option<KinematicsWordFile>,
     /// It calls the subprogram of this number or name.
     pub(crate) call: Option<String>,
-    /// It calls the macro of this number, with the words of the block as arguments.
+    /// It calls the macro of this number, with the words of the block as arguments; on a `LinuxCNC` the O word subprogram of this
+    /// name, with the words of `values` as its named parameters.
     #[serde(rename = "macro")]
     pub(crate) macro_call: Option<String>,
     /// It tells the operator this text.

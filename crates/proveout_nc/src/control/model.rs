@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::words::WordTable;
-use crate::settings::Dialect;
+use crate::settings::{Dialect, Limits};
 use crate::{AxisValues, OrientationInterpolation};
 
 /// How numbers without a decimal point are read.
@@ -170,6 +170,7 @@ pub struct Control {
     pub(crate) files: Vec<PathBuf>,
     /// Why a subprogram that is missing may be left out; none: it is refused.
     pub(crate) missing_subprogram: Option<String>,
+    pub(crate) limits: Limits,
     /// Patterns of lines before and behind the program.
     pub(crate) header: Vec<String>,
     pub(crate) trailer: Vec<String>,
@@ -200,6 +201,7 @@ impl Default for Control {
             folders: Vec::new(),
             files: Vec::new(),
             missing_subprogram: None,
+            limits: Limits::default(),
             header: Vec::new(),
             trailer: Vec::new(),
         }

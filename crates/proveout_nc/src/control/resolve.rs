@@ -16,6 +16,11 @@ use super::values::{arcs, dwell, feed, numbers};
 use crate::OrientationInterpolation;
 use crate::settings::Dialect;
 
+/// Deepest calls that a control file may allow: far more than any control has levels.
+const MOST_CALLS: u64 = 1000;
+/// Most jumps back that a control file may allow: days of a run.
+const MOST_PASSES: u64 = 1_000_000_000_000;
+
 /// Applies the file to the control of its parents.
 pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, folder: Option<&Path>) -> Checked<()> {
     dialect(control, file, text)?;
@@ -84,10 +89,36 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
         }
         into.clone_from(list);
     }
+    limits(control, file, text)?;
     if let Some(unlisted) = file.unlisted.m {
         control.refuses_unlisted = unlisted == UnlistedMFile::Refuse;
     }
     meanings::apply(control, &file.words, text)
+}
+
+fn limits(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checked<()> {
+    let limits = &mut control.limits;
+    let file = &file.limits;
+    if let Some(depth) = file.call_depth {
+        limits.max_call_depth = depth;
+    }
+    for (value, into) in [(file.passes, &mut limits.max_loop_passes), (file.idle_passes, &mut limits.max_idle_passes)] {
+        if let Some(value) = value {
+            *into = value;
+        }
+    }
+    let given = [
+        ("call_depth", file.call_depth.map(u64::from), MOST_CALLS),
+        ("passes", file.passes, MOST_PASSES),
+        ("idle_passes", file.idle_passes, MOST_PASSES),
+    ];
+    for (key, value, most) in given {
+        if let Some(value) = value.filter(|value| !(1..=most).contains(value)) {
+            let message = format!("{value} is no limit of a run");
+            return Err(text.error("control-value", &["limits", key], message, format!("write 1 to {most}")));
+        }
+    }
+    Ok(())
 }
 
 /// `fanuc-30i` of `built-in fanuc-30i` and of `shop/fanuc-30i.toml`.

@@ -271,6 +271,7 @@ fn step(
             joints: [last_q, state.q],
             pose,
             deviation: 1e-3,
+            edge_deviation: 0.0,
             joint_deviation: JointValues::ZERO,
         });
         (last, last_q) = (to, state.q);

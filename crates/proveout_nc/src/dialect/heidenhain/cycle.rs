@@ -6,7 +6,10 @@ use super::interpreter::Interpreter;
 use super::plane::Tilt;
 use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
 use crate::codes;
+use crate::control::Meaning;
+use crate::control::words::Listed;
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::listed::refused_by;
 use crate::frame::Frame;
 use crate::{AxisValues, Dwell, Feed, Location, Op, PathMode};
 
@@ -331,6 +334,9 @@ impl Interpreter {
             };
             values.insert(param.index, setting);
         }
+        if super::cycle_words::BUILDER.contains(&number) {
+            return self.builder_cycle(number, span);
+        }
         match number {
             247 => {
                 let row = self.cycle_number(&values, 339, None, span)?;
@@ -344,6 +350,27 @@ impl Interpreter {
                     self.check_cycle(number, &values, span)?;
                 }
                 self.define_cycle(Cycle::Drilling { number, values });
+                Ok(())
+            }
+        }
+    }
+
+    /// A cycle of the machine builder, which the control file gives a meaning.
+    fn builder_cycle(&mut self, number: u32, span: Span) -> Result<(), Fault> {
+        let word = format!("CYCL{number}");
+        let control = std::sync::Arc::clone(&self.settings.control);
+        match control.words.name(&word) {
+            None => {
+                let message = format!("CYCL DEF {number} is a cycle of the machine builder: it is not supported");
+                Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(format!(
+                    "say what it means in the control file: [words.{word}] with note, ignore, message or refuse"
+                )))
+            }
+            Some((_, Listed { meaning: Meaning::Refuse(remedy), word, .. })) => {
+                Err(refused_by(&control, word, span, remedy))
+            }
+            Some((at, _)) => {
+                self.tell_listed(at, "");
                 Ok(())
             }
         }

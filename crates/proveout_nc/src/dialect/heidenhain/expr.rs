@@ -78,7 +78,7 @@ impl<'a> Formulas<'a> for Lexer<'a> {
 
     fn number(&mut self) -> Result<f64, Fault> {
         let start = self.pos();
-        self.s.decimal().filter(|v| v.is_finite()).ok_or_else(|| {
+        self.number().filter(|v| v.is_finite()).ok_or_else(|| {
             Fault::new(codes::BAD_VALUE, self.span_from(start), "not a number that can be used")
                 .help("use fewer digits")
         })

@@ -5,10 +5,11 @@
 //! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
 
 use super::calls::whole;
+use super::corners;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, MotionMode};
-use super::parser::{Block, Value, Word};
+use super::parser::{Block, CHAMFER, ROUNDING, Value, Word};
 use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
 use crate::channel::doubt::Stage;
@@ -41,6 +42,9 @@ impl Interpreter {
         self.recovery.faults.stage = Stage::Acted;
         if let Some(letter) = p.left_over() {
             return Err(left_over(letter, block, line));
+        }
+        if p.corner_left() {
+            return Err(corners::misplaced(block));
         }
         if self.own.modal_macro.is_some() && self.own.moved_in_block {
             self.after_motion(block.span)?;
@@ -76,6 +80,11 @@ impl Interpreter {
             b'@' | b'^' => {
                 if !p.put_polar(word.letter == b'^', value) {
                     return Err(twice(char::from(word.letter), span));
+                }
+            }
+            CHAMFER | ROUNDING => {
+                if !p.put_corner(word.letter == ROUNDING, value) {
+                    return Err(twice(char::from(word.letter.to_ascii_uppercase()), span));
                 }
             }
             b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
@@ -196,7 +205,7 @@ impl Interpreter {
                 self.one_shot(code, p, span)?;
             }
         }
-        self.motion(p, span)?;
+        self.motion_with_corner(p, span)?;
         if !p.m().is_empty() {
             self.functions_after(p);
         }

@@ -208,7 +208,7 @@ impl Interpreter {
         }
     }
 
-    fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
+    pub(super) fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
         let name = g_name(code);
         let missing = |letter: char| {
             Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`"))
@@ -294,7 +294,7 @@ impl Interpreter {
         Ok(())
     }
 
-    fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+    pub(super) fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
         if matches!(code, 770 | 870) {
             return self.back_bore(levels, span);
         }
@@ -339,7 +339,15 @@ impl Interpreter {
         }
         let [first, less, least] = self.own.cycle.ijk;
         // Okuma: I is the infeed of G73, and each time J is reached the tool comes out to the R plane.
-        let out_after = less.map(f64::abs).filter(|j| stated && code == 730 && *j > 0.0);
+        let mut out_after = less.map(f64::abs).filter(|j| stated && code == 730 && *j > 0.0);
+        if self.own.flavor == Flavor::Haas && first.is_none() && (less.is_some() || least.is_some()) {
+            // G73 with K and Q comes out to the R plane each time the infeeds add up to K (Haas, *Mill operator's manual*, G73).
+            out_after = least.map(f64::abs).filter(|k| code == 730 && less.is_none() && *k > 0.0);
+            if out_after.is_none() {
+                let message = format!("{} has J or K, which belong to a first infeed I", g_name(code));
+                return Err(Fault::new(codes::ARGUMENTS, span, message).help("write I J K, or Q"));
+            }
+        }
         let mut since_out = 0.0;
         let wrong =
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));

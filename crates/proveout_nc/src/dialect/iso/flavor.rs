@@ -75,6 +75,8 @@ fn from_text(source: &Source) -> Option<Flavor> {
 fn from_line(line: &[u8]) -> Option<Flavor> {
     let mut at = 0;
     let (mut g64, mut p_word, mut g5, mut q_word) = (false, None, false, false);
+    // G70 and G71 with a radius and a number of holes.
+    let (mut bolt, mut i_word, mut l_word) = (false, false, false);
     let first = line.iter().position(|b| !b.is_ascii_whitespace())?;
     while let Some(&byte) = line.get(at) {
         match byte.to_ascii_uppercase() {
@@ -91,6 +93,7 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
                             Some(flavor) => return Some(flavor),
                             None if code == 640 => g64 = true,
                             None if code == 51 || code == 50 => g5 = true,
+                            None if code == 700 || code == 710 => bolt = true,
                             None => {}
                         },
                         _ if code == 970 => return Some(Flavor::Haas),
@@ -102,9 +105,14 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
             }
             b'P' => p_word = Some(code(line.get(at + 1..)?).0.unwrap_or(0)),
             b'Q' => q_word = true,
+            b'I' => i_word = true,
+            b'L' => l_word = true,
             _ => {}
         }
         at += 1;
+    }
+    if bolt && i_word && l_word {
+        return Some(Flavor::Haas);
     }
     if g64 && p_word.is_some() {
         return Some(Flavor::LinuxCnc);
@@ -182,6 +190,7 @@ mod tests {
             ("M97 P100\n", Flavor::Haas),
             ("%\nOPART-7 (BASE)\nG0 X0\n", Flavor::Haas),
             ("g254\n", Flavor::Haas),
+            ("G71 I5. J15. K10. L3\n", Flavor::Haas),
             ("G68.2 X0 Y0 Z0 I0 J45. K0\n", Flavor::Fanuc),
             ("G05.1 Q1\n", Flavor::Fanuc),
             ("G05 P10000\n", Flavor::Fanuc),

@@ -5,6 +5,7 @@ use super::interpreter::Interpreter;
 use super::modal::{MotionMode, Plane};
 use super::parser::Block;
 use super::pending::{Full, Pending};
+use super::statement::Label;
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::{Builtin, Listed};
@@ -107,10 +108,39 @@ impl Interpreter {
     /// A word that calls a macro takes the whole block; true where one stands in it.
     pub(super) fn listed_macro(&mut self, p: &mut Pending, block: &Block) -> Result<bool, Fault> {
         let found = p.m().iter().find_map(|&m| self.listed(m).filter(|l| matches!(l.meaning, Meaning::Macro(_))));
-        let Some(Listed { word, meaning: Meaning::Macro(program), .. }) = found.cloned() else { return Ok(false) };
+        let Some(Listed { word, meaning: Meaning::Macro(program), values }) = found.cloned() else { return Ok(false) };
+        if self.own.flavor.is_linuxcnc() {
+            self.listed_o_sub(&word, &program, &values, p, block.span)?;
+            return Ok(true);
+        }
         p.use_all();
         self.call_macro(number_of(&program), &word, block)?;
         Ok(true)
+    }
+
+    /// As a remapped word (`LinuxCNC`, "Remap: extending G-code", `ngc=` with `argspec=`): the letters that stand in the block are
+    /// local named parameters of the subprogram, `#<p>` for P.
+    fn listed_o_sub(
+        &mut self,
+        word: &str,
+        label: &str,
+        letters: &[u8],
+        p: &mut Pending,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !p.no_g() || p.m().len() > 1 {
+            let message = format!("{word} calls the subprogram o{label}, and stands with other G or M words");
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own"));
+        }
+        let values: Vec<(u8, f64)> = letters.iter().filter_map(|&letter| Some((letter, p.take(letter)?))).collect();
+        let depth = self.depth();
+        self.call_o_sub(&Label::Fixed(label.to_owned()), &[], span)?;
+        if self.depth() > depth {
+            for (letter, value) in values {
+                self.variables.set_named(&char::from(letter).to_ascii_lowercase().to_string(), value);
+            }
+        }
+        Ok(())
     }
 
     /// A word that calls a subprogram does so behind the motion of its block.

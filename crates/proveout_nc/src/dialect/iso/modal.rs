@@ -68,6 +68,8 @@ pub(crate) struct Frames {
     /// G52 of Fanuc and Haas.
     pub(crate) local: Shift,
     pub(crate) plane: Frame,
+    /// G51 of a Haas.
+    pub(crate) scale: Frame,
     pub(crate) rotation: Frame,
     pub(crate) mirror: Frame,
 }
@@ -83,6 +85,7 @@ impl Frames {
             kept_shift: None,
             local: [0.0; 6],
             plane: Frame::IDENTITY,
+            scale: Frame::IDENTITY,
             rotation: Frame::IDENTITY,
             mirror: Frame::IDENTITY,
         }
@@ -97,6 +100,7 @@ impl Frames {
             .then(&shifted(&self.shift))
             .then(&shifted(&self.local))
             .then(&self.plane)
+            .then(&self.scale)
             .then(&self.rotation)
             .then(&self.mirror)
     }

@@ -28,9 +28,14 @@ pub(crate) struct Block {
     pub(crate) span: Span,
 }
 
+/// `,C`, which no other word can be: their letters are upper case.
+pub(crate) const CHAMFER: u8 = b'c';
+/// `,R`
+pub(crate) const ROUNDING: u8 = b'r';
+
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Word {
-    /// Upper case.
+    /// Upper case; [`CHAMFER`] and [`ROUNDING`] for `,C` and `,R`.
     pub(crate) letter: u8,
     pub(crate) value: Value,
     pub(crate) span: Span,
@@ -166,6 +171,16 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b',' if !flavor.is_linuxcnc() && matches!(s.peek_at(1).to_ascii_uppercase(), b'C' | b'R') => {
+                start = start.or(Some(at));
+                s.bump();
+                let mut found = word(&mut s, flavor)?;
+                found.letter = if found.letter == b'C' { CHAMFER } else { ROUNDING };
+                found.span = s.span_from(at);
+                block.words.push(found);
+                first = false;
+                end = s.pos();
+            }
             b'A'..=b'Z' | b'a'..=b'z' | b':' => {
                 start = start.or(Some(at));
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
@@ -190,7 +205,10 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     let (code, help) = match shown {
         c if c.is_control() => (codes::SYNTAX, "take the control character out"),
         ',' if s.peek_at(1).is_ascii_digit() => (codes::SYNTAX, "decimal comma? write a decimal point"),
-        ',' => (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3"),
+        ',' if flavor.is_linuxcnc() => {
+            (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3")
+        }
+        ',' => (codes::UNSUPPORTED_WORD, "`,C` and `,R` are read; write other points with their coordinates"),
         '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
         '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),
         _ => (codes::SYNTAX, "take it out"),

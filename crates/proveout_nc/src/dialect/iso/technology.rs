@@ -231,6 +231,14 @@ impl Interpreter {
         if axes != 0 {
             // The control file says where M6 leaves these axes.
             self.goes_in_machine(end, axes);
+        } else if let Some(points) = &self.settings.reference_points {
+            // The machine says where it drives them.
+            let end = points.tool_change;
+            let axes = (0..3).fold(0, |axes, axis| axes | u16::from(end.get(axis).is_some()) << axis);
+            if axes != 0 {
+                self.position.forget(axes);
+                self.known_in_machine(&end, axes);
+            }
         }
     }
 

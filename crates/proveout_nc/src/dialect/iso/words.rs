@@ -31,6 +31,7 @@ pub(crate) enum Group {
     Polar,
     Rotation,
     Mirror,
+    Scaling,
     Macro,
     DynamicOffset,
 }
@@ -140,16 +141,19 @@ fn haas(code: u32) -> Class {
         1540 => Class::Known(Group::WorkOffset),
         1100..=1290 if code.is_multiple_of(10) => Class::Known(Group::WorkOffset),
         2540 | 2550 => Class::Known(Group::DynamicOffset),
-        500 | 1030 | 2690 => Class::Note,
+        500 | 510 => Class::Known(Group::Scaling),
+        1030 | 2690 => Class::Note,
         1870 => Class::Known(Group::PathMode),
         120 | 130 | 1500 | 470 => Class::Refused("program the pocket or text with G1, G2 and G3"),
         290 => Class::Refused("program the motion with G53 or in work coordinates"),
         350 | 360 | 370 | 1360 => {
             Class::Refused("measured values are not known to the twin; write the offset with G10")
         }
-        510 => Class::Refused("write the scaled coordinates"),
         600 => Class::Refused("program the approach from one side with G0"),
-        700..=720 if code.is_multiple_of(10) => Class::Refused("program the holes with X and Y"),
+        700 | 710 => Class::Known(Group::OneShot),
+        720 => Class::Refused(
+            "the manual does not say whether the first hole is where the tool stands: program the holes with X and Y",
+        ),
         870 | 880 => Class::Refused(MANUAL_RETRACT),
         1020 => Class::Refused("take the output to the serial port out"),
         1070 => Class::Refused("unroll the path in the CAM system"),

@@ -29,6 +29,9 @@ impl Interpreter {
         if p.polar_angle.is_some() || p.polar_radius.is_some() {
             self.resolve_polar(p, span)?;
         }
+        if let Some(angle) = p.angle {
+            self.resolve_angle(p, angle, span)?;
+        }
         if let Some(rounding) = p.rounding {
             self.rounding_word(rounding, span)?;
         }

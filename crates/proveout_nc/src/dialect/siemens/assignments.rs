@@ -79,6 +79,7 @@ impl Interpreter {
                 "RPL" => Some(&mut p.plane_angle),
                 "ADIS" => Some(&mut p.rounding),
                 "FB" => Some(&mut p.block_feed),
+                "ANG" => Some(&mut p.angle),
                 "CHF" => Some(&mut p.chamfer),
                 "CHR" => Some(&mut p.chamfer_leg),
                 "RND" => Some(&mut p.corner_radius),

@@ -122,6 +122,8 @@ pub(crate) struct Pending {
     pub(crate) transformation: Option<bool>,
     /// Number of the G word of the work offset: 54, 505, 500.
     pub(crate) offset: Option<u32>,
+    /// ANG=, degrees.
+    pub(crate) angle: Option<f64>,
     /// CHF=, CHR=, RND=.
     pub(crate) chamfer: Option<f64>,
     pub(crate) chamfer_leg: Option<f64>,

@@ -11,7 +11,8 @@
 //! After Siemens, *NC programming, Job planning*, "Spline interpolation" and "Polynomial interpolation". The parameter of C and A
 //! splines is the length of the chords, BAUTO and EAUTO are not-a-knot ends, BNAT and ENAT have no curvature, BTAN and ETAN go on
 //! from the block before and into the one behind: the manual says no more, and a note tells what is taken. A curve ends where a
-//! block stands that is more than a point; curves of X, Y and Z are read.
+//! block stands that is more than a point; curves of X, Y and Z are read. Where the program does not know one of the three, and the
+//! curve leaves it alone, the curve is given as chords of the other two: a Bezier curve has all three.
 
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind};
@@ -37,6 +38,7 @@ pub(crate) struct SplinePoint {
     weight: f64,
     /// PL, where it is written.
     interval: Option<f64>,
+    /// Its end along axes that the program does not know is not set.
     motion: Motion,
     feed: Option<Feed>,
     location: Location,
@@ -112,7 +114,7 @@ impl Interpreter {
         if !p.has_axis() {
             return Ok(());
         }
-        let start = self.start_point("the spline", span)?;
+        let start = self.curve_start(p, "the spline", span)?;
         let end = self.targets(p, span)?;
         let motion = self.complete(p, end, p.programmed, span)?;
         let weight = p.weight.unwrap_or(1.0);
@@ -131,7 +133,7 @@ impl Interpreter {
             return Err(Fault::new(codes::BAD_VALUE, span, "the interval PL must not be negative").help("write PL=1"));
         }
         self.need_feed(span)?;
-        let Some(at) = motion.end.xyz() else { return Ok(()) };
+        let at = std::array::from_fn(|axis| motion.end.get(axis).unwrap_or(0.0));
         if self.modal.feed_mode == FeedMode::InverseTime {
             return refused("a spline with G93", "write G94 before it");
         }
@@ -231,7 +233,8 @@ impl Interpreter {
 
     /// A Bezier piece as a cubic, or as chords; the number of chords.
     fn bezier(&mut self, piece: &[Homogeneous], point: &SplinePoint) -> Result<usize, Fault> {
-        if let Some([_, first, second, to]) = spline::cubic(piece) {
+        let flat = point.motion.end.xyz().is_none();
+        if let Some([_, first, second, to]) = spline::cubic(piece).filter(|_| !flat) {
             let control = [first, second];
             let motion = self.motion_on(point, to, true);
             let control_base = control.map(|p| self.position.point_in_base(p));
@@ -242,6 +245,10 @@ impl Interpreter {
             return Ok(0);
         }
         let ends = spline::chords(piece, CHORD_TOLERANCE_MM);
+        if let [.., before, last] = piece {
+            let way = frame::sub(spline::projected(last), spline::projected(before));
+            self.own.tangent = frame::unit(way).or(self.own.tangent);
+        }
         for end in &ends {
             let motion = self.motion_on(point, *end, false);
             self.go(motion, false);
@@ -256,7 +263,7 @@ impl Interpreter {
             return motion;
         }
         let base = self.position.point_in_base(to);
-        for axis in 0..3 {
+        for axis in (0..3).filter(|&axis| point.motion.end.get(axis).is_some()) {
             motion.end.put(axis, to[axis]);
             motion.end_base.put(axis, base[axis]);
         }
@@ -319,14 +326,31 @@ impl Interpreter {
             }
             (0..at.len()).map(|i| [columns[0][i], columns[1][i], columns[2][i]]).collect()
         };
+        let mut chords = 0;
         for (i, point) in of.iter().enumerate() {
             self.take_place(point);
             let first = plus(at[i], slopes[i], chord[i] / 3.0);
             let second = plus(at[i + 1], slopes[i + 1], -chord[i] / 3.0);
             let piece = [at[i], first, second, at[i + 1]].map(|p| [p[0], p[1], p[2], 1.0]);
-            self.bezier(&piece, point)?;
+            chords += self.bezier(&piece, point)?;
         }
+        self.told_chords(word, chords);
         Ok(())
+    }
+
+    /// Where a curve begins. An axis that the program does not know is zero and has no meaning: the curve must leave it alone, and
+    /// the frame must not mix it with the others.
+    fn curve_start(&self, p: &Pending, what: &str, span: Span) -> Result<Vector, Fault> {
+        let work = self.position.work;
+        let linear = &self.position.frame().linear;
+        let alone = |axis: usize| {
+            p.axes[axis].is_none()
+                && (0..3).filter(|&i| i != axis).all(|i| linear[i][axis] == 0.0 && linear[axis][i] == 0.0)
+        };
+        if (0..3).all(|axis| work.get(axis).is_some() || alone(axis)) {
+            return Ok(std::array::from_fn(|axis| work.get(axis).unwrap_or(0.0)));
+        }
+        self.start_point(what, span)
     }
 
     /// A block under POLY.
@@ -350,10 +374,10 @@ impl Interpreter {
             .help("write PL=1"));
         }
         self.need_feed(span)?;
-        let start = self.start_point("the polynomial", span)?;
+        let start = self.curve_start(p, "the polynomial", span)?;
         let end = self.targets(p, span)?;
         let motion = self.complete(p, end, p.programmed, span)?;
-        let Some(to) = end.xyz() else { return Ok(()) };
+        let to: Vector = std::array::from_fn(|axis| end.get(axis).unwrap_or(0.0));
         let unit = self.modal.units.length();
         // Coefficients of powers of the parameter that runs from 0 to 1.
         let mut powers = [[0.0; 3]; MAX_DEGREE + 1];

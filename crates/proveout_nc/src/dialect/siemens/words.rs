@@ -79,7 +79,6 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         "OVRA" | "OVRRAP" => Class::Refused("write the feed itself with F"),
         "FA" => Class::Note,
         "FZ" | "FD" | "FDA" | "FPR" => Class::Refused("write the feed with F and G94"),
-        "ANG" => Class::Refused("program the end point with X, Y, Z"),
         "DISR" | "DISCL" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
         "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
         "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {

@@ -4,17 +4,17 @@ mod assign;
 mod calls;
 mod jumps;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::corners::{Corner, CornerMark};
 use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::Index;
 use super::modal::{Interpolation, Modal};
 use super::parser::{self, Block, Call, Statement};
 use super::{leftover, recover};
+use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{self, Channel, Failed, Language, Lines};
 use crate::compensation::CompStyle;
@@ -61,16 +61,8 @@ pub(crate) struct ModalCall {
 /// What an 840D keeps besides the modal state, and SAVE does not touch.
 #[derive(Debug, Default)]
 pub(crate) struct Siemens {
-    /// Commands that have passed the corners.
-    pub(crate) ready: VecDeque<Command>,
-    /// The last motion asked for a chamfer or rounding at its end.
-    pub(crate) corner_waits: bool,
-    /// A chamfer or rounding has failed: its blocks themselves were executed.
-    pub(super) corner_failed: bool,
-    /// Motions handed out so far.
-    pub(crate) moves: u64,
-    /// A motion that waits for the block behind it.
-    pub(crate) corner: Option<Box<Corner>>,
+    /// Chamfers and roundings between the motions.
+    pub(crate) corners: Corners,
     /// The FOR line is reached from its ENDFOR.
     pub(super) next_pass_of_for: bool,
     block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
@@ -152,32 +144,12 @@ impl Language for Siemens {
         channel.step_line()
     }
 
-    /// Through the corners: a motion with a chamfer or rounding waits for the next one.
     fn hand_out(channel: &mut Interpreter) -> Option<Command> {
-        loop {
-            if let Some(command) = channel.own.ready.pop_front() {
-                return Some(command);
-            }
-            if let Some((command, mark)) = channel.queue.pop_front() {
-                if mark.is_none() && channel.own.corner.is_none() {
-                    return Some(command);
-                }
-                if let Err(fault) = channel.through_corners(command, mark) {
-                    channel.queue.clear();
-                    channel.done = true;
-                    channel.own.corner_failed = true;
-                    channel.failure = Some(fault);
-                }
-                continue;
-            }
-            let corner = channel.own.corner.take_if(|_| channel.done)?;
-            channel.no_corner(corner);
-        }
+        channel.past_corners()
     }
 
     fn moving(channel: &mut Interpreter) {
         channel.passes.moved();
-        channel.own.moves += 1;
     }
 
     fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
@@ -189,10 +161,8 @@ impl Language for Siemens {
     }
 
     fn resume(channel: &mut Interpreter) -> Option<bool> {
-        channel.own.corner = None;
-        channel.own.corner_waits = false;
         channel.own.curve_torn = matches!(channel.modal.interpolation, Interpolation::Spline(_));
-        if !std::mem::take(&mut channel.own.corner_failed) {
+        if !channel.own.corners.resume() {
             return None;
         }
         channel.done = channel.stack.is_empty();
@@ -219,6 +189,13 @@ impl Language for Siemens {
 
     fn is_subprogram(channel: &Interpreter) -> bool {
         leftover::is_subprogram(&channel.main)
+    }
+}
+
+impl Cornering for Siemens {
+    #[inline]
+    fn corners(&mut self) -> &mut Corners {
+        &mut self.corners
     }
 }
 
@@ -261,13 +238,6 @@ impl Lines for Siemens {
 }
 
 impl Interpreter {
-    /// Marks the motion handed out last, with what its end needs.
-    pub(crate) fn mark_corner(&mut self, mark: CornerMark) {
-        if let Some((_, slot)) = self.queue.back_mut() {
-            *slot = Some(Box::new(mark));
-        }
-    }
-
     /// Ends the program, or the subprogram.
     pub(crate) fn end_or_return(&mut self) {
         if self.stack.len() <= 1 {
