@@ -6,7 +6,7 @@ use proveout_tests::root;
 
 use crate::texts::{
     BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE, SURFACE_BLADE,
-    SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, shortened, stl,
+    SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, paths, shortened, stl,
 };
 
 /// Text of a file, or its bytes, by its name.
@@ -92,6 +92,8 @@ pub(crate) enum Setup {
     Compare,
     /// A pass round a blade.
     Plan,
+    /// Paths over a blade by contacts, every strategy.
+    Paths,
     /// A program that is made from another, by either method.
     Remade,
     RemadeQuaternion,
@@ -238,7 +240,7 @@ impl Setup {
                 machine = machine.replace("cycle_time_ms = 4", "cycle_time_ms = 8");
                 more.push(("other.nc", short.replace("F1500", "F1100").into()));
             }
-            Self::Plan | Self::Remade | Self::RemadeQuaternion => {
+            Self::Plan | Self::Paths | Self::Remade | Self::RemadeQuaternion => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
                 machine = lib("machines/starrag-lx-451/machine.toml");
                 tools = lib("tools/li-2022.toml");
@@ -250,8 +252,12 @@ impl Setup {
                     .replace("translation_mm = [0, 0, 40]", "translation_mm = [260, 0, 0]")
                     .replace("Z_mm = 40", "X_mm = 260");
                 scene += BLADE_PART;
-                scene += HELIX;
-                if self != Self::Plan {
+                if self == Self::Paths {
+                    scene += &paths();
+                } else {
+                    scene += HELIX;
+                }
+                if !matches!(self, Self::Plan | Self::Paths) {
                     scene += "\n[[program]]\nname = \"second\"\nfile = \"second.mpf\"\n";
                     let method = if self == Self::Remade { "s-theta" } else { "quaternion" };
                     scene += &format!(

@@ -277,21 +277,49 @@ pub(crate) struct BladeArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    proveout plan scenes/li-2022-s-theta --strategy helix --output original.mpf\n  \
+    proveout plan scenes/planned-blade --strategy quasi-circle --output lines.mpf --report lines.json\n  \
+    proveout plan scenes/planned-blade --study\n\n\
+    A plan is the table [plan.NAME] of the scene. What it asks of the machine is printed before anything runs; that it is free of \
+    collisions and cuts the part is what `run` proves.")]
 pub(crate) struct PlanArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,
     /// How the path is laid
-    #[arg(long, value_enum)]
-    pub(crate) strategy: StrategyArg,
+    #[arg(long, value_enum, required_unless_present = "study")]
+    pub(crate) strategy: Option<StrategyArg>,
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
-    #[arg(long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "study")]
+    pub(crate) output: Option<PathBuf>,
+    /// Writes what the path asks of the machine as JSON, point by point
+    #[arg(long, value_name = "FILE", conflicts_with = "study")]
+    pub(crate) report: Option<PathBuf>,
+    /// Plans every table of the scene and prints them side by side; no program is written
+    #[arg(long, conflicts_with_all = ["strategy", "output"])]
+    pub(crate) study: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum StrategyArg {
-    /// A ball end mill on a helix round the blade, as [plan.helix] of the scene says
+    /// A ball end mill on a helix round the blade
     Helix,
+    /// Lines round the sections
+    Transverse,
+    /// Lines along the blade at constant parts of the section's length
+    IsoParametric,
+    /// Lines in parallel planes
+    IsoPlanar,
+    /// Rings inside each other
+    Pocket,
+    /// Lines along the blade as far apart as the scallop allows everywhere
+    ConstantScallop,
+    /// Lines along the blade at constant polar angles, which never cross an edge
+    QuasiCircle,
+    /// One row along the blade
+    Row,
+    /// A blade from solid in layers
+    PointRoughing,
 }
 
 #[derive(Debug, Args)]

@@ -106,8 +106,8 @@ fn check(name: &str, text: &str) -> (Option<i32>, String) {
 #[test]
 fn a_wrong_form_is_named_as_what_it_looks_like() {
     for (dialect, text, place, says) in [
-        ("fanuc", "G21 G90 G0 X10,5 Y0.\nM30\n", ":1:14", "decimal comma?"),
-        ("linuxcnc", "G21 G90 G0 X10,5 Y0\nM2\n", ":1:14", "decimal comma?"),
+        ("fanuc", "G21 G90 G0 X10,5 Y0.\nM30\n", ":1:15", "decimal comma?"),
+        ("linuxcnc", "G21 G90 G0 X10,5 Y0\nM2\n", ":1:15", "decimal comma?"),
         (
             "fanuc",
             "G21 G90 G0 X10. Y10. Z0.\nG2 X20. Y20. I20. J10. F100.\nM30\n",

@@ -184,6 +184,17 @@ proptest! {
     }
 }
 
+/// A curve that would take more chords than anyone writes is refused, whether Z is known or a weight asks for chords.
+#[test]
+fn a_curve_of_endless_chords_is_refused() {
+    for start in ["G0 X0 Y0", "G0 X0 Y0 Z0"] {
+        let text = format!("{start}\nG1 F100\nBSPLINE\nX1e12 Y0 PW=2\nX0 Y1e12\nX5 Y5\nX7 Y1\nG1 X0 Y0\nM30\n")
+            .replace("1e12", "1EX12");
+        let fault = read(Dialect::Siemens840d, &text).expect_err(&text);
+        assert!(fault.contains("more than 20000 chords"), "{fault}");
+    }
+}
+
 #[test]
 fn a_corner_that_cannot_be_is_refused_at_its_block() {
     for (dialect, text, line, says) in [

@@ -12,12 +12,12 @@ use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
 pub use crate::scene_blade::{
-    BladeFile, BladeKindFile, EndFile, EndPlatformFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile,
-    ThetaUnitFile,
+    BladeFile, BladeKindFile, EndFile, EndPlatformFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile,
 };
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
+pub use crate::scene_plan::{AxisFile, GivenAxisFile, HelixFile, ParameterFile, PathFile, PlanFile, StrategyFile};
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
     SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,

@@ -36,7 +36,7 @@ fn mounted(name: &str) -> (Machine, Pose) {
 fn judged(surface: &dyn ParametricSurface, name: &str, strategy: &dyn Strategy) -> (Vec<LineContacts>, PathJudgement) {
     let (machine, pose) = mounted(name);
     let (cutter, rule) = (ball(), AxisRule::Normal);
-    let task = Task { surface, cutter: &cutter, rule: &rule, step: StepRule::Length(0.05) };
+    let task = Task { surface, cutter: &cutter, rule: &rule, step: StepRule::Length(0.05), allowance: 0.0 };
     let lines = task.plan(strategy).unwrap();
     // The joint travel of the library machines is not what this is about: the blade stands where all of it is in reach.
     let mut free = machine;
@@ -157,7 +157,7 @@ fn cuis_row_before_treatment() {
     let rule = AxisRule::Interpolated(vec![(0.0, lean(5.0)), (1.0, lean(175.0))]);
     let wheel = PathCutter::new(Cutter::drum_wheel(38.0, 1.5, 0.0, 3.0).unwrap().bodies(3.0).unwrap().remove(0));
     // 120 blocks over 120.05 mm of the row, 1 mm along z each.
-    let task = Task { surface: &cui, cutter: &wheel, rule: &rule, step: StepRule::Length(1.001) };
+    let task = Task { surface: &cui, cutter: &wheel, rule: &rule, step: StepRule::Length(1.001), allowance: 0.0 };
     let row = Row { label: Label::Surface, at: 0.5, trailing: 0.0, along: [1.0, 0.0] };
     let lines = task.plan(&row).unwrap();
     assert_eq!(lines[0].contacts.len(), 121);

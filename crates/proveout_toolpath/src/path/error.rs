@@ -1,5 +1,4 @@
 use proveout_machine::KinematicsError;
-use proveout_tool::ShapeError;
 use thiserror::Error;
 
 /// Where on a blade, for messages: the section by its v, the point by its u, both as part of the domain.
@@ -45,16 +44,6 @@ pub enum PathError {
         cutter_1_mm: f64,
         /// Hollowness of the surface in that direction, 1/mm.
         surface_1_mm: f64,
-    },
-    /// The cutter as it stands in one contact reaches into the surface elsewhere.
-    #[error("the cutter that touches at {at} is {depth_um:.1} um deep in the surface at {other}")]
-    CutterReachesIn {
-        /// The contact.
-        at: At,
-        /// The other place.
-        other: At,
-        /// How deep, um.
-        depth_um: f64,
     },
     /// The contact would lie on the upper end of the cutter.
     #[error(
@@ -111,9 +100,6 @@ pub enum PathError {
     /// The path needs more points than any program has.
     #[error("the path needs more than {MOST_POINTS} points: a longer step or a larger scallop would do")]
     TooLong,
-    /// The cutter has no shape that can be planned with.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
 }
 
 /// Points of a path beyond which its numbers are a mistake.

@@ -285,8 +285,9 @@ impl Strategy for IsoPlanar {
                     if distance == to {
                         break;
                     }
-                    // Where no plane met the surface yet, planes come nearer by small steps.
-                    let step = 0.97 * least.into_inner().min(0.02 * (to - from).abs());
+                    // Where a plane does not meet the surface the next ones come by small steps.
+                    let least = least.into_inner();
+                    let step = if least.is_finite() { 0.99 * least } else { 0.02 * (to - from).abs() };
                     distance = if (to - distance).abs() <= step { to } else { distance + step.copysign(to - from) };
                     if lines.len() > 100_000 || step < 1e-9 {
                         return Err(PathError::TooLong);

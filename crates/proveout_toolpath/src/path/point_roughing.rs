@@ -37,6 +37,10 @@ impl Strategy for PointRoughing {
         "point-roughing"
     }
 
+    fn has_layers(&self) -> bool {
+        true
+    }
+
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError> {
         check_along(self.range)?;
         let domain = task.surface.domain();

@@ -20,6 +20,8 @@ pub struct Task<'a> {
     pub rule: &'a AxisRule,
     /// The step along a line.
     pub step: StepRule,
+    /// Material left on the surface, mm; a strategy of layers has its own.
+    pub allowance: f64,
 }
 
 /// How lines of a family lie beside each other.
@@ -40,6 +42,10 @@ pub trait Strategy: Debug {
     /// # Errors
     /// What does not exist on this surface or for this cutter, with section and point.
     fn lines(&self, task: &Task<'_>) -> Result<Vec<Line>, PathError>;
+    /// Whether its lines have allowances of their own.
+    fn has_layers(&self) -> bool {
+        false
+    }
 }
 
 /// Lines that differ by one number.
@@ -69,7 +75,11 @@ impl Task<'_> {
     /// # Errors
     /// As [`Strategy::lines`] and [`Sampler::line`].
     pub fn plan(&self, strategy: &dyn Strategy) -> Result<Vec<LineContacts>, PathError> {
-        let lines = strategy.lines(self)?;
+        PathError::within("the allowance in mm", self.allowance, 0.0, 1e3)?;
+        let mut lines = strategy.lines(self)?;
+        if !strategy.has_layers() {
+            lines.iter_mut().for_each(|line| line.allowance = self.allowance);
+        }
         let mut paths = self.contacts(&lines)?;
         for k in 0..paths.len().saturating_sub(1) {
             let [from, to] = [&lines[k], &lines[k + 1]];

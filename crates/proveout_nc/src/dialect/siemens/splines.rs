@@ -26,6 +26,8 @@ use crate::{CompSide, Feed, Location, Motion, Op, SplineMotion};
 
 /// Most points of one curve.
 const MAX_POINTS: usize = 100_000;
+/// Most commands of one curve: they are kept until they are handed out.
+const MAX_COMMANDS: usize = 200_000;
 /// Highest degree of a polynomial.
 const MAX_DEGREE: usize = 5;
 
@@ -244,7 +246,11 @@ impl Interpreter {
             self.emit(Op::Spline(SplineMotion { motion, control, control_base }));
             return Ok(0);
         }
-        let ends = spline::chords(piece, CHORD_TOLERANCE_MM);
+        if self.queue.len() > MAX_COMMANDS {
+            let message = format!("the curve gives more than {MAX_COMMANDS} chords");
+            return Err(Fault::new(codes::LOOP_LIMIT, point.span, message).help("write G1 between two of its points"));
+        }
+        let ends = spline::chords(piece, CHORD_TOLERANCE_MM).ok_or_else(|| spline::too_long(point.span))?;
         if let [.., before, last] = piece {
             let way = frame::sub(spline::projected(last), spline::projected(before));
             self.own.tangent = frame::unit(way).or(self.own.tangent);
