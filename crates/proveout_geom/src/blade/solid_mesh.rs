@@ -22,6 +22,8 @@ const FINEST_MM: f64 = 1e-5;
 const COARSEST_MM: f64 = 1.0;
 /// Times that the steps are shortened.
 const ROUNDS: usize = 6;
+/// Steps along the centers of a fillet's ball.
+const FOLLOWED: usize = 4;
 /// Places of a facet as parts of its corners where its distance is measured.
 const MEASURED: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
 
@@ -114,7 +116,8 @@ fn grid(surface: &dyn ParametricSurface, moved: f64, error: f64) -> [Vec<f64>; 2
     [columns, rows]
 }
 
-/// Distance of a place from a surface moved outward, from parameters nearby: the foot by a few steps of Newton's method.
+/// Distance of a place from a surface moved outward, from parameters nearby: the foot by a few steps of Newton's method (of Gauss's where the
+/// distance has no minimum nearby).
 fn near_distance(surface: &dyn ParametricSurface, p: &Point, start: [f64; 2], moved: f64) -> f64 {
     let [mut u, mut v] = start;
     for _ in 0..4 {
@@ -122,8 +125,12 @@ fn near_distance(surface: &dyn ParametricSurface, p: &Point, start: [f64; 2], mo
         let f = at.point - p;
         let [su, sv] = &at.first;
         let g = [f.dot(su), f.dot(sv)];
-        let [a, b, c] = [su.norm_squared(), su.dot(sv), sv.norm_squared()];
-        let det = a * c - b * b;
+        let gauss = [su.norm_squared(), su.dot(sv), sv.norm_squared()];
+        let full: [f64; 3] = std::array::from_fn(|k| gauss[k] + f.dot(&at.second[k]));
+        let of = |[a, b, c]: [f64; 3]| a * c - b * b;
+        let least = full[0] > 0.0 && of(full) > 1e-3 * of(gauss);
+        let [a, b, c] = if least { full } else { gauss };
+        let det = of([a, b, c]);
         u -= (c * g[0] - b * g[1]) / det;
         v -= (a * g[1] - b * g[0]) / det;
     }
@@ -204,14 +211,17 @@ impl BladeSolid {
                         let u = mix(corners
                             .map(|(_, c)| us[((i + c) % size) as usize] + if i + c == size { period } else { 0.0 }));
                         let airfoil = row >= first && row + 1 < first + rows.len() as u32;
-                        measured = measured.max(if airfoil {
+                        let far = if airfoil {
                             let v =
                                 mix(corners
                                     .map(|(r, c)| v_at(((i + c) % size) as usize, rows[(row + r - first) as usize])));
                             near_distance(surface, &p, [u, v], self.allowance())
                         } else {
-                            self.fillet_distance(usize::from(row >= first), u, &p)?
-                        });
+                            let end = usize::from(row >= first);
+                            let v = mix(corners.map(|(_, c)| trims[((i + c) % size) as usize][end].v));
+                            self.fillet_distance(end, [u, v], &p)
+                        };
+                        measured = if far.is_nan() { f64::INFINITY } else { measured.max(far) };
                     }
                 }
             }
@@ -239,21 +249,29 @@ impl BladeSolid {
         }
     }
 
-    /// Distance of a place from the fillet near u: from the center of the ball abreast of it.
-    fn fillet_distance(&self, end: usize, u: f64, p: &Point) -> Result<f64, SolidError> {
-        let domain = self.surface().domain();
-        let h = 1e-5 * (domain.u[1] - domain.u[0]);
-        let mut u = u;
-        for _ in 0..3 {
-            let at = self.trim(end, u)?.center;
-            let along = (self.trim(end, u + h)?.center - self.trim(end, u - h)?.center) / (2.0 * h);
-            if along.norm_squared() == 0.0 {
-                break;
-            }
-            u -= ((at - p).dot(&along) / along.norm_squared()).clamp(-100.0 * h, 100.0 * h);
+    /// Distance of a place from the fillet near (u, v): from the center of the ball abreast of it. Each step follows the tangent of the centers,
+    /// `c' = C_u + C_v v'` with `C = S + f n` and `v' = -C_ux / C_vx`, which keeps the ball on the platform. What a step leaves counts squared: the
+    /// distance from the centers is least there.
+    fn fillet_distance(&self, end: usize, start: [f64; 2], p: &Point) -> f64 {
+        let radius = self.fillet(end);
+        let wanted = self.ends()[end].x + Self::sense(end) * radius;
+        let surface = self.surface();
+        let [mut u, mut v] = start;
+        let mut center = Point::origin();
+        for _ in 0..FOLLOWED {
+            let at = surface.local(u, v);
+            let [nu, nv] = normal_changes(&at);
+            let (along, up) = (at.first[0] + nu * radius, at.first[1] + nv * radius);
+            let here = at.point + at.normal * radius;
+            let rise = (wanted - here.x) / up.x;
+            center = here + up * rise;
+            let tangent = along - up * (along.x / up.x);
+            let size = tangent.norm_squared();
+            let step = if size > 0.0 { (p - center).dot(&tangent) / size } else { 0.0 };
+            u += step;
+            v += rise - step * along.x / up.x;
         }
-        let center = self.trim(end, u)?.center;
-        Ok(((p - center).norm() - (self.fillet(end) - self.allowance())).abs())
+        ((p - center).norm() - (radius - self.allowance())).abs()
     }
 
     /// A flat end, or the platform with all of its faces.
