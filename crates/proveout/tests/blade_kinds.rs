@@ -6,13 +6,14 @@ use std::{
     process::{Command, Output},
 };
 
+use serde_json::Value;
+
 /// A scene of the published experiment with another `[part]`.
 fn scene(folder: &Path, part: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
     let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
     let text = format!(
-        "name = \"blade\"\nmachine = {}\ntools = {}\n{part}\n[stock]\nbox = {{ min_mm = [-40, -40, -40], max_mm = [140, 60, 60] }}\n\
-         resolution_mm = 2\n",
+        "name = \"blade\"\nmachine = {}\ntools = {}\nresolution_mm = 2\n{part}\n[stock]\nbox = {{ min_mm = [-40, -40, -40], max_mm = [140, 60, 60] }}\n",
         path("machines/starrag-lx-451"),
         path("tools/li-2022.toml"),
     );
@@ -53,6 +54,71 @@ fn a_blade_of_every_kind_is_written_as_a_closed_mesh() {
         assert!(output.status.success(), "{kind}: {}", String::from_utf8_lossy(&output.stderr));
         let fine = fs::metadata(folder.join("part.stl")).expect("the file").len();
         assert!(fine > coarse, "{kind}: {fine} {coarse}");
+    }
+}
+
+/// Highest Z of an STL file, binary.
+fn top(path: &Path) -> f64 {
+    let bytes = fs::read(path).expect("the mesh");
+    let number = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    let places = bytes[84..].chunks_exact(50).enumerate();
+    let all = places.flat_map(|(k, _)| (1..4).map(move |corner| 84 + 50 * k + 12 * corner + 8));
+    all.map(|at| f64::from(number(at))).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// A slab is milled flat across the part, a tenth of a millimeter above the highest place of the design, then 0.2 mm below it.
+#[test]
+fn a_part_of_another_kind_is_cut_and_judged() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
+    let ends = "root = { x_mm = 30 }\ntip = { x_mm = 60 }\n";
+    for (kind, keys, against) in
+        [("lu-untwisted", ends, "closed form of the blade"), ("sine-gentle", "underside_mm = -5\n", "mesh")]
+    {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let folder = folder.path();
+        fs::write(
+            folder.join("tools.toml"),
+            "[[tool]]\nnumber = 1\nname = \"END_D20\"\nkind = \"flat\"\ndiameter_mm = 20\nflute_length_mm = 30\n\
+             center_cutting = true\ngauge_length_mm = 100\n",
+        )
+        .expect("written");
+        let machine = root.join("machines/three-axis-mill").display().to_string();
+        let text = format!(
+            "name = \"blade\"\nmachine = {machine:?}\ntools = \"tools.toml\"\nresolution_mm = 0.5\n[part.blade]\nkind = \"{kind}\"\n\
+             chord_error_mm = 0.01\n{keys}[stock]\nblade_allowance_mm = 0.5\n[mount]\ntranslation_mm = [0, 0, 100]\n\
+             [work_offsets.G54]\nZ_mm = 100\n[tolerances]\ngouge_mm = 0.05\nexcess_mm = 1\n[[program]]\nname = \"main\"\nfile = \"main.nc\"\n"
+        );
+        fs::write(folder.join("scene.toml"), text).expect("written");
+        let output = proveout(folder, &["blade", ".", "--output", "part.stl"]);
+        assert!(output.status.success(), "{kind}: {}", String::from_utf8_lossy(&output.stderr));
+        let top = top(&folder.join("part.stl"));
+        for (height, gate) in [(0.1, "pass"), (-0.2, "fail")] {
+            let z = top + height;
+            let mut program =
+                "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-40. Y-60.\n".to_owned();
+            program += &format!("G0 Z{:.3}\nG1 Z{z:.4} F2000\n", z + 10.0);
+            for row in 0..10 {
+                let x = -40 + 15 * row;
+                let (from, to) = if row % 2 == 0 { (-60, 60) } else { (60, -60) };
+                program += &format!("X{x}. Y{from}.\nY{to}.\n");
+            }
+            program += "G0 Z60.\nM5\nM30\n%\n";
+            fs::write(folder.join("main.nc"), program).expect("written");
+            let out = if height > 0.0 { "above" } else { "below" };
+            let output = proveout(folder, &["run", ".", "--out", out]);
+            let verdict = fs::read_to_string(folder.join(out).join("verdict.json"));
+            let verdict = verdict.unwrap_or_else(|e| panic!("{kind} {e}: {}", String::from_utf8_lossy(&output.stderr)));
+            let verdict: Value = serde_json::from_str(&verdict).expect("the verdict");
+            let deviation = &verdict["deviation"];
+            assert!(deviation["against"].as_str().is_some_and(|a| a.contains(against)), "{kind}: {deviation}");
+            let gates = verdict["gates"].as_array().expect("gates");
+            let gouge = gates.iter().find(|g| g["name"] == "gouge").expect("the gate");
+            assert_eq!(gouge["state"], gate, "{kind}, {height}: {gouge}");
+            let deepest = deviation["gouge_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
+            // The mesh stands up to its chord error below the form; cells of 0.5 mm miss the ridge by less than a hundredth.
+            let wanted = (-height).max(0.0);
+            assert!((deepest - wanted).abs() < 0.03, "{kind}, {height}: {deepest}");
+        }
     }
 }
 

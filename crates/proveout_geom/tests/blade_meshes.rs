@@ -100,3 +100,107 @@ fn faces_with_rims_are_met_within_the_chord_error() {
         }
     }
 }
+
+/// The point of a triangle nearest to p (Ericson 2005, section 5.1.5).
+fn on_triangle([a, b, c]: [Point; 3], p: Point) -> Point {
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return a;
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let whole = va + vb + vc;
+    a + ab * (vb / whole) + ac * (vc / whole)
+}
+
+/// The part of the sphere round p that a triangle covers, steradian (van Oosterom & Strackee 1983, equation 8).
+fn solid_angle(corners: [Point; 3], p: Point) -> f64 {
+    let [a, b, c] = corners.map(|q| q - p);
+    let [x, y, z] = [a.norm(), b.norm(), c.norm()];
+    2.0 * a.dot(&b.cross(&c)).atan2(x * y * z + a.dot(&b) * z + a.dot(&c) * y + b.dot(&c) * x)
+}
+
+/// Signed distance to a closed mesh from all of its triangles, below zero inside.
+fn by_all_triangles(mesh: &TriMesh, p: Point) -> f64 {
+    let (mut least, mut angle) = (f64::INFINITY, 0.0);
+    for k in 0..mesh.triangles.len() {
+        let corners = mesh.corners(k);
+        least = least.min((on_triangle(corners, p) - p).norm_squared());
+        angle += solid_angle(corners, p);
+    }
+    if angle > std::f64::consts::TAU { -least.sqrt() } else { least.sqrt() }
+}
+
+/// Places that the draw visits: all round the part up to 6 mm outside of its bounds, deep inside of it, within the platforms, and up to 1.5 mm to
+/// both sides of every face, fillets and rims among them.
+#[test]
+fn the_nearest_point_of_a_blade_with_ends_is_that_of_all_triangles_of_its_mesh() {
+    let on = |x, radius, side| BladeEnd { x, plate: Some(plate(radius, side)) };
+    let cut = |x| BladeEnd { x, plate: None };
+    let lu = || Arc::new(ClosedSurface::new(Lu::stand_in()));
+    let error = 0.005;
+    for (name, ends, allowance) in [
+        ("platforms", [on(1.0, 3.0, 30.0), on(98.0, 1.5, 30.0)], 0.0),
+        ("cut", [cut(5.0), cut(60.0)], 0.0),
+        ("low", [on(1.0, 6.0, 30.0), cut(16.0)], 0.0),
+        ("allowance", [on(1.0, 3.0, 30.0), cut(98.0)], 0.4),
+    ] {
+        let solid = BladeSolid::new(lu(), ends, allowance).expect(name);
+        let mesh = solid.mesh(error).expect(name).mesh;
+        let (low, high) = mesh.positions.iter().fold((mesh.positions[0].coords, mesh.positions[0].coords), |b, p| {
+            (b.0.inf(&p.coords), b.1.sup(&p.coords))
+        });
+        let mut draw = Draw(41);
+        let mut random = || [draw.next(), draw.next(), draw.next()];
+        let (mut inside, mut deepest) = (0, 0.0_f64);
+        for k in 0..300 {
+            let [r, s, t] = random();
+            let p = match k % 3 {
+                0 => Point::from(low.zip_map(&Point::new(r, s, t).coords, |a, r| a - 6.0 + r * 12.0).zip_zip_map(
+                    &high.zip_map(&low, |b, a| b - a),
+                    &Point::new(r, s, t).coords,
+                    |a, wide, r| a + wide * r,
+                )),
+                // Within the thickness of the blade or below its foot.
+                1 => {
+                    let at = solid.surface().local(r * std::f64::consts::TAU, s);
+                    at.point - at.normal * (2.0 * t)
+                }
+                _ => {
+                    let at = random_point(&mesh, &mut Draw(k));
+                    at + (Point::new(r, s, t) - Point::new(0.5, 0.5, 0.5)) * 3.0
+                }
+            };
+            let found = solid.nearest(&p);
+            let wanted = by_all_triangles(&mesh, p);
+            assert!((found.distance - wanted).abs() <= 1.5 * error, "{name}, {p}: {} not {wanted}", found.distance);
+            // Along the normal by the distance there is the surface.
+            let foot = p - found.normal * found.distance;
+            assert!(by_all_triangles(&mesh, foot).abs() <= 1.5 * error, "{name}, {p}: the normal");
+            inside += u32::from(wanted < 0.0);
+            deepest = deepest.min(wanted);
+        }
+        assert!((60..240).contains(&inside) && deepest < -1.0, "{name}: {inside} {deepest}");
+    }
+}

@@ -120,6 +120,9 @@ const SETTLED: f64 = 1e-14;
 /// Where they may end if they no longer shrink: likewise.
 const NEARLY: f64 = 1e-10;
 
+/// A place beyond the end of the airfoil by this still belongs to it: rounding where faces join.
+const JOINED: f64 = 1e-9;
+
 /// A blade between two ends.
 #[derive(Clone, Debug)]
 pub struct BladeSolid {
@@ -129,7 +132,7 @@ pub struct BladeSolid {
     /// Outlines on both end planes, y and z: contact of the fillet, or the flat end.
     pub(super) feet: [Vec<[f64; 2]>; 2],
     /// v where the airfoil ends, at the same places.
-    ended: [Vec<f64>; 2],
+    pub(super) ended: [Vec<f64>; 2],
 }
 
 /// Where the airfoil ends at a parameter u.
@@ -187,6 +190,14 @@ impl BladeSolid {
     /// Material left on it, mm.
     pub fn allowance(&self) -> f64 {
         self.allowance
+    }
+
+    /// Whether both ends leave the airfoil at parameters; a place on the line that it shares with a fillet is left.
+    pub fn leaves(&self, u: f64, v: f64) -> bool {
+        (0..2).all(|end| {
+            let Ok(trim) = self.trim(end, u) else { return false };
+            if end == 0 { v >= trim.v - JOINED } else { v <= trim.v + JOINED }
+        })
     }
 
     /// Outward direction of the face of an end towards the blade: +X at the first end.
