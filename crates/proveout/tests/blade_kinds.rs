@@ -115,9 +115,14 @@ fn a_part_of_another_kind_is_cut_and_judged() {
             let gouge = gates.iter().find(|g| g["name"] == "gouge").expect("the gate");
             assert_eq!(gouge["state"], gate, "{kind}, {height}: {gouge}");
             let deepest = deviation["gouge_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
-            // The mesh stands up to its chord error below the form; cells of 0.5 mm miss the ridge by less than a hundredth.
-            let wanted = (-height).max(0.0);
-            assert!((deepest - wanted).abs() < 0.03, "{kind}, {height}: {deepest}");
+            // On a ray that is left without its wall the depth is that of the cut along the ray: at least the step below the design.
+            let fits = if height > 0.0 { deepest < 0.015 } else { deepest > 0.17 };
+            assert!(fits, "{kind}, {height}: {deepest}");
+            let excess = deviation["excess_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
+            assert!(
+                (excess - 0.5).abs() < 0.02,
+                "{kind}, {height}: the allowance is left where nothing cuts, {excess}"
+            );
         }
     }
 }
