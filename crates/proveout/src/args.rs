@@ -1,12 +1,15 @@
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum, builder::PossibleValuesParser};
+use proveout_sim::gates::GATES;
 
 /// A machining digital twin: proves NC programs before the first cut.
 #[derive(Debug, Parser)]
 #[command(name = "proveout", version, max_term_width = 110)]
-#[command(after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail or unchecked; \
-                        2 the input or the call is wrong, nothing is written.")]
+#[command(
+    after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail; 2 the input or the call is \
+                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked."
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -36,6 +39,8 @@ pub(crate) enum Command {
     Diff(DiffArgs),
     /// Open the recording of a run folder in the Rerun viewer
     View(ViewArgs),
+    /// Hold a run folder against its manifest: files that are not as the run wrote them, inputs that have changed since
+    Verify(VerifyArgs),
 }
 
 #[derive(Debug, Args)]
@@ -48,7 +53,7 @@ pub(crate) struct RunArgs {
     /// Run this program text on the scene instead
     #[arg(long, value_name = "FILE")]
     pub(crate) nc: Option<PathBuf>,
-    /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete
+    /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Distance of the stock's rays, mm (default: the scene's)
@@ -69,6 +74,9 @@ pub(crate) struct RunArgs {
     /// Where the Rerun recording goes
     #[arg(long, value_enum, default_value = "file")]
     pub(crate) rerun: RerunArg,
+    /// Exit code 0 also where this gate is unchecked; may be repeated. The verdict stays as it is
+    #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
+    pub(crate) accept_unchecked: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -78,7 +86,7 @@ pub(crate) struct CompareArgs {
     /// Program that the others are compared with (default: the scene's, else the first one)
     #[arg(long, value_name = "NAME")]
     pub(crate) baseline: Option<String>,
-    /// Folder (default: out/SCENE-compare); an older comparison there is replaced when the new one is complete
+    /// Folder (default: out/SCENE-compare); an older comparison there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Distance of the stock's rays, mm (default: the scene's)
@@ -256,6 +264,9 @@ pub(crate) struct KinematicsArgs {
     /// Table that is written (default: standard output)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
@@ -298,6 +309,9 @@ pub(crate) struct PlanArgs {
     /// Plans every table of the scene and prints them side by side; no program is written
     #[arg(long, conflicts_with_all = ["strategy", "output"])]
     pub(crate) study: bool,
+    /// Write over files that are there
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -344,6 +358,9 @@ pub(crate) struct RescheduleArgs {
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
@@ -359,7 +376,7 @@ pub(crate) struct RescheduleArgs {
     Coordinates of a stock are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
     curvature radius r it is off by about cell²/8r. A distance is negative in material.\n\
     Texture: a pitch of marks beyond the cut-off of the class goes to the next class; what the data do not carry is unchecked, with \
-    the reason, and the exit code is 1.")]
+    the reason, and the exit code is 3.")]
 pub(crate) struct MeasureArgs {
     /// Run folder, a stock file (.dexel) in it, or a file of texture: height map or profile (SDF, X3P, SMD)
     #[arg(value_name = "FILE")]
@@ -400,6 +417,9 @@ pub(crate) struct MeasureArgs {
     /// File for the result: .json everything; .svg and .csv the section; .png, .sdf and .x3p the texture
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "out")]
+    pub(crate) force: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -449,4 +469,17 @@ pub(crate) struct DiffArgs {
 pub(crate) struct ViewArgs {
     /// Run folder
     pub(crate) run: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not; 3 the folder is, but an input has \
+                        changed since, is gone, or cannot be found."
+)]
+pub(crate) struct VerifyArgs {
+    /// Run folder, or the folder of a comparison
+    pub(crate) run: PathBuf,
+    /// Folder of the scene, or its scene.toml (default: as run.json says)
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) scene: Option<PathBuf>,
 }

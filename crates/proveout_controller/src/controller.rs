@@ -1,6 +1,7 @@
 //! Executes canonical commands: state of the control, runs between stops, standstill.
 
 mod actions;
+mod bounds;
 mod check;
 mod coupled;
 mod numbers;
@@ -102,6 +103,8 @@ pub struct Controller<'m, I> {
     begin: Begin,
     /// Number of blocks at which the known part of the run is planned next.
     window: usize,
+    /// Time of that part at its feeds, and the one at which it is planned next, s.
+    window_time: (f64, f64),
     out: Emitter,
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
@@ -163,6 +166,7 @@ where
                 in_table: None,
             },
             window: settings.look_ahead_blocks,
+            window_time: (0.0, bounds::WINDOW_SAMPLES * cycle),
             settings,
             path: Path::default(),
             mapping,
@@ -417,6 +421,9 @@ where
             return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
         }
         let (feed, feed_programmed) = self.feed(pace, &path, location)?;
+        if self.ends_before(&path, pace, feed, location) {
+            return Ok(());
+        }
         let kind = pace.kind();
         if !matches!(pace, Pace::Thread { .. }) {
             self.end_thread();

@@ -455,6 +455,7 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::Dwell { time, .. }
         | Event::Stop { time, .. }
         | Event::End { time, .. }
+        | Event::Ended { time, .. }
         | Event::Limit { time, .. }
         | Event::UnreachablePose { time, .. }
         | Event::LeavesCircle { time, .. }

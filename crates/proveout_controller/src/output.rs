@@ -189,6 +189,17 @@ pub enum Event {
         /// Index of the [`BlockRecord`].
         block: u32,
     },
+    /// The control ends the program by itself, since nothing that follows would be true: nothing of it is executed.
+    Ended {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// The block that is not executed any more.
+        location: Location,
+        /// Why, with value and limit.
+        reason: String,
+    },
     /// A limit is passed; the motion is executed as programmed (where a drive lacks force, as far as it can follow). One event a block and joint, with the worst value.
     Limit {
         /// Time of the worst value, s.
@@ -263,6 +274,7 @@ impl Event {
             | Self::Dwell { time, .. }
             | Self::Stop { time, .. }
             | Self::End { time, .. }
+            | Self::Ended { time, .. }
             | Self::Limit { time, .. }
             | Self::UnreachablePose { time, .. }
             | Self::LeavesCircle { time, .. }
@@ -283,6 +295,7 @@ impl Event {
             | Self::Dwell { block, .. }
             | Self::Stop { block, .. }
             | Self::End { block, .. }
+            | Self::Ended { block, .. }
             | Self::Limit { block, .. }
             | Self::UnreachablePose { block, .. }
             | Self::LeavesCircle { block, .. }

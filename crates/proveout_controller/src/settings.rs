@@ -49,11 +49,16 @@ pub struct Settings {
     pub length_in_machine_coordinates: bool,
     /// Joint limits that keep a block below this part of its programmed feed are told by an event.
     pub feed_reduced_below: f64,
+    /// Simulated time at which a program is ended, s.
+    pub max_time: f64,
     /// Number of blocks that the control looks ahead before it must plan a part of a run without stops.
     pub look_ahead_blocks: usize,
 }
 
 impl Settings {
+    /// Simulated time at which a program is ended where nobody says otherwise, s: a hundred hours.
+    pub const MAX_TIME: f64 = 360_000.0;
+
     /// Largest rounding of the orientation where nobody states one, radian (0.05 degrees): the usual one of finishing.
     pub const FALLBACK_ORIENTATION_TOLERANCE: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
@@ -87,6 +92,7 @@ impl Default for Settings {
             length_active_after_change: true,
             length_in_machine_coordinates: true,
             feed_reduced_below: 0.5,
+            max_time: Self::MAX_TIME,
             look_ahead_blocks: 2000,
         }
     }

@@ -61,6 +61,7 @@ mod json;
 mod map_files;
 mod mesh_file;
 mod mode;
+mod page_safety;
 mod part;
 mod picture;
 mod program;

@@ -266,7 +266,7 @@ impl<'a> Engine<'a> {
             self.loose.moved(self.prepared, chunk);
         } else {
             self.looked_at = self.removed;
-            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. }));
+            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
             self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
         }
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
@@ -401,7 +401,8 @@ impl<'a> Engine<'a> {
             Event::Spindle { direction, speed_rpm, .. } => {
                 (self.state.spindle, self.state.speed_rpm) = (direction, speed_rpm);
             }
-            Event::End { .. } => self.ended = true,
+            // A program that the control ends has its finding.
+            Event::End { .. } | Event::Ended { .. } => self.ended = true,
             _ => {}
         }
     }

@@ -9,7 +9,7 @@ use crate::{
     damage::judge_areas,
     engine::Facts,
     error::SimError,
-    finding::{self, Severity},
+    finding::{self, Finding, Severity},
     gates::{self, Coverage},
     inspect,
     kept_motion::Swept,
@@ -78,7 +78,12 @@ pub(crate) fn judge(
         digests: prepared.digests.clone(),
         verdict: gates::overall(&gates),
         gates,
-        findings: log.all().to_vec(),
+        findings: log
+            .all()
+            .iter()
+            .cloned()
+            .map(|f| Finding { file: f.file.map(|n| prepared.shown_as(&n)), ..f })
+            .collect(),
         time: Time {
             total_s: summary.total_s,
             cutting_s: summary.cutting_s,

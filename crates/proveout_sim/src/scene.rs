@@ -11,6 +11,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
+use crate::names;
 pub use crate::scene_blade::{
     BladeFile, BladeKindFile, EndFile, EndPlatformFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile,
 };
@@ -18,6 +19,7 @@ pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile,
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
 pub use crate::scene_plan::{AxisFile, GivenAxisFile, HelixFile, ParameterFile, PathFile, PlanFile, StrategyFile};
+pub use crate::scene_run_limits::RunLimitsFile;
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
     SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
@@ -57,6 +59,9 @@ pub struct SceneFile {
     /// Control and dynamics.
     #[serde(default)]
     pub control: ControlFile,
+    /// Where a run ends that would not end by itself.
+    #[serde(default)]
+    pub limits: RunLimitsFile,
     /// Bounds of the gates.
     #[serde(default)]
     pub tolerances: Tolerances,
@@ -450,6 +455,15 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     if let Some(cell) = cells.iter().find(|c| !(**c > 0.0 && c.is_finite())) {
         let at = file.resolution_mm.span().start;
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
+    }
+    // These become names of files and folders.
+    let patches = file.stock.get_ref().patch.iter().map(|p| &p.get_ref().name);
+    let programs = file.program.iter().map(|p| &p.name);
+    for name in std::iter::once(&file.name).chain(programs).chain(patches) {
+        if let Some(message) = names::fault(name) {
+            let at = text.find(&format!("\"{name}\"")).unwrap_or(0);
+            return fault(at, message, names::REMEDY);
+        }
     }
     let stock = file.stock.get_ref();
     let forms = [

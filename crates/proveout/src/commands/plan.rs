@@ -1,4 +1,4 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
@@ -11,11 +11,15 @@ use proveout_tool::ToolLibrary;
 
 use crate::{
     args::{PlanArgs, RescheduleArgs, StrategyArg},
+    commands::output_file::{check, put_bytes},
     failure::Failure,
 };
 
 /// Writes a program for the blade of a scene, or compares its plans.
 pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
+    for file in args.output.iter().chain(&args.report) {
+        check(file, args.force)?;
+    }
     let failure = |e: SimError| Failure::from(&e);
     let scene = Scene::read(&args.scene).map_err(|e| failure(e.into()))?;
     let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| failure(e.into()))?;
@@ -36,14 +40,15 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
             tell!("{}", planned.report.text().trim_end());
             if let Some(path) = &args.report {
                 let json = serde_json::to_string_pretty(&planned.report);
-                write(path, json.map_err(|e| Failure::new(format!("the report cannot be written: {e}")))?)?;
+                let json = json.map_err(|e| Failure::new(format!("the report cannot be written: {e}")))?;
+                put_bytes(path, args.force, json)?;
             }
             planned.commands
         }
     };
     let settings = Prepared::reader_settings(&scene, None).map_err(|e| failure(e.into()))?;
     let text = programs::text(&commands, language(output), &settings).map_err(failure)?;
-    write(output, &text)
+    put_bytes(output, args.force, &text)
 }
 
 fn strategy_file(strategy: StrategyArg) -> Option<StrategyFile> {
@@ -79,6 +84,7 @@ fn study(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<(), Fa
 
 /// Writes a program of a scene with new tool axes.
 pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
+    check(&args.output, args.force)?;
     let Some(&(_, method)) = MethodFile::NAMES.iter().find(|(name, _)| *name == args.method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
         return Err(Failure::new(format!("method {:?} is not known", args.method))
@@ -95,7 +101,7 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         work.file.set(key.trim(), value.trim()).map_err(wrong)?;
     }
     let text = work.text(&scene, language(&args.output)).map_err(failure)?;
-    write(&args.output, &text)?;
+    put_bytes(&args.output, args.force, &text)?;
     tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source.name, options(&work));
     Ok(())
 }
@@ -118,16 +124,4 @@ fn language(path: &Path) -> Dialect {
         (Dialect::Auto, _) => Dialect::Siemens840d,
         (dialect, _) => dialect,
     }
-}
-
-/// Writes a file beside its place and moves it there.
-pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
-    let fail = |e: std::io::Error| {
-        Failure::new(format!("{} cannot be written: {e}", path.display())).with_help("name another file")
-    };
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    std::fs::write(&beside, text).map_err(fail)?;
-    std::fs::rename(&beside, path).map_err(fail)
 }

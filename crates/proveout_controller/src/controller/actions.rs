@@ -64,6 +64,9 @@ where
             let help = "program a time of zero or more";
             return Err(Box::new(ControlError::at(location, "control-dwell", message, help)));
         }
+        if self.ends_before_standstill(duration, location) {
+            return Ok(());
+        }
         self.stop_run();
         let time = self.out.clock;
         self.out.meter.summary.dwell_s += duration;

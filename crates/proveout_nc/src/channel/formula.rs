@@ -78,7 +78,8 @@ pub(crate) fn formula<'a, F: Formulas<'a>>(text: &mut F, depth: u32) -> Result<E
 
 /// Reads as far as operators bind at least as strongly as `lowest`.
 pub(crate) fn parse<'a, F: Formulas<'a>>(text: &mut F, lowest: u8, depth: u32) -> Result<Expr<F::Param>, Fault> {
-    let mut left = operand(text, depth)?;
+    let first = operand(text, depth)?;
+    let mut rest = Vec::new();
     let mut compared = false;
     loop {
         let before = text.scanner().pos();
@@ -86,7 +87,7 @@ pub(crate) fn parse<'a, F: Formulas<'a>>(text: &mut F, lowest: u8, depth: u32) -
         let from = text.scanner().pos();
         let Some((operator, priority)) = text.operator().filter(|(_, priority)| *priority >= lowest) else {
             text.scanner().set_pos(before);
-            return Ok(left);
+            return Ok(if rest.is_empty() { first } else { Expr::Chain(Box::new(first), rest) });
         };
         if let Some((comparison, help)) = text.grammar().comparison
             && priority == comparison
@@ -95,8 +96,7 @@ pub(crate) fn parse<'a, F: Formulas<'a>>(text: &mut F, lowest: u8, depth: u32) -
             let span = text.scanner().span_from(from);
             return Err(Fault::new(codes::SYNTAX, span, "comparisons cannot be chained").help(help));
         }
-        let right = parse(text, priority + 1, depth + 1)?;
-        left = Expr::Binary(operator, Box::new(left), Box::new(right));
+        rest.push((operator, parse(text, priority + 1, depth + 1)?));
     }
 }
 

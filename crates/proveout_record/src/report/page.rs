@@ -7,6 +7,7 @@ use proveout_sim::{
 };
 use serde::Serialize;
 
+use crate::page_safety::{policy, without_steering};
 use crate::{
     color::{DeviationMap, STEEL},
     contact::{ContactPicture, FIRST, SECOND},
@@ -63,6 +64,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     let data = serde_json::json!({
         "css": CSS,
         "viewer": VIEWER,
+        "policy": policy(&[VIEWER, TEXTURE]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
         "program": v.program,
         "scene": v.scene,
@@ -100,7 +102,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
-    template.render(Serde(&data)).map_err(fault)
+    template.render(Serde(&data)).map(without_steering).map_err(fault)
 }
 
 /// What the script of the maps reads; nothing in it comes from a text of the user.

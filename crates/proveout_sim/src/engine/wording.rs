@@ -144,6 +144,11 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
             (f.value, f.unit) = (Some(angle), Some("deg".into()));
             f
         }
+        Event::Ended { location, reason, .. } => {
+            let mut f = FindingLog::of(&finding::STOPPED, reason.clone());
+            (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
+            f
+        }
         Event::Probe { .. } => FindingLog::of(
             &finding::PROBED,
             "the probing motion runs to its end: what the probe finds is not known".into(),

@@ -132,7 +132,9 @@ mod tests {
         match e {
             Expr::Number(v) => *v,
             Expr::Unary(f, a) => expression::apply(*f, number(a), Span::default()).unwrap(),
-            Expr::Binary(o, a, b) => expression::combine(*o, number(a), number(b), Span::default()).unwrap(),
+            Expr::Chain(first, rest) => rest.iter().fold(number(first), |left, (o, right)| {
+                expression::combine(*o, left, number(right), Span::default()).unwrap()
+            }),
             _ => f64::NAN,
         }
     }

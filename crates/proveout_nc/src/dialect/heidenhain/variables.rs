@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::expr::Expr;
 use super::words::{Condition, Kind, Param, Relation, Value};
-use crate::channel::expression::{Function, Operator, apply, arithmetic, combine};
+use crate::channel::expression::{self, Function, Operator, apply, arithmetic, combine};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 
@@ -131,15 +131,12 @@ impl Variables {
                 text => text,
             },
             Expr::Unary(function, inner) => finite(apply(*function, self.number(inner, span)?, span)?, span)?,
-            Expr::Binary(Operator::Join, a, b) => {
-                let mut text = shown(self.eval(a, span)?);
-                text.push_str(&shown(self.eval(b, span)?));
-                Val::Text(text)
-            }
-            Expr::Binary(operator, a, b) => {
-                let (a, b) = (self.number(a, span)?, self.number(b, span)?);
-                let value = combine(*operator, a, b, span)?;
-                finite(if *operator == Operator::Angle { value.rem_euclid(360.0) } else { value }, span)?
+            Expr::Chain(first, rest) => {
+                let mut left = self.eval(first, span)?;
+                for (operator, right) in rest {
+                    left = binary(*operator, left, self.eval(right, span)?, span)?;
+                }
+                left
             }
             Expr::Name(_) | Expr::Element(..) | Expr::Call(..) => {
                 return Err(
@@ -150,13 +147,7 @@ impl Variables {
     }
 
     fn number(&self, expr: &Expr, span: Span) -> Result<f64, Fault> {
-        match self.eval(expr, span)? {
-            Val::Number(number) => Ok(number),
-            Val::Text(text) => {
-                Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
-                    .help("use a number"))
-            }
-        }
+        number(self.eval(expr, span)?, span)
     }
 
     pub(crate) fn truth(&self, condition: &Condition, span: Span) -> Result<bool, Fault> {
@@ -180,6 +171,27 @@ fn shown(value: Val) -> String {
         Val::Number(number) => format!("{number}"),
         Val::Text(text) => text,
     }
+}
+
+fn number(value: Val, span: Span) -> Result<f64, Fault> {
+    match value {
+        Val::Number(number) => Ok(number),
+        Val::Text(text) => {
+            Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
+                .help("use a number"))
+        }
+    }
+}
+
+/// Value of an operation.
+fn binary(operator: Operator, left: Val, right: Val, span: Span) -> Result<Val, Fault> {
+    if operator == Operator::Join {
+        let mut text = shown(left);
+        text.push_str(&shown(right));
+        return expression::short_text(text, span).map(Val::Text);
+    }
+    let value = combine(operator, number(left, span)?, number(right, span)?, span)?;
+    finite(if operator == Operator::Angle { value.rem_euclid(360.0) } else { value }, span)
 }
 
 /// Zero has no sign on this control.

@@ -207,7 +207,7 @@ fn atan(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
     if text.s.take(b',') {
         let x = formula::formula(text, depth + 1)?;
         formula::close(text, b']', start)?;
-        return Ok(Expr::Binary(Operator::Angle, Box::new(y), Box::new(x)));
+        return Ok(Expr::pair(Operator::Angle, y, x));
     }
     formula::close(text, b']', start)?;
     text.blanks();
@@ -216,7 +216,7 @@ fn atan(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
         text.blanks();
         if text.s.peek() == b'[' {
             let x = formula::bracket(text, depth + 1)?;
-            return Ok(Expr::Binary(Operator::Angle, Box::new(y), Box::new(x)));
+            return Ok(Expr::pair(Operator::Angle, y, x));
         }
         text.s.set_pos(before);
     }
@@ -238,7 +238,9 @@ mod tests {
                 Expr::Number(v) => v.to_string(),
                 Expr::Param(p) => format!("#{}", show(&p.0)),
                 Expr::Unary(u, a) => format!("({u:?} {})", show(a)),
-                Expr::Binary(b, l, r) => format!("({b:?} {} {})", show(l), show(r)),
+                Expr::Chain(first, rest) => {
+                    rest.iter().fold(show(first), |left, (o, right)| format!("({o:?} {left} {})", show(right)))
+                }
                 other => format!("{other:?}"),
             }
         }

@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 
 use super::expr::Expr;
 use super::parser::Type;
-use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
+use crate::channel::expression::{self, Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 
 /// Two numbers that differ by less than this, relative to the larger, are equal: the control compares relatively too.
 const RELATIVE_EQUALITY: f64 = 1e-12;
-/// Longest text that `<<` builds, in bytes.
-const MAX_TEXT: usize = 1000;
 
 /// Functions of one argument.
 const FUNCTIONS: [(&str, Function); 13] = [
@@ -191,7 +189,13 @@ impl Variables {
             Expr::Call(name, arguments) if name == "AXNAME" => self.axis_name(arguments, span)?,
             Expr::Call(name, arguments) => Val::Number(self.function(name, arguments, span)?),
             Expr::Unary(function, inner) => Val::Number(apply(*function, self.number(inner, span)?, span)?),
-            Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
+            Expr::Chain(first, rest) => {
+                let mut left = self.eval(first, span)?;
+                for (operator, right) in rest {
+                    left = binary(*operator, left, self.eval(right, span)?, span)?;
+                }
+                left
+            }
         })
     }
 
@@ -252,40 +256,6 @@ impl Variables {
             _ if is_axis(name) => return Ok(Val::Text(name.to_owned())),
             _ => return Err(unknown(name, span)),
         }))
-    }
-
-    fn binary(&self, operator: Operator, left: &Expr, right: &Expr, span: Span) -> Result<Val, Fault> {
-        let (left, right) = (self.eval(left, span)?, self.eval(right, span)?);
-        if operator == Operator::Join {
-            let text = format!("{}{}", shown(&left), shown(&right));
-            if text.len() > MAX_TEXT {
-                let message = format!("the text has {} bytes; the limit is {MAX_TEXT}", text.len());
-                return Err(Fault::new(codes::BAD_VALUE, span, message).help("join fewer texts"));
-            }
-            return Ok(Val::Text(text));
-        }
-        let number = |value: f64| Ok(Val::Number(value));
-        let (a, b) = match (left, right) {
-            (Val::Number(a), Val::Number(b)) => (a, b),
-            (Val::Text(a), Val::Text(b)) if operator == Operator::Equal => return number(truth(a == b)),
-            (Val::Text(a), Val::Text(b)) if operator == Operator::NotEqual => return number(truth(a != b)),
-            (a, b) => {
-                let message = format!("`{}` and `{}` cannot be combined like this", shown(&a), shown(&b));
-                return Err(Fault::new(codes::TYPE, span, message).help("combine numbers; join texts with <<"));
-            }
-        };
-        let equal = (a - b).abs() <= RELATIVE_EQUALITY * a.abs().max(b.abs());
-        number(match operator {
-            Operator::Mod if b != 0.0 => a - (a / b).trunc() * b,
-            Operator::Equal => truth(equal),
-            Operator::NotEqual => truth(!equal),
-            Operator::Less => truth(a < b && !equal),
-            Operator::Greater => truth(a > b && !equal),
-            Operator::LessEqual => truth(a < b || equal),
-            Operator::GreaterEqual => truth(a > b || equal),
-            Operator::Chain => return Ok(Val::Text(String::new())),
-            _ => combine(operator, a, b, span)?,
-        })
     }
 
     /// `AXNAME("X")`: the axis of a name.
@@ -411,4 +381,33 @@ impl Variable {
     pub(crate) fn sizes(&self) -> &[usize] {
         &self.sizes
     }
+}
+/// Value of an operation.
+fn binary(operator: Operator, left: Val, right: Val, span: Span) -> Result<Val, Fault> {
+    if operator == Operator::Join {
+        let text = format!("{}{}", shown(&left), shown(&right));
+        return expression::short_text(text, span).map(Val::Text);
+    }
+    let number = |value: f64| Ok(Val::Number(value));
+    let (a, b) = match (left, right) {
+        (Val::Number(a), Val::Number(b)) => (a, b),
+        (Val::Text(a), Val::Text(b)) if operator == Operator::Equal => return number(truth(a == b)),
+        (Val::Text(a), Val::Text(b)) if operator == Operator::NotEqual => return number(truth(a != b)),
+        (a, b) => {
+            let message = format!("`{}` and `{}` cannot be combined like this", shown(&a), shown(&b));
+            return Err(Fault::new(codes::TYPE, span, message).help("combine numbers; join texts with <<"));
+        }
+    };
+    let equal = (a - b).abs() <= RELATIVE_EQUALITY * a.abs().max(b.abs());
+    number(match operator {
+        Operator::Mod if b != 0.0 => a - (a / b).trunc() * b,
+        Operator::Equal => truth(equal),
+        Operator::NotEqual => truth(!equal),
+        Operator::Less => truth(a < b && !equal),
+        Operator::Greater => truth(a > b && !equal),
+        Operator::LessEqual => truth(a < b || equal),
+        Operator::GreaterEqual => truth(a > b || equal),
+        Operator::Chain => return Ok(Val::Text(String::new())),
+        _ => combine(operator, a, b, span)?,
+    })
 }

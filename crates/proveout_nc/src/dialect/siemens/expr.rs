@@ -230,7 +230,9 @@ mod tests {
                 Expr::Name(n) => n.clone(),
                 Expr::Param(p) => format!("R{}", show(&p.0)),
                 Expr::Unary(u, a) => format!("({u:?} {})", show(a)),
-                Expr::Binary(b, l, r) => format!("({b:?} {} {})", show(l), show(r)),
+                Expr::Chain(first, rest) => {
+                    rest.iter().fold(show(first), |left, (o, right)| format!("({o:?} {left} {})", show(right)))
+                }
                 other => format!("{other:?}"),
             }
         }

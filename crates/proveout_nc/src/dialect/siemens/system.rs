@@ -172,9 +172,9 @@ fn visit(expr: &Expr, visitor: &mut impl FnMut(&Expr)) {
     visitor(expr);
     match expr {
         Expr::Param(Indexed(inner)) | Expr::Unary(_, inner) => visit(inner, visitor),
-        Expr::Binary(_, left, right) => {
-            visit(left, visitor);
-            visit(right, visitor);
+        Expr::Chain(first, rest) => {
+            visit(first, visitor);
+            rest.iter().for_each(|(_, operand)| visit(operand, visitor));
         }
         Expr::Call(_, arguments) => arguments.iter().flatten().for_each(|e| visit(e, visitor)),
         Expr::Element(_, indices) => indices.iter().for_each(|e| visit(e, visitor)),
