@@ -208,6 +208,7 @@ cases! {
     "scene/JointLimitFile.max_velocity_deg_s", Five, ["scene", "control.joint_limits.C.max_velocity_deg_s", "20"];
     "scene/JointLimitFile.max_acceleration_deg_s2", Five, ["scene", "control.joint_limits.C.max_acceleration_deg_s2", "100"];
     "scene/JointLimitFile.max_jerk_deg_s3", Five, ["scene", "control.joint_limits.C.max_jerk_deg_s3", "900"];
+    "scene/.limits", Mill, ["scene", "limits", "{ simulated_time_s = 2 }"];
     "scene/RunLimitsFile.simulated_time_s", Mill, ["scene", "limits.simulated_time_s", "1"];
     "scene/RunLimitsFile.blocks", Mill, ["scene", "limits.blocks", "2"];
     "scene/Tolerances.gouge_mm", Part, ["scene", "tolerances.gouge_mm", "0.06"];

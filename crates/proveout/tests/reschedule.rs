@@ -53,7 +53,7 @@ fn folder() -> &'static Path {
 
 /// A program as `reschedule` writes it.
 fn written(words: &[&str], file: &str) -> String {
-    let output = proveout(&[&["reschedule", "."], words, &["--output", file]].concat());
+    let output = proveout(&[&["reschedule", "."], words, &["--output", file, "--force"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     fs::read_to_string(folder().join(file)).expect("written")
 }

@@ -105,6 +105,8 @@ pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
     let mut open = vec![(apart(root_a, root_b), root_a, root_b)];
     while let Some((least, x, y)) = open.pop() {
         if bound <= 0.0 {
+            // Nothing that is left is looked at any more.
+            left_out = left_out.min(0.0);
             break;
         }
         if least >= open_below {
@@ -180,6 +182,8 @@ pub(crate) fn nearest_leaf<B: BoxTree, W>(
     let mut open = vec![of(root)];
     while let Some((least, node)) = open.pop() {
         if bound <= 0.0 {
+            // Nothing that is left is looked at any more.
+            left_out = left_out.min(0.0);
             break;
         }
         if least >= bound {
@@ -445,6 +449,9 @@ mod tests {
                 let found = nearest_leaves(&a, &b, &pose, limit, None, |i, j, _| (of(i, j), ()));
                 let NearestLeaves::Beyond(bound) = found else { panic!("{found:?}") };
                 assert!(limit <= bound && bound <= least + 1e-12, "{limit} {bound} {least}");
+                // A limit that nothing can be nearer than proves no distance.
+                let none = nearest_leaves(&a, &b, &pose, 0.0, None, |i, j, _| (of(i, j), ()));
+                assert_eq!(none, NearestLeaves::Beyond(0.0));
                 // Roughly: what is proved is no less than what must be exact, and the part that is promised.
                 let ask = |exact: f64, asked: &mut usize| {
                     near_leaves((&a, &b), &pose, [exact, f64::INFINITY], None, |i, j, _| {

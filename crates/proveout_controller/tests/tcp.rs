@@ -179,7 +179,7 @@ fn pieces_hold_their_deviation_and_join() {
         machine.inverse_with_rotary(&(from + (to - from) * part), &q, LENGTH)
     };
     for p in &pieces {
-        assert!(p.deviation <= 0.0005);
+        assert!(p.edge_deviation <= 0.0005 && p.deviation <= 0.004);
         let part = |i: usize| (p.pose[i].tip - from).norm() / (to - from).norm();
         let (a, b) = (part(0), part(1));
         check_piece(&machine, p, &|t| rotary(a + (b - a) * t));

@@ -159,10 +159,10 @@ fn bound(of: &mut Map<String, Value>, least: f64, most: f64) {
         // What a type says already is the narrower one.
         of.entry("minimum").or_insert_with(|| json!(least));
         of.entry("maximum").or_insert_with(|| json!(most));
-    } else if is(of, "array") {
-        if let Some(Value::Object(items)) = of.get_mut("items") {
-            bound(items, least, most);
-        }
+    } else if is(of, "array")
+        && let Some(Value::Object(items)) = of.get_mut("items")
+    {
+        bound(items, least, most);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Thousands of spoilt inputs: scenes, machines, tools, programs of all languages, meshes and stock files.
+//! Thousands of spoiled inputs: scenes, machines, tools, programs of all languages, meshes and stock files.
 //!
 //! Every one ends with an exit code of the program, within 20 s (of an undisturbed machine), within the memory that a call may take,
 //! and without a panic. `PROVEOUT_MUTATIONS` sets how many (20,000 for a whole run, a hundredth of it by default),
@@ -8,6 +8,8 @@
 //! PROVEOUT_MUTATIONS=20000 cargo test -p proveout --test hostile -- mutation --nocapture
 //! ```
 
+#![expect(clippy::print_stderr, reason = "a failing input is named with its seed, and a long run tells what it did")]
+
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
 use crate::workshop::{PROGRAM, Workshop, proveout_within};
@@ -15,7 +17,7 @@ use crate::workshop::{PROGRAM, Workshop, proveout_within};
 /// Wall time after which a call counts as hung. Tests share the processors with others: six times what an undisturbed one may take.
 const MOST: Duration = Duration::from_secs(120);
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
+/// `SplitMix64` (Steele, Lea, Flood 2014).
 struct Random(u64);
 
 impl Random {
@@ -95,7 +97,7 @@ const WORDS: [&str; 26] = [
 ];
 
 /// Changes one to four places of a file.
-fn spoilt(seed: &[u8], binary: bool, random: &mut Random) -> Vec<u8> {
+fn spoiled(seed: &[u8], binary: bool, random: &mut Random) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     for _ in 0..1 + random.below(4) {
         if bytes.is_empty() {
@@ -299,7 +301,7 @@ fn keep(seed: &Seed, bytes: &[u8], number: u64) -> String {
 fn mutation_of_every_input_ends_well() {
     let shop = Workshop::new();
     let seeds = seeds(&shop);
-    // Unspoilt, each is read: what is refused for another reason would test nothing.
+    // Unspoiled, each is read: what is refused for another reason would test nothing.
     let refused: Vec<String> = seeds
         .iter()
         .map(|seed| shop.call(&seed.call.iter().map(String::as_str).collect::<Vec<_>>()))
@@ -315,7 +317,7 @@ fn mutation_of_every_input_ends_well() {
         let number = begin.wrapping_mul(1 << 32).wrapping_add(k);
         let mut random = Random(number);
         let seed = &seeds[k as usize % seeds.len()];
-        let bytes = spoilt(&seed.bytes, seed.binary, &mut random);
+        let bytes = spoiled(&seed.bytes, seed.binary, &mut random);
         shop.write(&seed.name, &bytes);
         let call: Vec<&str> = seed.call.iter().map(String::as_str).collect();
         let fault = match proveout_within(shop.path(), &call, MOST) {
