@@ -285,6 +285,9 @@ pub(crate) struct BladeArgs {
     /// Largest distance of the mesh from the blade, mm (default: the scene's)
     #[arg(long, value_name = "X")]
     pub(crate) chord_error_mm: Option<f64>,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]

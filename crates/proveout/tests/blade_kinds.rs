@@ -45,12 +45,19 @@ fn a_blade_of_every_kind_is_written_as_a_closed_mesh() {
     ] {
         scene(folder, &format!("[part.blade]\nkind = \"{kind}\"\nchord_error_mm = 0.05\n{keys}"));
         for name in ["part.stl", "part.glb"] {
-            let output = proveout(folder, &["blade", ".", "--output", name, "--allowance-mm", "0.2"]);
+            let arguments = ["blade", ".", "--output", name, "--allowance-mm", "0.2", "--force"];
+            let output = proveout(folder, &arguments);
             let text = String::from_utf8_lossy(&output.stderr).into_owned();
-            assert!(output.status.success() && text.contains("as measured"), "{kind}: {text}");
+            assert!(output.status.success() && text.contains("as measured, 0.05 mm asked"), "{kind}: {text}");
+            // Without the last word nothing is written over.
+            let before = fs::read(folder.join(name)).expect("the file");
+            let output = proveout(folder, &arguments[..6]);
+            let text = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.code() == Some(2) && text.contains("is there already"), "{kind}: {text}");
+            assert!(before == fs::read(folder.join(name)).expect("the file"), "{kind}");
         }
         let coarse = fs::metadata(folder.join("part.stl")).expect("the file").len();
-        let output = proveout(folder, &["blade", ".", "--output", "part.stl", "--chord-error-mm", "0.01"]);
+        let output = proveout(folder, &["blade", ".", "--output", "part.stl", "--chord-error-mm", "0.01", "--force"]);
         assert!(output.status.success(), "{kind}: {}", String::from_utf8_lossy(&output.stderr));
         let fine = fs::metadata(folder.join("part.stl")).expect("the file").len();
         assert!(fine > coarse, "{kind}: {fine} {coarse}");
@@ -110,13 +117,17 @@ fn a_part_of_another_kind_is_cut_and_judged() {
             let verdict = verdict.unwrap_or_else(|e| panic!("{kind} {e}: {}", String::from_utf8_lossy(&output.stderr)));
             let verdict: Value = serde_json::from_str(&verdict).expect("the verdict");
             let deviation = &verdict["deviation"];
+            let error = |key: &str| deviation[key].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
+            let (measured, asked) = (error("mesh_error_mm"), error("mesh_asked_mm"));
+            assert!(asked == 0.01 && measured > 0.001 && measured < asked, "{kind}: {deviation}");
             assert!(deviation["against"].as_str().is_some_and(|a| a.contains(against)), "{kind}: {deviation}");
             let gates = verdict["gates"].as_array().expect("gates");
             let gouge = gates.iter().find(|g| g["name"] == "gouge").expect("the gate");
             assert_eq!(gouge["state"], gate, "{kind}, {height}: {gouge}");
             let deepest = deviation["gouge_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
-            // On a ray that is left without its wall the depth is that of the cut along the ray: at least the step below the design.
-            let fits = if height > 0.0 { deepest < 0.015 } else { deepest > 0.17 };
+            // The flat is 0.2 mm below the highest point of a mesh that lies within 0.01 mm of the design; on a ray that loses all of a thin crest
+            // no point is deeper than half of it.
+            let fits = if height > 0.0 { deepest < 0.015 } else { (deepest - 0.2).abs() < 0.011 };
             assert!(fits, "{kind}, {height}: {deepest}");
             let excess = deviation["excess_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
             assert!(

@@ -13,26 +13,22 @@ use crate::{color::STEEL, glb::write_glb, picture::Picture};
 /// Edges sharper than this stay sharp in the picture, radian.
 const CREASE: f64 = 0.5;
 
-/// Writes a mesh (mm) as binary STL, or as binary glTF (meter, Y up at its root) with a note, into a file of that ending; it is complete or not there.
+/// Writes a mesh (mm) as binary STL, or as binary glTF (meter, Y up at its root) with a note, into a file of that ending.
 ///
 /// # Errors
 /// The ending is neither `.stl` nor `.glb`, or the file cannot be written.
 pub fn write_mesh(path: &Path, name: &str, note: &str, mesh: &TriMesh) -> io::Result<()> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = Path::new(&beside);
     match ending.as_deref() {
-        Some("stl") => write_stl(beside, mesh).map_err(|e| match e {
+        Some("stl") => write_stl(path, mesh).map_err(|e| match e {
             MeshFileError::Open { source, .. } => source,
             other => io::Error::other(other),
-        })?,
+        }),
         Some("glb") => {
-            let mut out = BufWriter::new(File::create(beside)?);
+            let mut out = BufWriter::new(File::create(path)?);
             write_glb(&mut out, name, note, &Picture::creased(mesh, CREASE), &[], STEEL)?;
-            out.flush()?;
+            out.flush()
         }
-        _ => return Err(io::Error::new(io::ErrorKind::InvalidInput, "its name ends neither in .stl nor in .glb")),
+        _ => Err(io::Error::new(io::ErrorKind::InvalidInput, "its name ends neither in .stl nor in .glb")),
     }
-    std::fs::rename(beside, path)
 }

@@ -18,6 +18,7 @@ use crate::{
 };
 
 /// A closed form of the part.
+#[derive(Debug)]
 pub(crate) enum Shape {
     /// Circles on a camber line, on their platform.
     Camber(Blade),
@@ -34,6 +35,8 @@ pub struct BladeMesh {
     pub mesh: TriMesh,
     /// Distance of its facets from the closed form as measured, mm.
     pub measured: f64,
+    /// Chord error that was asked, mm.
+    pub asked: f64,
 }
 
 impl Shape {
@@ -76,29 +79,25 @@ impl Shape {
         }
     }
 
-    /// Its closed mesh within a chord error, mm.
+    /// Its closed mesh within a chord error, mm, and how far it is off as measured; that of kind `camber` is not measured here.
     ///
     /// # Errors
     /// The chord error was not reached, or the mesh bounds no solid.
-    pub(crate) fn mesh(&self, scene: &Scene, chord_error_mm: f64) -> Result<BladeMesh, SimError> {
+    pub(crate) fn mesh(&self, scene: &Scene, chord_error_mm: f64) -> Result<(TriMesh, Option<f64>), SimError> {
         let wrong = |message: String| ConfigError::file(&scene.path, message, "correct [part.blade]");
         let made = match self {
-            Self::Camber(blade) => {
-                let mesh = blade.mesh(chord_error_mm);
-                let measured = chord_error(&mesh, blade).unwrap_or(f64::INFINITY);
-                BladeMesh { mesh, measured }
-            }
+            Self::Camber(blade) => (blade.mesh(chord_error_mm), None),
             Self::Ended(solid) => {
                 let made = solid.mesh(chord_error_mm).map_err(|e| wrong(e.to_string()))?;
-                BladeMesh { mesh: made.mesh, measured: made.measured }
+                (made.mesh, Some(made.measured))
             }
             Self::Face(surface, backing, allowance) => {
                 let made = face_mesh(surface.as_ref(), *backing, *allowance, chord_error_mm);
                 let made = made.map_err(|e| wrong(e.to_string()))?;
-                BladeMesh { mesh: made.mesh, measured: made.measured }
+                (made.mesh, Some(made.measured))
             }
         };
-        made.mesh.check_solid().map_err(|source| SimError::Mesh { path: scene.path.clone(), source })?;
+        made.0.check_solid().map_err(|source| SimError::Mesh { path: scene.path.clone(), source })?;
         Ok(made)
     }
 }
@@ -127,5 +126,13 @@ pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>)
     let Some(file) = scene.file.part.as_ref().and_then(|p| p.blade) else {
         return Err(ConfigError::file(&scene.path, "the scene has no blade", "describe it as [part.blade]").into());
     };
-    Shape::of_scene(scene, &file, allowance)?.mesh(scene, chord_error_mm.unwrap_or(file.chord_error_mm))
+    let asked = chord_error_mm.unwrap_or(file.chord_error_mm);
+    let shape = Shape::of_scene(scene, &file, allowance)?;
+    let (mesh, measured) = shape.mesh(scene, asked)?;
+    let measured = match &shape {
+        Shape::Camber(blade) => chord_error(&mesh, blade),
+        _ => measured,
+    };
+    let unknown = || ConfigError::file(&scene.path, "how far the mesh is off cannot be told", "correct [part.blade]");
+    Ok(BladeMesh { mesh, measured: measured.ok_or_else(unknown)?, asked })
 }
