@@ -77,6 +77,7 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
     let mut engine = Engine::new(&prepared, stock, patches)?;
+    engine.prove_clearance();
     let told = Instant::now();
     for observer in observers.iter_mut() {
         observer.begin(&setup(&prepared, engine.stock(), engine.patches()), folder)?;
@@ -103,7 +104,8 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
 
     let shape = surveyed.shape;
     drop(surveyed.deviations);
-    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &shape, folder };
+    let outcome =
+        Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &shape, proof: &facts.proof, folder };
     tell(observers, &mut stages, |o| o.end(&setup, &outcome))?;
     let wall = prepared.read_time + begin.elapsed().as_secs_f64();
     let memory = |name: &str, s: &TriDexel| (name.to_owned(), s.memory_bytes());
