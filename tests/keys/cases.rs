@@ -308,6 +308,7 @@ cases! {
     "scene/PlanFile.quasi-circle", Paths, ["scene", "plan.quasi-circle", ""];
     "scene/PlanFile.row", Paths, ["scene", "plan.row", ""];
     "scene/PlanFile.point-roughing", Paths, ["scene", "plan.point-roughing", ""];
+    "scene/PlanFile.flank", Flank, ["scene", "plan.flank", ""];
     "scene/PathFile.tool", Paths, ["scene", "plan.row.tool", "\"nobody\""];
     "scene/PathFile.spindle_rpm", Paths, ["scene", "plan.row.spindle_rpm", "7000"];
     "scene/PathFile.feed_mm_min", Paths, ["scene", "plan.row.feed_mm_min", "900"];
@@ -338,6 +339,9 @@ cases! {
     "scene/PathFile.start", Paths, ["scene", "plan.point-roughing.start", "0.4"];
     "scene/PathFile.one_way", Paths, ["scene", "plan.transverse.one_way", "false"];
     "scene/PathFile.outwards", Paths, ["scene", "plan.pocket.outwards", "false"];
+    "scene/PathFile.rulings", Flank, ["scene", "plan.flank.rulings", "\"across\""];
+    "scene/PathFile.below_mm", Flank, ["scene", "plan.flank.below_mm", "2"];
+    "scene/PathFile.flank_error_mm", Flank, ["scene", "plan.flank.flank_error_mm", "1e-7"];
     "scene/GivenAxisFile.part", Paths, ["scene", "plan.row.axis.axes.0.part", "0.2"];
     "scene/GivenAxisFile.direction", Paths, ["scene", "plan.row.axis.axes.0.direction", "[0.15, -0.9, -0.4]"];
     "scene/HelixFile.tool", Plan, ["scene", "plan.helix.tool", "\"nobody\""];

@@ -35,7 +35,7 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string())?;
     let left = pool.install(|| match setup {
         Setup::Plan => planned(folder.path()),
-        Setup::Paths => paths(folder.path()),
+        Setup::Paths | Setup::Flank => paths(folder.path()),
         Setup::Remade | Setup::RemadeQuaternion => remade(folder.path()),
         Setup::Compare => compared(folder.path()),
         Setup::Next => next(folder.path()),

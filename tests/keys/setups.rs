@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, fs};
 use proveout_tests::root;
 
 use crate::texts::{
-    BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE, SURFACE_BLADE,
-    SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, paths, shortened, stl,
+    BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, FLANK, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE,
+    SURFACE_BLADE, SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, paths, shortened, stl,
 };
 
 /// Text of a file, or its bytes, by its name.
@@ -92,8 +92,10 @@ pub(crate) enum Setup {
     Compare,
     /// A pass round a blade.
     Plan,
-    /// Paths over a blade by contacts, every strategy.
+    /// Paths over a blade by contacts, every strategy but the flank.
     Paths,
+    /// A ruled side by the flank.
+    Flank,
     /// A program that is made from another, by either method.
     Remade,
     RemadeQuaternion,
@@ -239,6 +241,21 @@ impl Setup {
                 program = short.into();
                 machine = machine.replace("cycle_time_ms = 4", "cycle_time_ms = 8");
                 more.push(("other.nc", short.replace("F1500", "F1100").into()));
+            }
+            Self::Flank => {
+                let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
+                machine = lib("machines/bc-trunnion/machine.toml");
+                tools = lib("tools/li-2022.toml");
+                name = "main.mpf";
+                program = shortened(&lib("scenes/li-2022-s-theta/original.mpf"));
+                scene = in_siemens(&scene)
+                    .replace("box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }", "blade_allowance_mm = 0.5")
+                    .replace("resolution_mm = 0.5", "resolution_mm = 8")
+                    .replace("rotation_deg = [0, 0, 0]", "rotation_deg = [0, -90, 0]");
+                scene += &BLADE_PART.replace("twist_deg_per_mm = 0.1", "twist_deg_per_mm = 0.0");
+                scene += FLANK;
+                let model = fs::read(root().join("machines/bc-trunnion/model.glb")).unwrap_or_default();
+                more.push(("machine/model.glb", model));
             }
             Self::Plan | Self::Paths | Self::Remade | Self::RemadeQuaternion => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();

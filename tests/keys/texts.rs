@@ -442,6 +442,25 @@ pub(crate) fn paths() -> String {
     text
 }
 
+/// A side that is ruled along the blade, by the flank.
+pub(crate) const FLANK: &str = r#"
+[plan.flank]
+tool = "BALL_D16"
+spindle_rpm = 8000
+feed_mm_min = 1000
+work_offset = "G54"
+tolerance_mm = 0.01
+axis = { rule = "ruling", points = [0.2, 0.8] }
+lift_mm = 2
+clearance_mm = 10
+chord_error_mm = 0.01
+across = [0.7, 0.8]
+along = [0.55, 0.95]
+rulings = "along"
+below_mm = 1
+flank_error_mm = 0.01
+"#;
+
 pub(crate) const COMPARE: &str = r#"
 [compare]
 baseline = "main"

@@ -13,6 +13,7 @@ mod holes;
 mod languages;
 mod li_2022;
 mod planned;
+mod planned_kinds;
 mod plunge;
 mod poles;
 mod stock_and_machine;

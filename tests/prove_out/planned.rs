@@ -14,9 +14,9 @@ use proveout_tests::{prove, root};
 use proveout_tool::ToolLibrary;
 
 /// mm; 1 micrometer of chord, 2 of rounding by the control, 1 of the sweep.
-const CHORD_MM: f64 = 0.001;
-const TOLERANCE_MM: f64 = 0.002;
-const GOUGE_MM: f64 = CHORD_MM + 0.001 + TOLERANCE_MM;
+pub(crate) const CHORD_MM: f64 = 0.001;
+pub(crate) const TOLERANCE_MM: f64 = 0.002;
+pub(crate) const GOUGE_MM: f64 = CHORD_MM + 0.001 + TOLERANCE_MM;
 /// Ridge that is asked for, um.
 const RIDGE_UM: f64 = 10.0;
 
@@ -115,11 +115,11 @@ fn planned_in(
     made
 }
 
-fn proved(folder: &Path) -> Verdict {
+pub(crate) fn proved(folder: &Path) -> Verdict {
     prove(folder, &Choice::default(), 2).unwrap_or_else(|e| panic!("{e}")).verdict
 }
 
-fn gates_pass(name: &str, verdict: &Verdict, gates: &[&str]) {
+pub(crate) fn gates_pass(name: &str, verdict: &Verdict, gates: &[&str]) {
     for gate in gates {
         let gate = verdict.gates.iter().find(|g| g.name == *gate).expect("every gate is there");
         assert_eq!(gate.state, State::Pass, "{name}: {gate:?}\n{:#?}", verdict.findings);
@@ -127,7 +127,7 @@ fn gates_pass(name: &str, verdict: &Verdict, gates: &[&str]) {
 }
 
 /// The gouge is what chord error, sweep and rounding allow; the ridges are those asked for.
-fn as_planned(name: &str, made: &Planned, verdict: &Verdict, everywhere: bool) {
+pub(crate) fn as_planned(name: &str, made: &Planned, verdict: &Verdict, everywhere: bool) {
     gates_pass(name, verdict, &["program", "limits", "process", "collision", "gouge"]);
     let gouge = verdict.deviation.gouge_max_mm.expect("measured");
     let ridges = &verdict

@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, sync::Arc};
 
-use proveout_geom::blade::ParametricSurface;
+use proveout_geom::blade::{FOOT_ERROR_MM, ParametricSurface};
 use proveout_geom::{ToolPose, Vector, deg};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
@@ -165,6 +165,7 @@ pub fn plan(
     let shape = shape(scene)?;
     let planned = plan_over(scene, machine, tools, strategy, shape.surface().as_ref())?;
     check_ends(scene, strategy.name(), &shape, &planned.lines)?;
+    check_ball(scene, tools, strategy, &shape, &planned.lines)?;
     Ok(planned)
 }
 
@@ -272,6 +273,45 @@ fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) 
                     message,
                     "let the path begin and end farther from both ends",
                 ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A ball that cuts into a fillet or a platform while it touches the blade beside it. Other cutters are looked at by the run alone, and so are
+/// shank and holder.
+fn check_ball(
+    scene: &Scene,
+    tools: &ToolLibrary,
+    strategy: StrategyFile,
+    shape: &Shape,
+    lines: &[LineContacts],
+) -> Result<(), ConfigError> {
+    let (Shape::Ended(solid), Some(file)) = (shape, scene.file.plan.as_ref().and_then(|p| strategy.of(p))) else {
+        return Ok(());
+    };
+    let name = strategy.name();
+    let tool = tool_of(scene, tools, name, &file.tool)?;
+    let Some(radius) = tip(tool).and_then(|profile| profile.ball_radius()) else { return Ok(()) };
+    if strategy == StrategyFile::Flank {
+        return Ok(());
+    }
+    let allowed = file.chord_error_mm.unwrap_or(0.0).max(FOOT_ERROR_MM);
+    let domain = solid.surface().domain();
+    for line in lines {
+        for contact in &line.contacts {
+            let pose = &contact.touch.pose;
+            let deep = radius - solid.nearest(&(pose.tip + pose.axis * radius)).distance;
+            if deep > allowed {
+                let at = contact.place.named(&domain);
+                let message = format!(
+                    "[plan.{name}]: a ball of R{radius:.3} mm is too large for the fillet or the platform beside line {} at {at}: it cuts \
+                     {deep:.4} mm into it",
+                    line.name
+                );
+                let help = "take a cutter no larger than the fillet, or let the path end farther from both ends: nothing was written";
+                return Err(ConfigError::file(&scene.path, message, help));
             }
         }
     }

@@ -1,0 +1,118 @@
+//! Plans on the command line that do not fit: each is refused with its table, its section and its point, and nothing is written.
+
+use std::{
+    fs,
+    path::Path,
+    process::{Command, Output},
+};
+
+/// What is wrong with a plan.
+struct Wrong {
+    name: &'static str,
+    part: &'static str,
+    table: &'static str,
+    /// Parts of the message.
+    told: &'static [&'static str],
+}
+
+const CAMBER: &str = "[part.blade]\nchord_mm = 60\ncamber_angle_deg = 60\nthickness_mm = 8\nleading_radius_mm = 1.6\ntrailing_radius_mm = 1.2\n\
+                      length_mm = 25\ntwist_deg_per_mm = 0.1\nchord_error_mm = 0.05\n";
+/// Fillets of 3 mm.
+const LU: &str = "[part.blade]\nkind = \"lu\"\nchord_error_mm = 0.05\ntip = { x_mm = 98 }\n\
+                  root = { x_mm = 1, platform = { fillet_radius_mm = 3, thickness_mm = 8, y_mm = [-30, 30], z_mm = [-30, 30] } }\n";
+
+const WRONG: [Wrong; 6] = [
+    Wrong {
+        name: "a ball of 8 mm beside a fillet of 3 mm",
+        part: LU,
+        table: "[plan.transverse]\ntool = \"BALL_D16\"\nlines = [0.06]\nacross = [0.2, 0.3]\nchord_error_mm = 0.01\n\
+                axis = { rule = \"fixed-head\", table = [1, 0, 0], lead_deg = 10 }\n",
+        told: &[
+            "[plan.transverse]: a ball of R8.000 mm is too large for the fillet",
+            "section 0.0600, point 0.2",
+            "mm into it",
+        ],
+    },
+    Wrong {
+        name: "a wheel of 150 mm in the concave side",
+        part: CAMBER,
+        table: "[plan.row]\ntool = \"WHEEL\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
+                axis = { rule = \"lead-tilt\", lead_deg = 80 }\n",
+        told: &["[plan.row]: the cutter is too large at section 0.", "point 0.2", "the hollow of the surface has"],
+    },
+    Wrong {
+        name: "an axis out of the reach of the B head",
+        part: CAMBER,
+        table: "[plan.row]\ntool = \"BALL_D16\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
+                axis = { rule = \"fixed-head\", table = [1, 0, 0], head_deg = 89 }\n",
+        told: &["[plan.row]: the machine cannot take the tool axis at section 0.2000, point 0.2", "B"],
+    },
+    Wrong {
+        name: "an axis that has no direction",
+        part: CAMBER,
+        table: "[plan.row]\ntool = \"BALL_D16\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
+                axis = { rule = \"interpolated\", axes = [{ part = 0.0, direction = [0, 1, 0] }, { part = 1.0, direction = [0, 0, -1] }] }\n",
+        told: &["[plan.row]: the tool axis at section", "stands", "degrees from the outward normal"],
+    },
+    Wrong {
+        name: "a step longer than the radius of an edge",
+        part: CAMBER,
+        table: "[plan.transverse]\ntool = \"BALL_D16\"\nlines = [0.5]\nstep_mm = 3\n\
+                axis = { rule = \"fixed-head\", table = [1, 0, 0], lead_deg = 10 }\n",
+        told: &[
+            "[plan.transverse]: the step of",
+            "mm at section 0.5000, point 0.",
+            "is longer than the radius of the path, 1.",
+        ],
+    },
+    Wrong {
+        name: "a flank on a side that is not ruled",
+        part: CAMBER,
+        table: "[plan.flank]\ntool = \"BALL_D16\"\nacross = [0.6, 0.9]\nalong = [0.0, 0.9]\nrulings = \"along\"\nflank_error_mm = 0.001\n\
+                chord_error_mm = 0.01\naxis = { rule = \"ruling\" }\n",
+        told: &["[plan.flank]: the side is not ruled", "at section 0."],
+    },
+];
+
+fn typed(folder: &Path, wrong: &Wrong) -> Output {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
+    let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
+    let ball = fs::read_to_string(root.join("tools/li-2022.toml")).expect("the library");
+    let wheel = ball[ball.find("[[tool]]").expect("a tool")..]
+        .replace("number = 1", "number = 2")
+        .replace("\"BALL_D16\"", "\"WHEEL\"")
+        .replace("kind = \"ball\"", "kind = \"drum_wheel\"\ncorner_radius_mm = 1.5\nside_radius_mm = 2000")
+        .replace("diameter_mm = 16.0\nflute_length_mm = 32.0", "diameter_mm = 150.0\nflute_length_mm = 10.0");
+    fs::write(folder.join("tools.toml"), ball + "\n" + &wheel).expect("written");
+    let scene = format!(
+        "name = \"wrong\"\nmachine = {}\ntools = \"tools.toml\"\nresolution_mm = 2\n{}\n[stock]\nblade_allowance_mm = 0.3\n\
+         [mount]\ntranslation_mm = [260, 0, 0]\n[work_offsets.G54]\nX_mm = 260\n{}\
+         spindle_rpm = 8000\nfeed_mm_min = 1000\nwork_offset = \"G54\"\ntolerance_mm = 0.01\nlift_mm = 2\nclearance_mm = 10\n",
+        path("machines/starrag-lx-451"),
+        wrong.part,
+        wrong.table
+    );
+    fs::write(folder.join("scene.toml"), scene).expect("written");
+    let strategy = wrong.table.split(['.', ']']).nth(1).expect("a table");
+    Command::new(env!("CARGO_BIN_EXE_proveout"))
+        .current_dir(folder)
+        .args(["plan", ".", "--strategy", strategy, "--output", "lines.mpf", "--report", "lines.json"])
+        .output()
+        .expect("the program starts")
+}
+
+#[test]
+fn what_does_not_fit_is_refused_with_its_place_and_nothing_is_written() {
+    for wrong in &WRONG {
+        let folder = tempfile::tempdir().expect("a folder");
+        let output = typed(folder.path(), wrong);
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{}: {text}", wrong.name);
+        for part in wrong.told {
+            assert!(text.contains(part), "{}: no {part:?} in {text}", wrong.name);
+        }
+        for file in ["lines.mpf", "lines.json"] {
+            assert!(!folder.path().join(file).exists(), "{}: {file}", wrong.name);
+        }
+    }
+}
