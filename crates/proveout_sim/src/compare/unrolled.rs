@@ -123,10 +123,10 @@ mod tests {
         }
         // Closed round its section: one turn is the length of it.
         let surface = ClosedSurface::new(Lu::stand_in());
-        let near_end = surface.local(std::f64::consts::TAU - 1e-6, 0.5);
+        let near_end = surface.local(TAU - 1e-6, 0.5);
         let flat = by_its_lines(&surface, &[near_end.point], |_| true);
         let round = (0..20_000).map(|k| {
-            let at = |k: f64| surface.local(std::f64::consts::TAU * k / 20_000.0, 0.5).point;
+            let at = |k: f64| surface.local(TAU * k / 20_000.0, 0.5).point;
             (at(f64::from(k) + 1.0) - at(f64::from(k))).norm()
         });
         let round: f64 = round.sum();
