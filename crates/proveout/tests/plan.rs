@@ -34,10 +34,10 @@ const WRONG: [Wrong; 6] = [
         ],
     },
     Wrong {
-        name: "a wheel of 150 mm in the concave side",
+        name: "a ball of 400 mm in the concave side",
         part: CAMBER,
-        table: "[plan.row]\ntool = \"WHEEL\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
-                axis = { rule = \"lead-tilt\", lead_deg = 80 }\n",
+        table: "[plan.row]\ntool = \"LARGE\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
+                axis = { rule = \"fixed-head\", table = [1, 0, 0], lead_deg = 10 }\n",
         told: &["[plan.row]: the cutter is too large at section 0.", "point 0.2", "the hollow of the surface has"],
     },
     Wrong {
@@ -48,10 +48,10 @@ const WRONG: [Wrong; 6] = [
         told: &["[plan.row]: the machine cannot take the tool axis at section 0.2000, point 0.2", "B"],
     },
     Wrong {
-        name: "an axis that has no direction",
+        name: "an axis that points into the blade",
         part: CAMBER,
         table: "[plan.row]\ntool = \"BALL_D16\"\nat = 0.25\nalong = [0.2, 0.8]\nchord_error_mm = 0.01\n\
-                axis = { rule = \"interpolated\", axes = [{ part = 0.0, direction = [0, 1, 0] }, { part = 1.0, direction = [0, 0, -1] }] }\n",
+                axis = { rule = \"interpolated\", axes = [{ part = 0.0, direction = [0, -1, 0.2] }, { part = 1.0, direction = [0, -1, 0] }] }\n",
         told: &["[plan.row]: the tool axis at section", "stands", "degrees from the outward normal"],
     },
     Wrong {
@@ -78,12 +78,14 @@ fn typed(folder: &Path, wrong: &Wrong) -> Output {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
     let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
     let ball = fs::read_to_string(root.join("tools/li-2022.toml")).expect("the library");
-    let wheel = ball[ball.find("[[tool]]").expect("a tool")..]
+    let large = ball[ball.find("[[tool]]").expect("a tool")..]
         .replace("number = 1", "number = 2")
-        .replace("\"BALL_D16\"", "\"WHEEL\"")
-        .replace("kind = \"ball\"", "kind = \"drum_wheel\"\ncorner_radius_mm = 1.5\nside_radius_mm = 2000")
-        .replace("diameter_mm = 16.0\nflute_length_mm = 32.0", "diameter_mm = 150.0\nflute_length_mm = 10.0");
-    fs::write(folder.join("tools.toml"), ball + "\n" + &wheel).expect("written");
+        .replace("\"BALL_D16\"", "\"LARGE\"")
+        .replace("diameter_mm = 16.0\nflute_length_mm = 32.0", "diameter_mm = 400.0\nflute_length_mm = 250.0")
+        .replace("overall_length_mm = 170.0", "overall_length_mm = 500.0")
+        .replace("gauge_length_mm = 190.0", "gauge_length_mm = 520.0")
+        .replace("shank_diameter_mm = 16.0", "shank_diameter_mm = 100.0");
+    fs::write(folder.join("tools.toml"), ball + "\n" + &large).expect("written");
     let scene = format!(
         "name = \"wrong\"\nmachine = {}\ntools = \"tools.toml\"\nresolution_mm = 2\n{}\n[stock]\nblade_allowance_mm = 0.3\n\
          [mount]\ntranslation_mm = [260, 0, 0]\n[work_offsets.G54]\nX_mm = 260\n{}\

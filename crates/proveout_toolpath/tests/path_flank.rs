@@ -211,6 +211,12 @@ fn axes_and_tips_on_a_face() {
         let axis = rule.axis(&place, 0.5).unwrap();
         assert!((axis - wanted).norm() < 1e-14, "{rule:?}: {axis:?}");
     }
+    // A travel along the table that leans to either side of it, or goes back, has one axis.
+    let head = AxisRule::FixedHead { table: Vector::x(), head: 0.0, lead: w };
+    for to in [[8.0, 3.1], [8.0, 2.9], [-8.0, 3.1], [-8.0, 2.9]] {
+        let place = Place::on(&Face, &ParameterCurve::straight([2.0, 3.0], to).unwrap(), 0.5);
+        assert!((head.axis(&place, 0.5).unwrap() - v(0.0, -w.sin(), w.cos())).norm() < 1e-14);
+    }
     assert_eq!(AxisRule::FixedHead { table: Vector::z(), head: 0.0, lead: 0.0 }.axis(&place, 0.5), None);
     // Tips for an axis that leads by l, contact (5, 3, 0): the center of the corner circle stands r above it, the tip below that center.
     let axis = v(l.sin(), 0.0, l.cos());

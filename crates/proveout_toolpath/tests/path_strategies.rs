@@ -72,6 +72,37 @@ fn lines_lie_as_far_apart_as_the_scallop_allows() {
     spaced("constant-scallop, concave", &task.plan(&constant).unwrap(), true);
 }
 
+/// Lines all round a blade, to and fro: every contact has its neighbor beside it but where the next line begins aside, for the blade is twisted; the first and the last line lie at the ends of the range.
+#[test]
+fn lines_all_round_keep_within_their_range_and_find_their_neighbors() {
+    let side = camber_side();
+    let cutter = ball(6.0);
+    let task = task(&side, &cutter);
+    let rounds = Transverse { round: [0.0, 1.0], range: [0.3, 0.37], spacing: Spacing::Scallop(RIDGE), one_way: false };
+    let lines = task.plan(&rounds).unwrap();
+    let at = |line: &LineContacts| line.contacts[0].place.point.x;
+    let (first, last) = (at(&lines[0]), at(&lines[lines.len() - 1]));
+    assert!((first - 30.0).abs() < 1e-9 && (last - 37.0).abs() < 1e-9, "{first} {last}");
+    let mut asked = 0;
+    for line in &lines[..lines.len() - 1] {
+        for contact in &line.contacts {
+            let Some(step) = contact.side_step else {
+                let length = line.contacts.last().unwrap().length;
+                assert!(contact.length.min(length - contact.length) < 0.5, "{} {:?}", line.name, contact.place.point);
+                continue;
+            };
+            assert!(
+                step < 1.0 && contact.scallop.is_some_and(|s| s < 1.01 * RIDGE),
+                "{} {step} {:?}",
+                line.name,
+                contact
+            );
+            asked += 1;
+        }
+    }
+    assert!(asked > 500, "{asked}");
+}
+
 #[test]
 fn lines_go_to_and_fro_and_backwards_where_asked() {
     let lu = ClosedSurface::new(Lu::stand_in());

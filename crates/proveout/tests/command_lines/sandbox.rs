@@ -98,7 +98,7 @@ pub(crate) fn sandbox() -> TempDir {
     // In place of the viewer.
     write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
-    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks", "planned-blade"] {
+    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks", "planned-blade", "blade-root"] {
         smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
     }
     folder
@@ -111,7 +111,7 @@ fn smaller(from: &Path, to: &Path) {
         let name = file.file_name().expect("a name").to_string_lossy().into_owned();
         let Ok(text) = fs::read_to_string(&file) else { continue };
         let text = match name.as_str() {
-            "scene.toml" => changed(
+            "scene.toml" | "finish.toml" => changed(
                 &text,
                 &[
                     ("resolution_mm = 0.5", "resolution_mm = 2"),
@@ -127,6 +127,13 @@ fn smaller(from: &Path, to: &Path) {
                     ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
                     ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
                     ("shown_s = [22, 34]", "shown_s = [2, 8]"),
+                    // A few lines of the blade between platforms.
+                    ("scallop_mm = 0.100", "scallop_mm = 0.3"),
+                    ("scallop_mm = 0.010", "scallop_mm = 0.1"),
+                    ("along = [0.3, 0.7]", "along = [0.43, 0.53]"),
+                    ("along = [0.31, 0.69]", "along = [0.45, 0.51]"),
+                    ("min_mm = [14, -40, -40]", "min_mm = [24.2, -40, -40]"),
+                    ("max_mm = [40, 40, 40]", "max_mm = [26.8, 40, 40]"),
                 ],
             ),
             "bc.mpf" | "ac.mpf" => first_blocks(&text, 72),

@@ -4,6 +4,10 @@ use proveout_geom::Vector;
 
 use super::{PathError, place::Place};
 
+/// A travel that leaves the direction of the table by less than 30 degrees (the arc sine of this) tells no side of it: a line along the table that
+/// bends from one side to the other must not turn the axis over.
+const AGAINST: f64 = 0.5;
+
 /// A rule for the tool axis; angles in radian. f is the direction of travel, n the outward normal, k = n x f.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AxisRule {
@@ -26,7 +30,8 @@ pub enum AxisRule {
     },
     /// A head that stands still while a rotary table about `table` turns the part: the axis keeps the angle `head` to the plane across
     /// `table`, and in that plane the normal's direction turned by `lead` about `table` towards the travel:
-    /// `sin h d + cos h (cos l p + sin l q)`, p the normal in that plane, q = d x p or its opposite, as the travel goes.
+    /// `sin h d + cos h (cos l p + sin l q)`, p the normal in that plane, q = d x p, or its opposite where the travel goes against it by more than
+    /// 30 degrees from the table's direction: along the table `lead` turns by the right hand about it, whichever way the travel goes.
     FixedHead {
         /// Unit vector of the table's axis.
         table: Vector,
@@ -100,7 +105,7 @@ impl AxisRule {
             Self::FixedHead { table, head, lead } => {
                 let p = (n - table * n.dot(table)).try_normalize(1e-9)?;
                 let q = table.cross(&p);
-                let q = if q.dot(f) < 0.0 { -q } else { q };
+                let q = if q.dot(f) < -AGAINST { -q } else { q };
                 Some(table * head.sin() + (p * lead.cos() + q * lead.sin()) * head.cos())
             }
             Self::Ruling { .. } => None,

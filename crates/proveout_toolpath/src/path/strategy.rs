@@ -125,6 +125,10 @@ impl Task<'_> {
                     f64::max(most, beside(place, &other) / allowed)
                 })
             };
+            // The range ends with a line, and none lies beyond it.
+            if (to - label - step) * ahead <= 0.0 {
+                step = to - label;
+            }
             let mut next = family.line(label + step)?;
             for _ in 0..30 {
                 let taken = used(&next);
@@ -216,7 +220,11 @@ fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next:
             }
         }
         t = Some(at);
-        // Beyond the end of the next line there is no neighbor.
+        // Beyond the end of the next line there is no neighbor, and none on the other side of the part.
+        if place.normal.dot(&here.normal) <= 0.0 {
+            t = None;
+            continue;
+        }
         if (place.point - here.point).dot(&here.feed).abs() > 1e-3 * beside(&here, &place).max(1e-6) {
             continue;
         }
@@ -229,5 +237,9 @@ fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next:
 fn nearest_end(surface: &dyn ParametricSurface, line: &Line, here: &Place) -> f64 {
     let ends = line.curve.range();
     let off = |t: f64| (Place::on(surface, &line.curve, t).point - here.point).norm_squared();
-    if off(ends[0]) <= off(ends[1]) { ends[0] } else { ends[1] }
+    let [first, last] = ends.map(off);
+    // Both ends of a line that closes are one place: the one from which it goes the way of the feed.
+    let ahead = Place::on(surface, &line.curve, ends[0]).feed.dot(&here.feed) >= 0.0;
+    let start = if (first - last).abs() <= 1e-9 { ahead } else { first < last };
+    if start { ends[0] } else { ends[1] }
 }
