@@ -77,7 +77,7 @@ impl Interpreter {
             return Ok(());
         }
         if self.own.no_cycle {
-            return self.to_hole(p, span);
+            return self.over_hole(p, span);
         }
         let levels = self.levels(code, self.own.cycle.initial, span)?;
         let place = p.clone();
@@ -87,14 +87,14 @@ impl Interpreter {
             if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
                 self.course(&[Stroke::Rapid(levels.r)], span)?;
             }
-            self.to_hole(p, span)?;
+            self.over_hole(p, span)?;
             self.drill(code, levels, span)?;
         }
         Ok(())
     }
 
     /// Above the hole of the block, at rapid rate and at the level of the tool.
-    fn to_hole(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+    fn over_hole(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let (end, programmed) = self.targets(p, span)?;
         let moves = (0..9).any(|axis| programmed >> axis & 1 == 1 && end.get(axis) != self.position.work.get(axis));
         if moves { self.cycle_motion(end, programmed, true, span) } else { Ok(()) }
