@@ -340,10 +340,11 @@ proptest! {
     ) {
         let diameter = 2.0 * radius + 2.0 * bore;
         let hand = if left { -1.0 } else { 1.0 };
+        let hole = -(12.1 + 0.5 * pitch);
         let front_depth = if number == 264 { 0.0 } else { front.unwrap_or(0.0) };
         let more = match number {
             263 => "Q356=0 ~\nQ357=0.2 ~\nQ254=110".to_owned(),
-            264 => format!("Q356=-13 ~\nQ202={infeed} ~\nQ258=0.5 ~\nQ257=0 ~\nQ256=0.2 ~\nQ206=120"),
+            264 => format!("Q356={hole} ~\nQ202={infeed} ~\nQ258=0.5 ~\nQ257=0 ~\nQ256=0.2 ~\nQ206=120"),
             _ => format!("Q360={} ~\nQ254=110", u8::from(behind)),
         };
         let text = program(
@@ -390,9 +391,9 @@ proptest! {
         prop_assert!((turns - want).abs() < 1e-6 && (lowest + 7.0).abs() < 1e-9, "{} turns to {}\n{}", turns, lowest, text);
         prop_assert_eq!(sunk > 0.5, front_depth > 0.0 && offset > 1e-6, "{}", text);
         if number == 264 {
-            prop_assert!((drilled.iter().map(|d| d.1).fold(f64::MAX, f64::min) + 8.0).abs() < 1e-9, "{:?}", drilled);
+            prop_assert!((drilled.iter().map(|d| d.1).fold(f64::MAX, f64::min) - 5.0 - hole).abs() < 1e-9, "{:?}", drilled);
             prop_assert!(drilled.windows(2).all(|w| w[1].1 >= w[0].1 - infeed - 1e-9), "{:?}\n{}", drilled, text);
-            prop_assert_eq!(drilled.iter().filter(|d| d.1 > -8.0 - 1e-9).count(), (13.0f64 / infeed - 1e-9).ceil() as usize);
+            prop_assert_eq!(drilled.len(), (-hole / infeed - 1e-9).ceil() as usize, "{:?}", drilled);
         }
     }
 
@@ -485,6 +486,7 @@ fn threads_that_are_not_followed_are_refused() {
         ("Q257=0", "Q257=1", "nc-unsupported-word", "Q257"),
         ("Q358=0", "Q358=-1", "nc-unsupported-word", "Q358"),
         ("Q356=-13", "Q356=13", "nc-arguments", "Q356"),
+        ("Q356=-13", "Q356=-12.9", "nc-arguments", "13.000 mm deep"),
         ("Q239=2 ", "Q239=0 ", "nc-arguments", "pitch"),
         ("Q335=20", "Q335=9", "nc-compensation", "does not fit"),
         ("Q351=+1", "Q351=2", "nc-bad-value", "Q351"),

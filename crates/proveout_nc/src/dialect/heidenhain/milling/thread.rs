@@ -8,7 +8,8 @@
 //!
 //! After HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), "Thread milling/countersinking", "Thread
 //! drilling/milling", "Helical thread drilling/milling". Refused by name: the countersunk hole of 263 (Q356), because how the tool
-//! comes to the core diameter depends on the room there; chip breaking (Q257) and the countersink (Q358) of 264.
+//! comes to the core diameter depends on the room there; chip breaking (Q257) and the countersink (Q358) of 264, and a hole of 264
+//! in which the leads of the thread would cut the ground.
 
 use std::f64::consts::TAU;
 
@@ -66,6 +67,16 @@ impl Interpreter {
         let center = self.flat(span)?;
         self.come_over(center, h.clear, span)?;
         if number == 264 {
+            let hole = self.mm(values, 356, None, span)?.abs();
+            if total + 0.5 * p > hole + 1e-9 {
+                let message = format!(
+                    "the thread of cycle 264 with its lead of half a pitch is {:.3} mm deep, and its hole Q356 {hole:.3} mm",
+                    total + 0.5 * p
+                );
+                return Err(
+                    Fault::new(codes::ARGUMENTS, span, message).help("drill deeper, or mill the thread alone (262)")
+                );
+            }
             self.drill_for_thread(values, (h.surface, h.down, h.clear), span)?;
         }
         let feed = self.cycle_feed(values, 207, span)?;
