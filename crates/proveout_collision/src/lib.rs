@@ -10,6 +10,7 @@
 //! * [`StockReach`] – which bodies come within reach of the box of the stock, where nothing checks them against the stock itself.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
+//! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of `orientation`).
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
 //!
 //! # Method
@@ -46,6 +47,7 @@
 mod advance;
 mod distance;
 mod interference;
+mod orientation;
 mod parts;
 mod reach;
 mod report;
@@ -53,6 +55,10 @@ mod shape;
 mod tool_clearance;
 
 pub use interference::Interference;
+pub use orientation::{
+    AxisState, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings, OrientationSpace,
+    OrientationWalk, Refusal, SurfaceContact,
+};
 pub use parts::Fixture;
 pub use reach::{Reached, StockReach};
 pub use report::{Breach, Clearance, CollisionError, Nearest, PairInfo, PartKind, Severity, Unchecked};
