@@ -4,13 +4,16 @@ use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use crate::Interference;
-use crate::distance::{Gap, gap, inside, penetration};
+use crate::approach::{Outlook, outlook};
+use crate::distance::{Gap, Warm, gap, inside, penetration, skins};
+use crate::neighbors::Neighbors;
 use crate::report::{Breach, Nearest, Severity};
 
-/// Slack for the over-estimate of iterated distances near contact, mm (1e-4 was measured for curved bodies).
-const SLACK_MM: f64 = 2e-4;
-/// Distance from a threshold that counts as on it, mm: ends the advancement, and hides in no machine's accuracy.
-const TOLERANCE_MM: f64 = 5e-3;
+/// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of their edges, which is
+/// this much for edges of a meter.
+const SLACK_MM: f64 = 1e-5;
+/// Distance from a threshold that counts as on it, mm: ends the advancement. What passes by more than this and the slack is clear.
+const TOLERANCE_MM: f64 = 2e-4;
 /// Motion of a colliding pair between two looks at its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
 /// A pair is measured again when it may be nearer than this part of the smallest distance measured so far,
@@ -19,6 +22,10 @@ const WATCH: f64 = 0.75;
 const FAR_MM: f64 = 50.0;
 /// Longest range of a query beyond what is needed, mm.
 const LAST_REACH_MM: f64 = 3200.0;
+/// Largest distance that is kept of a pair, mm: beyond any machine.
+const MOST_PROVED_MM: f64 = 1e6;
+/// Way ahead for which the distance of two neighbors is asked, mm.
+const AHEAD_MM: f64 = 50.0;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum State {
@@ -40,13 +47,18 @@ pub(crate) struct Pair {
     pub(crate) at: [f64; MAX_JOINTS],
     pub(crate) state: State,
     pub(crate) reach: f64,
+    /// What was nearest at the last query.
+    pub(crate) warm: Warm,
     /// Nothing is known yet: the inside test is due.
     pub(crate) fresh: bool,
     pub(crate) near: Option<usize>,
     pub(crate) contact: Option<usize>,
+    /// Two machine bodies with one joint between them.
+    pub(crate) neighbors: Option<Neighbors>,
 }
 
 /// A straight motion of the joints under examination.
+#[derive(Clone, Copy)]
 pub(crate) struct Step {
     pub(crate) from: JointValues,
     pub(crate) to: JointValues,
@@ -78,11 +90,14 @@ impl Interference {
             State::Near => 0.0,
             State::Contact => return 0.0,
         };
-        (level + SLACK_MM).max(self.watched())
+        (level + SLACK_MM).max(self.watched(p))
     }
 
-    /// Distance below which a pair may hold the smallest distance of all.
-    fn watched(&self) -> f64 {
+    /// Distance below which a pair may hold the smallest distance of all; neighbors are not asked for it.
+    fn watched(&self, p: &Pair) -> f64 {
+        if p.neighbors.is_some() {
+            return 0.0;
+        }
         WATCH * self.nearest.as_ref().map_or(FAR_MM, |n| n.distance.min(FAR_MM))
     }
 
@@ -99,39 +114,42 @@ impl Interference {
         while self.pairs[i].state != State::Contact {
             let level = if self.pairs[i].state == State::Clear { self.clearance } else { 0.0 };
             let floor = level + SLACK_MM + step.slack;
-            let watched = self.watched() + step.slack;
+            let watched = self.watched(&self.pairs[i]) + step.slack;
             let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
             let limit = need + self.pairs[i].reach;
             match self.measure(i, step, t, limit) {
-                Gap::Beyond => {
-                    self.keep(i, limit, step, t);
+                Gap::Beyond(proved) => {
+                    // A pair without triangles is infinitely far; what is kept stays a number that can be counted down.
+                    let proved = proved.min(MOST_PROVED_MM);
+                    self.keep(i, proved, step, t);
                     self.pairs[i].reach = (2.0 * self.pairs[i].reach).min(LAST_REACH_MM);
-                    self.leave_near(i, limit, step, t);
-                    self.prove(limit - mu * (1.0 - t) - step.slack);
+                    self.leave_near(i, proved, step, t);
+                    self.prove(i, proved - mu * (1.0 - t) - step.slack);
                     return;
                 }
                 Gap::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
                 Gap::At(d, p, q) => {
                     let middle = nalgebra::center(&p, &q);
-                    if !d.is_finite() {
-                        self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false);
-                    } else if d <= floor + TOLERANCE_MM {
-                        let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
-                        let severity = if touching { Severity::Collision } else { Severity::NearMiss };
-                        self.open(i, severity, step, t, d, &middle, false);
-                    } else {
-                        self.keep(i, d, step, t);
-                        self.leave_near(i, d, step, t);
-                        // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
-                        let watched = self.watched() + step.slack;
-                        let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
-                        let advance = (d - safe) / mu;
-                        if mu <= 0.0 || t + advance >= 1.0 {
-                            self.prove(d - mu * (1.0 - t) - step.slack);
-                            return;
+                    // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
+                    let watched = self.watched(&self.pairs[i]) + step.slack;
+                    let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
+                    match outlook(t, d, mu, [floor, safe], TOLERANCE_MM) {
+                        _ if !d.is_finite() => self.open(i, Severity::QueryFailed, step, t, 0.0, &middle, false),
+                        Outlook::Reached => {
+                            let touching = d <= SLACK_MM + step.slack + TOLERANCE_MM;
+                            let severity = if touching { Severity::Collision } else { Severity::NearMiss };
+                            self.open(i, severity, step, t, d, &middle, false);
                         }
-                        self.prove(safe - step.slack);
-                        t += advance;
+                        ahead => {
+                            self.keep(i, d, step, t);
+                            self.leave_near(i, d, step, t);
+                            let Outlook::Until(next) = ahead else {
+                                self.prove(i, d - mu * (1.0 - t) - step.slack);
+                                return;
+                            };
+                            self.prove(i, safe - step.slack);
+                            t = next;
+                        }
                     }
                 }
             }
@@ -140,8 +158,48 @@ impl Interference {
     }
 
     /// Notes a distance below which no pair has come.
-    pub(crate) fn prove(&mut self, distance: f64) {
+    pub(crate) fn prove(&mut self, i: usize, distance: f64) {
+        if self.pairs[i].neighbors.is_some() {
+            return;
+        }
         self.lower_bound = self.lower_bound.min(distance.max(0.0));
+    }
+
+    /// Whether two neighbors keep clear of each other through a step, by what is known of their joint or can be proved now. Each distance
+    /// proves a range of the joint round the place where it was measured; it is asked for some way ahead.
+    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &Step) -> bool {
+        let Some(n) = self.pairs[i].neighbors.as_mut() else { return false };
+        n.allow(step.slack);
+        let (joint, weight, slack) = (n.joint, n.weight, n.slack);
+        let (from, to) = (step.from[joint], step.to[joint]);
+        let threshold = self.clearance + SLACK_MM + slack;
+        let mut at = from;
+        loop {
+            let Some(n) = &self.pairs[i].neighbors else { return false };
+            if n.covers(from, to, slack) {
+                return true;
+            }
+            if n.covers(from, at, slack) {
+                at = if to > from { n.proved[1].min(to) } else { n.proved[0].max(to) };
+            }
+            let mut q = step.from;
+            q[joint] = at;
+            let limit = threshold + (weight * (to - at).abs()).max(AHEAD_MM);
+            let here = Step { from: q, to: q, ..*step };
+            let distance = match self.measure(i, &here, 0.0, limit) {
+                Gap::Beyond(proved) => proved.min(MOST_PROVED_MM),
+                Gap::At(d, ..) => d,
+                Gap::Meeting(_) => 0.0,
+            };
+            let free = distance - threshold;
+            if free.is_nan() || free <= TOLERANCE_MM {
+                return false;
+            }
+            let reach = if weight > 0.0 { free / weight } else { f64::MAX };
+            if let Some(n) = self.pairs[i].neighbors.as_mut() {
+                n.add(at, reach);
+            }
+        }
     }
 
     /// A colliding pair at the end of a step: how deep, or apart again.
@@ -152,7 +210,7 @@ impl Interference {
         let distance = match measured {
             Gap::Meeting(_) => 0.0,
             Gap::At(d, ..) => d,
-            Gap::Beyond => limit,
+            Gap::Beyond(proved) => proved.min(MOST_PROVED_MM),
         };
         let within = match measured {
             Gap::Meeting(_) => None,
@@ -210,14 +268,23 @@ impl Interference {
     fn measure(&mut self, i: usize, step: &Step, t: f64, limit: f64) -> Gap {
         let q = step.joints(t);
         let (b_from_a, machine_from_b) = self.b_from_a(i, &q);
-        self.queries += 1;
-        let found = gap(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a, limit);
+        let pair = &mut self.pairs[i];
+        let found = match &pair.neighbors {
+            Some(n) => skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limit, &mut pair.warm),
+            None => gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limit, &mut pair.warm),
+        };
+        let counts = pair.neighbors.is_none();
+        match found {
+            Gap::Beyond(_) => self.effort.misses += 1,
+            _ => self.effort.distances += 1,
+        }
         let (distance, point) = match found {
-            Gap::Beyond => return found,
+            Gap::Beyond(_) => return found,
             Gap::Meeting(p) => (0.0, p),
             Gap::At(d, p, q) => (d, nalgebra::center(&p, &q)),
         };
-        if self.nearest.as_ref().is_none_or(|n| distance < n.distance) {
+        let counts = counts || distance <= self.clearance;
+        if counts && self.nearest.as_ref().is_none_or(|n| distance < n.distance) {
             let info = &self.infos[self.pairs[i].info];
             self.nearest = Some(Nearest {
                 distance,
@@ -235,11 +302,17 @@ impl Interference {
     }
 
     fn inside_at(&self, i: usize, step: &Step, t: f64) -> Option<Point> {
+        if self.pairs[i].neighbors.is_some() {
+            return None;
+        }
         let (b_from_a, _) = self.b_from_a(i, &step.joints(t));
         inside(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a)
     }
 
     fn penetration_at(&self, i: usize, step: &Step, t: f64) -> f64 {
+        if self.pairs[i].neighbors.is_some() {
+            return 0.0;
+        }
         let (b_from_a, _) = self.b_from_a(i, &step.joints(t));
         penetration(&self.parts[self.pairs[i].a].shape, &self.parts[self.pairs[i].b].shape, &b_from_a)
     }

@@ -1,5 +1,6 @@
 //! The check of a motion.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use proveout_geom::Point;
@@ -7,8 +8,12 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_tool::Tool;
 
 use crate::advance::{Pair, State, Step, dot, lower};
-use crate::parts::{Envelope, Fixture, Part, fixture_part, machine_parts, motion_weights, relation, tool_parts};
-use crate::report::{Breach, Clearance, CollisionError, Nearest, PairInfo, Severity};
+use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, rests};
+use crate::parts::{
+    Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, tool_parts,
+};
+use crate::report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, Severity, Unchecked};
+use crate::shape::Shape;
 
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
 const FIRST_REACH_MM: f64 = 100.0;
@@ -38,11 +43,15 @@ pub struct Interference {
     pub(crate) largest_weights: [f64; MAX_JOINTS],
     pub(crate) budget: f64,
     pub(crate) spent: f64,
+    /// What is left of neighbors without what bears, by their places among the parts.
+    pub(crate) rests: BTreeMap<(usize, usize), Arc<Rests>>,
+    /// Ranges of the joints in which all neighbors keep clear of each other, and the slack for which that holds, mm.
+    pub(crate) proved_ranges: [[f64; 2]; MAX_JOINTS],
+    pub(crate) proved_slack: f64,
     pub(crate) breaches: Vec<Breach>,
     pub(crate) nearest: Option<Nearest>,
     pub(crate) lower_bound: f64,
-    pub(crate) queries: u64,
-    pub(crate) pieces: u64,
+    pub(crate) effort: Effort,
 }
 
 impl Interference {
@@ -76,11 +85,13 @@ impl Interference {
             largest_weights: [0.0; MAX_JOINTS],
             budget: f64::NEG_INFINITY,
             spent: 0.0,
+            rests: BTreeMap::new(),
+            proved_ranges: [EMPTY; MAX_JOINTS],
+            proved_slack: 0.0,
             breaches: Vec::new(),
             nearest: None,
             lower_bound: f64::INFINITY,
-            queries: 0,
-            pieces: 0,
+            effort: Effort::default(),
         };
         all.pair_fixed_parts();
         Ok(all)
@@ -104,16 +115,6 @@ impl Interference {
             }
         }
         self.fixed_infos = self.infos.len();
-        self.recompute_weights();
-    }
-
-    /// Checks the last part against each other and nothing else.
-    pub(crate) fn pair_with_last(&mut self) {
-        self.infos.clear();
-        self.pairs.clear();
-        for a in 0..self.parts.len() - 1 {
-            self.add_pair(a, self.parts.len() - 1);
-        }
         self.recompute_weights();
     }
 
@@ -142,7 +143,11 @@ impl Interference {
     fn add_pair(&mut self, a: usize, b: usize) {
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let Some(unchecked) = relation(&self.machine, x, y, &self.allowed) else { return };
-        let info = PairInfo { bodies: [x.name.clone(), y.name.clone()], kinds: [x.kind, y.kind], unchecked };
+        let neighbors = if unchecked == Some(Unchecked::Neighbors) { self.neighbors(a, b) } else { None };
+        let (x, y) = (&self.parts[a], &self.parts[b]);
+        let bearing = neighbors.as_ref().map_or(0.0, |n| n.rests.left_out[0].max(n.rests.left_out[1]));
+        let unchecked = unchecked.filter(|_| neighbors.is_none());
+        let info = PairInfo { bodies: [x.name.clone(), y.name.clone()], kinds: [x.kind, y.kind], unchecked, bearing };
         // A tool that comes back has its pairs in the list already.
         let index = self.infos.iter().position(|i| *i == info).unwrap_or_else(|| {
             self.infos.push(info);
@@ -158,11 +163,33 @@ impl Interference {
                 at: self.path,
                 state: State::Clear,
                 reach: FIRST_REACH_MM,
-                fresh: true,
+                warm: None,
+                // Skins of neighbors that never met outside of their bearing have nothing inside of the other there.
+                fresh: neighbors.is_none(),
+                neighbors,
                 near: None,
                 contact: None,
             });
         }
+    }
+
+    /// Two machine bodies with one joint between them, without what bears; none where nothing is left.
+    fn neighbors(&mut self, a: usize, b: usize) -> Option<Neighbors> {
+        let (x, y) = (&self.parts[a], &self.parts[b]);
+        let (up, down) = (chain_to(&self.machine, x.attached), chain_to(&self.machine, y.attached));
+        let joint = *if up.len() > down.len() { up.last()? } else { down.last()? };
+        let (Shape::Mesh(m), Shape::Mesh(n)) = (&*x.shape, &*y.shape) else { return None };
+        let rests = match self.rests.get(&(a, b)) {
+            Some(known) => known.clone(),
+            None => {
+                let q = at_rest(&self.machine, joint);
+                let b_from_a = y.pose(&self.machine, &q).inverse() * x.pose(&self.machine, &q);
+                let made = Arc::new(rests(&self.machine, joint, [m, n], &b_from_a, self.clearance));
+                self.rests.insert((a, b), made.clone());
+                made
+            }
+        };
+        is_left(&rests).then(|| Neighbors::new(&self.machine, joint, rests))
     }
 
     fn recompute_weights(&mut self) {
@@ -172,10 +199,14 @@ impl Interference {
             let kept = lower(&self.pairs[i], &self.path);
             let weights = {
                 let p = &self.pairs[i];
-                motion_weights(&self.machine, &self.parts[p.a], &self.parts[p.b], &self.envelope)
+                let all = motion_weights(&self.machine, &self.parts[p.a], &self.parts[p.b], &self.envelope);
+                p.neighbors.as_ref().map_or(all, |n| std::array::from_fn(|j| if j == n.joint { n.weight } else { 0.0 }))
             };
             let p = &mut self.pairs[i];
             (p.kept, p.at, p.weights) = (kept, self.path, weights);
+            if p.neighbors.is_some() {
+                continue;
+            }
             for (largest, w) in self.largest_weights.iter_mut().zip(weights) {
                 *largest = largest.max(w);
             }
@@ -194,7 +225,7 @@ impl Interference {
         slack: f64,
     ) -> std::ops::Range<usize> {
         let before = self.breaches.len();
-        self.pieces += 1;
+        self.effort.pieces += 1;
         if !(from.is_finite() && to.is_finite() && slack.is_finite()) {
             self.fail_all(time[0]);
             return before..self.breaches.len();
@@ -209,7 +240,8 @@ impl Interference {
             *m = (b - a).abs();
         }
         let used = dot(&self.largest_weights, &motion);
-        if self.spent + used + slack < self.budget {
+        if self.spent + used + slack < self.budget && self.neighbors_keep_clear(from, to, slack) {
+            self.effort.pieces_by_allowance += 1;
             self.spent += used;
             self.walk(&motion, 1.0);
         } else {
@@ -218,6 +250,12 @@ impl Interference {
         self.last = Some(*to);
         self.last_time = time[1];
         before..self.breaches.len()
+    }
+
+    /// Whether every joint stays where its neighbors are known to keep clear of each other.
+    fn neighbors_keep_clear(&self, from: &JointValues, to: &JointValues, slack: f64) -> bool {
+        let within = |(j, [low, high]): (usize, &[f64; 2])| *low <= from[j].min(to[j]) && from[j].max(to[j]) <= *high;
+        slack <= self.proved_slack && self.proved_ranges.iter().enumerate().all(within)
     }
 
     /// Accounts for a gap between pieces: rounding is motion, a jump forgets what was proved.
@@ -231,7 +269,7 @@ impl Interference {
         if motion > JOIN_MM {
             self.lower_bound = self.clearance().lower_bound;
             for p in &mut self.pairs {
-                (p.kept, p.fresh) = (f64::NEG_INFINITY, true);
+                (p.kept, p.fresh) = (f64::NEG_INFINITY, p.neighbors.is_none());
             }
             self.budget = f64::NEG_INFINITY;
         } else {
@@ -267,17 +305,34 @@ impl Interference {
             };
             for i in 0..self.pairs.len() {
                 let left = lower(&self.pairs[i], &self.path) - dot(&self.pairs[i].weights, &step.motion) - slack;
-                if left <= self.threshold(&self.pairs[i]) {
+                self.effort.pair_checks += 1;
+                if self.pairs[i].neighbors.is_some() && self.pairs[i].state == State::Clear {
+                    if self.neighbors_clear(i, &step) {
+                        self.effort.pairs_by_allowance += 1;
+                    } else {
+                        self.examine_pair(i, &step);
+                    }
+                } else if left <= self.threshold(&self.pairs[i]) {
                     self.examine_pair(i, &step);
                 } else {
-                    self.prove(left);
+                    self.effort.pairs_by_allowance += 1;
+                    self.prove(i, left);
                 }
             }
             self.walk(&step.motion, 1.0);
         }
         self.spent = 0.0;
         let remaining = |p: &Pair| lower(p, &self.path) - self.threshold(p);
-        self.budget = self.pairs.iter().map(remaining).fold(f64::INFINITY, f64::min);
+        let others = self.pairs.iter().filter(|p| p.neighbors.is_none());
+        self.budget = others.map(remaining).fold(f64::INFINITY, f64::min);
+        (self.proved_ranges, self.proved_slack) = ([[f64::NEG_INFINITY, f64::INFINITY]; MAX_JOINTS], f64::INFINITY);
+        for p in &self.pairs {
+            let Some(n) = &p.neighbors else { continue };
+            let proved = if p.state == State::Clear { n.proved } else { EMPTY };
+            let range = &mut self.proved_ranges[n.joint];
+            *range = [range[0].max(proved[0]), range[1].min(proved[1])];
+            self.proved_slack = self.proved_slack.min(n.slack);
+        }
     }
 
     /// Joints that are not numbers: no pair is proved clear.
@@ -287,7 +342,7 @@ impl Interference {
             if self.pairs[i].state != State::Contact {
                 self.push(i, Severity::QueryFailed, time, joints, 0.0, Point::origin(), false);
             }
-            (self.pairs[i].kept, self.pairs[i].fresh) = (f64::NEG_INFINITY, true);
+            (self.pairs[i].kept, self.pairs[i].fresh) = (f64::NEG_INFINITY, self.pairs[i].neighbors.is_none());
         }
         self.budget = f64::NEG_INFINITY;
         self.last = None;
@@ -299,15 +354,18 @@ impl Interference {
         &self.breaches
     }
 
-    /// Smallest distance so far, measured and proved.
+    /// Smallest distance so far, measured and proved. Machine bodies of neighboring joints, which are always near each other, count
+    /// where they come nearer than the clearance.
     pub fn clearance(&self) -> Clearance {
-        let open = self.pairs.iter().filter(|p| !p.fresh).map(|p| lower(p, &self.path).max(0.0));
+        let open =
+            self.pairs.iter().filter(|p| !p.fresh && p.neighbors.is_none()).map(|p| lower(p, &self.path).max(0.0));
         Clearance { measured: self.nearest.clone(), lower_bound: open.fold(self.lower_bound, f64::min) }
     }
 
     /// Distance that is proved for all pairs at the end of the last piece, mm; infinite when there is no pair.
     pub fn proved_now(&self) -> f64 {
-        let now = self.pairs.iter().filter(|p| !p.fresh).map(|p| lower(p, &self.path).max(0.0));
+        let now =
+            self.pairs.iter().filter(|p| !p.fresh && p.neighbors.is_none()).map(|p| lower(p, &self.path).max(0.0));
         now.fold(f64::INFINITY, f64::min)
     }
 
@@ -316,14 +374,19 @@ impl Interference {
         &self.infos
     }
 
+    /// How the checks so far were settled.
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
     /// Number of distance queries so far.
     pub fn queries(&self) -> u64 {
-        self.queries
+        self.effort.misses + self.effort.distances
     }
 
     /// Number of pieces so far.
     pub fn pieces(&self) -> u64 {
-        self.pieces
+        self.effort.pieces
     }
 
     /// Names of the parts now in place: machine bodies, fixtures, tool.

@@ -154,7 +154,8 @@ pub(crate) fn relation(
     let (short, long) = if x.len() < y.len() { (x, y) } else { (y, x) };
     let neighbors = long.len() == short.len() + 1 && long.starts_with(short);
     if neighbors && a.kind == PartKind::Machine && b.kind == PartKind::Machine {
-        return Some(Some(Unchecked::Neighbors));
+        let platform = long.last().is_some_and(|&j| machine.joints[j].turn_shift.is_some());
+        return Some(Some(if platform { Unchecked::Platform } else { Unchecked::Neighbors }));
     }
     Some(None)
 }

@@ -21,7 +21,7 @@ pub enum PartKind {
     Machine,
     /// A fixture, clamp or platform of the setup.
     Fixture,
-    /// The box of the raw stock.
+    /// The stock.
     Stock,
 }
 
@@ -30,7 +30,7 @@ pub enum PartKind {
 pub enum Severity {
     /// Nearer than the clearance asked for, not touching.
     NearMiss,
-    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (5 micrometers).
+    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (0.2 micrometers).
     Collision,
     /// The distance could not be computed; counts as a collision.
     QueryFailed,
@@ -92,6 +92,30 @@ pub struct Clearance {
     pub lower_bound: f64,
 }
 
+/// How checks were settled, from the cheapest to the dearest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Pieces of motion.
+    pub pieces: u64,
+    /// Pieces that the smallest allowance of all pairs settled: one scalar product for all of them.
+    pub pieces_by_allowance: u64,
+    /// Pairs that were looked at one by one, in pieces that were not settled so (a piece of much turning counts in steps).
+    pub pair_checks: u64,
+    /// Pairs that their own allowance settled: one scalar product.
+    pub pairs_by_allowance: u64,
+    /// Queries that ended with "farther than is needed", and a proved distance.
+    pub misses: u64,
+    /// Queries that ended with a distance.
+    pub distances: u64,
+}
+
+impl Effort {
+    /// Share of the pieces in which no distance was asked for, or could not be, 0 to 1: those settled by one scalar product.
+    pub fn share_by_allowance(&self) -> f64 {
+        if self.pieces == 0 { 1.0 } else { self.pieces_by_allowance as f64 / self.pieces as f64 }
+    }
+}
+
 /// A pair of parts and whether it is checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairInfo {
@@ -101,6 +125,9 @@ pub struct PairInfo {
     pub kinds: [PartKind; 2],
     /// Why the pair is not checked; none when it is.
     pub unchecked: Option<Unchecked>,
+    /// Of machine bodies of neighboring joints: the larger part of a skin that is left out, since the two bear on each other there,
+    /// 0 to 1.
+    pub bearing: f64,
 }
 
 /// Why a pair is not checked.
@@ -108,8 +135,10 @@ pub struct PairInfo {
 pub enum Unchecked {
     /// Both move as one.
     Rigid,
-    /// Machine bodies of neighboring joints, which slide or turn on each other.
+    /// Machine bodies of neighboring joints of which nothing is left beside the volume in which they bear on each other.
     Neighbors,
+    /// Machine bodies of neighboring joints with a tilting platform between them, whose motion leaves no volume in place.
+    Platform,
     /// The caller allows it.
     Allowed,
     /// The machine description excludes the body.
@@ -121,7 +150,8 @@ impl Unchecked {
     pub fn reason(self) -> &'static str {
         match self {
             Self::Rigid => "both parts move as one",
-            Self::Neighbors => "machine bodies of neighboring joints slide or turn on each other",
+            Self::Neighbors => "machine bodies of neighboring joints bear on each other all over",
+            Self::Platform => "the platform between them tilts about no fixed line, so that no volume can be left out",
             Self::Allowed => "allowed by the setup",
             Self::Excluded => "the machine description excludes the body from checks",
         }

@@ -5,6 +5,8 @@ use parry3d_f64::shape::{SupportMap, TriMesh as ParryMesh, TriMeshFlags};
 use proveout_geom::{MeshError, Point, Pose, TriMesh, Vector};
 use proveout_tool::{Profile, Segment};
 
+use crate::boxes::TriangleTree;
+
 /// Exact convex body of revolution about z, given by its support function: for a direction with the components u across
 /// and w along the axis it is the largest r u + z w over the generating curve. Corners are candidates, and on an arc the
 /// point whose normal has that direction, if the arc has it. So nothing is faceted and no margin is needed.
@@ -50,6 +52,17 @@ impl Revolved {
         Point::new(0.0, 0.0, 0.5 * (self.profile.z_min() + self.profile.z_max()))
     }
 
+    /// The point of the skin nearest to a point outside; none for a point inside.
+    pub(crate) fn nearest(&self, p: &Point) -> Option<Point> {
+        let across = p.x.hypot(p.y);
+        if self.profile.signed_distance([across, p.z]) < 0.0 {
+            return None;
+        }
+        let [r, z] = self.profile.nearest([across, p.z]).point;
+        let (x, y) = if across > 0.0 { (p.x / across, p.y / across) } else { (1.0, 0.0) };
+        Some(Point::new(r * x, r * y, z))
+    }
+
     /// Signed distance of a point, mm.
     pub(crate) fn signed_distance(&self, p: &Point) -> f64 {
         self.profile.signed_distance([p.x.hypot(p.y), p.z])
@@ -91,6 +104,8 @@ impl SupportMap for Revolved {
 #[derive(Clone, Debug)]
 pub(crate) struct MeshShape {
     pub(crate) tree: ParryMesh,
+    /// The triangles once more, in the tree of the distance queries.
+    pub(crate) boxes: TriangleTree,
     /// One vertex of each shell, to find a shell that lies wholly inside of another body.
     pub(crate) shells: Vec<Point>,
 }
@@ -116,7 +131,7 @@ impl MeshShape {
         let vertices = mesh.positions.iter().map(to_parry).collect();
         let tree = ParryMesh::with_flags(vertices, mesh.triangles.clone(), TriMeshFlags::ORIENTED)
             .map_err(|e| ShapeFault::Tree(format!("{e:?}")))?;
-        Ok(Self { tree, shells: shells(&mesh) })
+        Ok(Self { tree, boxes: TriangleTree::new(&mesh), shells: shells(&mesh) })
     }
 
     pub(crate) fn vertices(&self) -> impl Iterator<Item = Point> + '_ {

@@ -9,9 +9,6 @@ use crate::parts::mesh_shape;
 use crate::report::CollisionError;
 use crate::shape::{Revolved, Shape};
 
-/// GJK may be this much too large near contact, mm (see the text of the crate).
-const SLACK_MM: f64 = 2e-4;
-
 /// Neck, shank and holder of a tool among solids; the cutting end, which touches what it cuts, is left out.
 #[derive(Clone, Debug)]
 pub struct ToolClearance {
@@ -35,9 +32,9 @@ impl ToolClearance {
     /// Never larger than the true distance. A tool wholly inside of a solid does not meet its skin: no tool is that short.
     pub fn distance(&self, pose: &ToolPose, limit: f64) -> f64 {
         let solid_from_tip = upright(pose);
-        self.solids.iter().fold(limit, |least, solid| match gap(&self.tool, solid, &solid_from_tip, least) {
-            Gap::Beyond => least,
-            Gap::At(distance, ..) => (distance - SLACK_MM).max(0.0),
+        self.solids.iter().fold(limit, |least, solid| match gap(&self.tool, solid, &solid_from_tip, least, &mut None) {
+            Gap::Beyond(_) => least,
+            Gap::At(distance, ..) => distance,
             Gap::Meeting(_) => 0.0,
         })
     }

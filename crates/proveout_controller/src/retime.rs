@@ -39,8 +39,11 @@
 //! to 2 percent of the time (`tests/optimum.rs`).
 
 mod cap;
+mod field;
 mod grid;
+mod lanes;
 mod pair;
+mod part;
 mod problem;
 mod solved;
 mod solver;

@@ -13,8 +13,9 @@ use crate::{
     model::Model,
 };
 
-/// Largest distance (mm) of a cylinder's facets from the cylinder: below what anyone leaves as clearance between
-/// machine parts, and coarse enough for a few hundred facets a body.
+/// Largest distance (mm) of the edges of a cylinder's facets from the cylinder. The facets touch it from outside, so that a body is
+/// nowhere smaller than what it stands for, and larger by no more than this: below what anyone leaves as clearance between machine
+/// parts, and coarse enough for a few hundred facets a body.
 const FACET_TOLERANCE_MM: f64 = 0.05;
 
 /// Color of a body that states none: the gray of castings.
@@ -125,10 +126,18 @@ fn part_cylinder(source: &Source<'_>, path: &[Step<'_>], part: &CylinderFile) ->
         let message = format!("a cylinder of length {length} and radii {radii:?} is empty");
         return Err(source.error("machine-empty-body", path, message, "write two places and a radius above zero"));
     }
+    Ok(round_body(from, along, radii))
+}
+
+/// Cylinder or cone from a place along a vector that is not zero, with the radii of both ends, mm.
+fn round_body(from: Vector, along: Vector, radii: [f64; 2]) -> TriMesh {
+    let length = along.norm();
     let largest = radii[0].max(radii[1]);
-    let half_sector = (1.0 - (FACET_TOLERANCE_MM / largest).min(0.5)).acos();
+    let half_sector = (largest / (largest + FACET_TOLERANCE_MM)).acos();
     let sectors = ((PI / half_sector).ceil() as usize).max(12);
-    let upright = revolved_mesh(&[[0.0, 0.0], [radii[0], 0.0], [radii[1], length], [0.0, length]], sectors);
+    // Rounding must not bring a facet inside.
+    let [foot, top] = radii.map(|r| r / (PI / sectors as f64).cos() * (1.0 + 4.0 * f64::EPSILON));
+    let upright = revolved_mesh(&[[0.0, 0.0], [foot, 0.0], [top, length], [0.0, length]], sectors);
     let z = along / length;
     let across = Vector::z().cross(&z);
     let turn = match across.try_normalize(1e-12) {
@@ -136,7 +145,7 @@ fn part_cylinder(source: &Source<'_>, path: &[Step<'_>], part: &CylinderFile) ->
         None if z.z > 0.0 => Pose::identity(),
         None => Pose::from_axis_angle(&Vector::x(), PI),
     };
-    Ok(upright.transformed(&Pose { translation: from, ..turn }))
+    upright.transformed(&Pose { translation: from, ..turn })
 }
 
 fn part_prism(source: &Source<'_>, path: &[Step<'_>], part: &PrismFile) -> Checked<TriMesh> {
@@ -181,4 +190,43 @@ fn part_prism(source: &Source<'_>, path: &[Step<'_>], part: &PrismFile) -> Check
         }
     }
     Ok(mesh)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No facet of a round body lies inside of what it stands for, and no corner stands out by more than is said.
+    #[test]
+    fn cylinders_and_cones_are_nowhere_smaller_than_said() {
+        for (from, to, radii) in [
+            ([0.0, 0.0, 0.0], [0.0, 0.0, 80.0], [50.0, 50.0]),
+            ([10.0, -20.0, 30.0], [10.0, 200.0, 90.0], [3.0, 310.0]),
+            ([0.0, 0.0, 5.0], [0.0, 0.0, -400.0], [0.4, 0.4]),
+        ] {
+            let mesh = round_body(Vector::from(from), Vector::from(to) - Vector::from(from), radii);
+            mesh.check_solid().expect("closed");
+            let (foot, along) = (Point::from(from), Vector::from(to) - Vector::from(from));
+            let (length, z) = (along.norm(), along.normalize());
+            let radius_at = |p: &Point| {
+                let h = (p - foot).dot(&z);
+                (radii[0] + (radii[1] - radii[0]) * h / length, (p - foot - z * h).norm())
+            };
+            for p in &mesh.positions {
+                let (said, r) = radius_at(p);
+                assert!(r < 1e-9 || (said..=said + 1.001 * FACET_TOLERANCE_MM).contains(&r), "{said} {r}");
+            }
+            // Between two corners of a ring the facet is nearest to the axis.
+            for t in &mesh.triangles {
+                for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                    let (a, b) = (mesh.positions[a as usize], mesh.positions[b as usize]);
+                    let middle = nalgebra::center(&a, &b);
+                    let ((said_a, ra), (said_b, rb), (said, r)) = (radius_at(&a), radius_at(&b), radius_at(&middle));
+                    if ra > 1e-9 && rb > 1e-9 && (said_a - said_b).abs() < 1e-9 {
+                        assert!(r >= said * (1.0 - 1e-14), "{said} {r}");
+                    }
+                }
+            }
+        }
+    }
 }

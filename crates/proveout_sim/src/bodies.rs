@@ -1,12 +1,12 @@
 //! Bodies against bodies along the pieces of motion.
 
-use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, StockReach};
+use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, Unchecked};
 use proveout_controller::Piece;
 use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
 use proveout_stock::TriDexel;
 
-use crate::{prepare::Prepared, process::CuttingState, verdict::Clearance};
+use crate::{prepare::Prepared, process::CuttingState, stock_bodies::StockBodies, verdict::Clearance};
 
 /// How a hit is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,10 +42,15 @@ pub(crate) struct Checked {
 /// What is known of the stock and the bodies that nothing sweeps through it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StockNear {
-    /// Bodies that came within reach of the box of the raw stock, with the time, s.
-    pub(crate) reached: Vec<(String, f64)>,
-    /// Number of bodies that did not.
+    /// Number of bodies that are followed against the stock.
+    pub(crate) followed: usize,
+    /// Number of those that kept away.
     pub(crate) clear: usize,
+    /// So much nearer than the nearest ray may material be, mm.
+    pub(crate) unseen_mm: f64,
+    /// Bodies that lie against the table's face, and the height of the layer of material on it that counts for nothing against them, mm.
+    pub(crate) flush: Vec<String>,
+    pub(crate) layer_mm: f64,
     /// Bodies that move as one with the stock.
     pub(crate) fixed: Vec<String>,
     /// The stock or a fixture that reaches behind the face of the table, and how far, mm.
@@ -56,23 +61,23 @@ pub(crate) struct StockNear {
 pub(crate) struct BodyCheck<'a> {
     prepared: &'a Prepared,
     world: Interference,
-    reach: StockReach,
     /// Most by which the geometric errors of the machine displace two bodies against each other, mm.
     errors: f64,
     tool: Option<usize>,
 }
 
 impl<'a> BodyCheck<'a> {
-    pub(crate) fn new(prepared: &'a Prepared, stock: &TriDexel) -> Result<Self, CollisionError> {
+    /// The bodies among each other, and against the stock.
+    pub(crate) fn new(prepared: &'a Prepared, stock: &TriDexel) -> Result<(Self, StockBodies), CollisionError> {
         let fixtures: Vec<Fixture> = prepared
             .fixtures
             .iter()
             .map(|(name, mesh)| Fixture { name: name.clone(), mesh: mesh.clone(), on_table: true })
             .collect();
         let world = Interference::new(&prepared.machine, &fixtures, prepared.scene.file.tolerances.near_miss_mm)?;
-        let reach = StockReach::new(&world, &stock.bounds(), &prepared.table_from_work)?;
         let errors = prepared.machine.errors.bound(reach_of(&prepared.machine, prepared));
-        Ok(Self { prepared, world, reach, errors, tool: None })
+        let against_stock = StockBodies::new(prepared, &world, stock, errors)?;
+        Ok((Self { prepared, world, errors, tool: None }, against_stock))
     }
 
     /// Checks pieces in order; `states` tells the tool of each.
@@ -87,7 +92,6 @@ impl<'a> BodyCheck<'a> {
         }
         let [from, to] = &piece.joints;
         let slack = piece.deviation + self.errors;
-        self.reach.check_piece(from, to, piece.time, slack);
         let begun = self.world.check_piece(from, to, piece.time, slack);
         let hits = begun.map(|i| hit(i, &self.world.breaches()[i])).collect();
         let proved = self.world.proved_now();
@@ -111,18 +115,8 @@ impl<'a> BodyCheck<'a> {
         }
     }
 
-    /// How near the box of the stock came to what nothing sweeps through it.
-    pub(crate) fn stock_near(&self) -> StockNear {
-        StockNear {
-            reached: self.reach.reached().iter().map(|r| (r.body.to_string(), r.time)).collect(),
-            clear: self.reach.clear(),
-            fixed: self.reach.fixed_to_stock().iter().map(|name| name.to_string()).collect(),
-            behind_table: self.behind_table(),
-        }
-    }
-
     /// What stands on the table and reaches behind its face: no motion tells of it, since it moves as one with the table.
-    fn behind_table(&self) -> Vec<(String, f64)> {
+    pub(crate) fn behind_table(&self) -> Vec<(String, f64)> {
         let table = &self.prepared.machine.table;
         let depth = |p: &Point| -(p - table.point).dot(&table.normal);
         let stock = box_mesh(&self.prepared.stock.bounds()).transformed(&self.prepared.table_from_work);
@@ -136,6 +130,12 @@ impl<'a> BodyCheck<'a> {
     /// Number of pairs that were checked.
     pub(crate) fn checked_pairs(&self) -> usize {
         self.world.pairs().iter().filter(|p| p.unchecked.is_none()).count()
+    }
+
+    /// Machine bodies on both sides of a tilting platform, which are not checked against each other.
+    pub(crate) fn across_platforms(&self) -> Vec<String> {
+        let pairs = self.world.pairs().iter().filter(|p| p.unchecked == Some(Unchecked::Platform));
+        pairs.map(|p| format!("{} against {}", p.bodies[0], p.bodies[1])).collect()
     }
 
     /// Bodies that the machine description keeps out of the checks.

@@ -3,7 +3,7 @@
 mod judging;
 mod wording;
 
-use std::{collections::BTreeMap, sync::Arc, time::Instant};
+use std::{collections::BTreeMap, sync::Arc};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
@@ -25,7 +25,8 @@ use crate::{
     plunge::{self, PlungeWatch},
     prepare::Prepared,
     process::{self, CuttingState, Sweeps},
-    run::Stages,
+    run::{Stages, timed},
+    stock_bodies::{Cutting, StockBodies},
     texture::{Recorder, Tracks},
     verdict::{Clearance, ToolUse},
 };
@@ -61,9 +62,11 @@ pub(crate) struct Facts {
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
     pub(crate) excluded_bodies: Vec<String>,
+    /// Machine bodies on both sides of a tilting platform.
+    pub(crate) across_platforms: Vec<String>,
     /// Pairs of bodies that were checked.
     pub(crate) checked_pairs: usize,
-    /// Bodies that nothing checks against the stock, and how near its box came to them.
+    /// Bodies that are followed against the stock, and those that are not.
     pub(crate) stock_near: StockNear,
     /// Ways down into material of which nobody says whether the tool may make them, by tool.
     pub(crate) unknown_plunges: Vec<String>,
@@ -96,6 +99,7 @@ pub(crate) struct Engine<'a> {
     /// Cut like the stock; everything is judged on the stock alone.
     patches: Vec<Patch>,
     bodies: BodyCheck<'a>,
+    stock_bodies: StockBodies,
     depths: Depths,
     /// First piece of the run in which the cutter must not meet material, the tool, and why.
     barred: Option<(u32, Option<usize>, &'static str)>,
@@ -106,6 +110,8 @@ pub(crate) struct Engine<'a> {
     log: FindingLog,
     /// Breach of the bodies, and the finding that tells of it.
     breaches: Vec<(usize, usize)>,
+    /// The same for a body and the stock.
+    stock_breaches: Vec<(usize, usize)>,
     state: CuttingState,
     uses: BTreeMap<usize, (usize, ToolUse)>,
     in_spindle_since: f64,
@@ -126,6 +132,7 @@ pub(crate) struct Engine<'a> {
 
 impl<'a> Engine<'a> {
     pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel, patches: Vec<Patch>) -> Result<Self, SimError> {
+        let (bodies, stock_bodies) = BodyCheck::new(prepared, &stock)?;
         Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
@@ -141,11 +148,13 @@ impl<'a> Engine<'a> {
                 .collect(),
             plunge: PlungeWatch::default(),
             unknown_plunges: BTreeMap::new(),
-            bodies: BodyCheck::new(prepared, &stock)?,
+            bodies,
+            stock_bodies,
             stock,
             patches,
             log: FindingLog::default(),
             breaches: Vec::new(),
+            stock_breaches: Vec::new(),
             state: CuttingState { tool: None, spindle: SpindleDirection::Off, speed_rpm: 0.0 },
             uses: BTreeMap::new(),
             in_spindle_since: 0.0,
@@ -216,24 +225,27 @@ impl<'a> Engine<'a> {
             let since = self.barred.map(|(since, ..)| since);
             sweeps.add((i, id), SweepMotion { from, to }, tool, [zones, core], since);
         }
-        let Sweeps { items, measures, parts } = sweeps;
-        let (stock, patches, bodies, depths) = (&mut self.stock, &mut self.patches, &mut self.bodies, &mut self.depths);
-        let cut = || {
-            patches.iter_mut().for_each(|p| p.sweep(&items));
-            stock.sweep_measured(&items, &measures, depths)
-        };
-        let ((reports, removal), (hits, collision)) =
-            rayon::join(|| timed(cut), || timed(|| bodies.check(&chunk.pieces, &states)));
-        stages.removal += removal;
-        stages.collision += collision;
+        let (bodies, stock_bodies) = (&mut self.bodies, &mut self.stock_bodies);
+        let cutting = Cutting { stock: &mut self.stock, patches: &mut self.patches, depths: &mut self.depths };
+        let (cut, (hits, collision)) = rayon::join(
+            || stock_bodies.cut(cutting, &sweeps, &chunk.pieces),
+            || timed(|| bodies.check(&chunk.pieces, &states)),
+        );
+        stages.removal += cut.removal;
+        stages.collision += collision + cut.collision;
+        let parts = sweeps.parts;
 
         self.keep_history(chunk, first_id);
-        let volumes = self.judge_reports(chunk, &states, &parts, &reports);
+        self.tell_at_rest();
+        let volumes = self.judge_reports(chunk, &states, &parts, &cut.reports);
         let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
         for (piece, checked) in chunk.pieces.iter().zip(hits) {
             for hit in checked.hits {
                 self.judge_hit(piece, &hit);
             }
+        }
+        for (piece, breach) in cut.breaches {
+            self.judge_stock_breach(&chunk.pieces[piece], breach);
         }
         self.judge_events(chunk);
         for (mut f, at) in legs::breaches(&self.prepared.machine, &chunk.samples) {
@@ -287,6 +299,12 @@ impl<'a> Engine<'a> {
     pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
         self.tool_out(self.time);
         self.look_for_loose_parts(None);
+        self.tell_at_rest();
+        for (breach, finding) in std::mem::take(&mut self.stock_breaches) {
+            if let Some(b) = self.stock_bodies.breach(breach) {
+                self.log.deepen(finding, b.penetration_estimate, b.least_distance);
+            }
+        }
         for (breach, finding) in std::mem::take(&mut self.breaches) {
             if let Some((penetration, distance)) = self.bodies.worst(breach) {
                 self.log.deepen(finding, penetration, distance);
@@ -317,8 +335,9 @@ impl<'a> Engine<'a> {
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
+            across_platforms: self.bodies.across_platforms(),
             checked_pairs: self.bodies.checked_pairs(),
-            stock_near: self.bodies.stock_near(),
+            stock_near: self.stock_bodies.near(self.bodies.behind_table()),
             unknown_plunges,
         };
         (self.stock, self.patches, facts)
@@ -454,10 +473,4 @@ fn signals(
         *last = (end.time[1], of_piece(chunk.pieces.len() - 1));
     }
     all
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
 }

@@ -132,6 +132,8 @@ codes! {
     SHANK_RUBS = "process-shank-rubs", Process, Error, "The shank meets material.";
     LOOSE_PART = "process-loose-part", Process, Warning, "A part of the stock is cut off: where it falls is not known.";
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
+    STOCK_HIT = "collision-stock-body", Collision, Error, "A body of machine or setup meets the stock, or comes nearer to it than its rays can tell.";
+    STOCK_AT_REST = "collision-stock-at-rest", Collision, Error, "A fixture or the table stands in the stock before anything moves.";
     COLLISION = "collision-bodies", Collision, Error, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, "Two bodies come nearer than the wanted clearance.";
     OVERCUT = "geometry-overcut", Geometry, Error, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";

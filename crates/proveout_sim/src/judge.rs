@@ -164,25 +164,29 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
         .collect()
 }
 
-/// Bodies that came within reach of the stock's box, to be left out; nothing is checked against the stock but the tool.
-fn stock_reached(facts: &Facts, near_mm: f64) -> Option<String> {
-    let reached = &facts.stock_near.reached;
-    if reached.is_empty() {
-        return None;
-    }
-    let bodies: Vec<String> = reached.iter().map(|(name, time)| format!("{name} (from {time:.3} s)")).collect();
-    Some(format!(
-        "stock against {}: the box of the raw stock comes within {near_mm} mm of them, and what is left of it there is not looked at",
-        bodies.join(", ")
-    ))
-}
-
-/// What the box of the stock says in favor of the others.
-fn stock_kept_clear(facts: &Facts, near_mm: f64) -> String {
+/// What is said of the bodies that nothing sweeps through the stock.
+fn against_stock(facts: &Facts, near_mm: f64) -> String {
     let near = &facts.stock_near;
     let mut text = String::new();
     if near.clear > 0 {
-        text += &format!("; {} bodies keep {near_mm} mm from the box of the raw stock all the way", near.clear);
+        text += &format!(
+            "; {} bodies keep {near_mm} mm from the in-process stock all the way, with {:.3} mm beside its rays counted as material",
+            near.clear, near.unseen_mm
+        );
+    }
+    if near.followed > near.clear {
+        let (n, come) = match near.followed - near.clear {
+            1 => (1, "body comes"),
+            n => (n, "bodies come"),
+        };
+        text += &format!("; {n} {come} nearer to it");
+    }
+    if !near.flush.is_empty() {
+        text += &format!(
+            "; {} lie against the table's face: the lowest {:.3} mm of the stock on it count for nothing there",
+            near.flush.join(", "),
+            near.layer_mm
+        );
     }
     if !near.fixed.is_empty() {
         text += &format!("; {} stand still against the stock: contact there is the mounting", near.fixed.join(", "));
@@ -260,7 +264,6 @@ fn judge_gates(
     };
     collision.left_out.extend(facts.loose.clone());
     let near_mm = tolerances.near_miss_mm;
-    collision.left_out.extend(stock_reached(facts, near_mm));
     collision.left_out.extend(facts.stock_near.behind_table.iter().map(|(name, depth)| {
         format!(
             "{name} against the table: it reaches {depth:.3} mm behind the table's face of the machine file (`table.point_mm`, \
@@ -268,7 +271,7 @@ fn judge_gates(
         )
     }));
     if let Some(checked) = &mut collision.checked {
-        checked.push_str(&stock_kept_clear(facts, near_mm));
+        checked.push_str(&against_stock(facts, near_mm));
         let errors = prepared.machine.has_errors();
         checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
     }
@@ -283,6 +286,10 @@ fn judge_gates(
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
         collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
+    }
+    if !facts.across_platforms.is_empty() {
+        let pairs = facts.across_platforms.join(", ");
+        collision.left_out.push(format!("bodies on both sides of a tilting platform: {pairs}"));
     }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();

@@ -55,6 +55,7 @@ mod scallop;
 mod scallop_figures;
 mod scallop_judge;
 mod show_mesh;
+mod stock_bodies;
 mod surface_gate;
 mod surface_map;
 mod survey;

@@ -36,7 +36,7 @@ pub(crate) const GROWTH: f64 = 0.35;
 pub(crate) const HISTORY_MEMORY: u64 = 2 << 30;
 /// Bytes by which a stock may pass what it was announced with: small ones are not worth a word.
 pub(crate) const ALLOWANCE: u64 = 12 << 20;
-/// Bytes of a ray beside its intervals: its share of its tile, and who emptied it.
+/// Bytes of a ray beside its intervals: its share of its tile and of the boxes over it (one byte), and who emptied it.
 const RAY: f64 = 10.0;
 /// Bytes of an interval, with the room to grow that a tile keeps.
 const INTERVAL: f64 = 34.0;

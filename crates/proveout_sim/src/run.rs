@@ -1,7 +1,8 @@
 //! The prove-out loop: program to motion, motion to removal and interference, findings, verdict.
 //!
 //! Stretch by stretch of simulated time the controller yields motion pieces; the stock is swept and the bodies are
-//! checked at the same time on two workers, since neither needs the other; reports are judged in order of time. The
+//! checked against each other at the same time on two workers, since neither needs the other (bodies against the stock are followed
+//! between the sweeps, see `stock_bodies`); reports are judged in order of time. The
 //! length of a stretch bounds memory and sets how often observers are called; it does not change any result.
 
 use std::{path::Path, sync::PoisonError, time::Instant};
@@ -228,4 +229,11 @@ fn stretches(chunk: &Chunk) -> Vec<Chunk> {
         (p, s, e, b) = (p_end, s_end, e_end, b_end);
     }
     out
+}
+
+/// Does some work, and gives the wall time that it took, s.
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
 }

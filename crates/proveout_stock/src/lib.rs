@@ -18,6 +18,7 @@
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
+//! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
 //! # Folders
@@ -94,6 +95,8 @@ pub use looking::bands::MeshBand;
 pub use looking::contact::Contact;
 pub use looking::depth::{Depths, Measure};
 pub use looking::measure::{Nearest, Outline, Probe, Wall};
+pub use looking::overlap::SolidOverlap;
 pub use looking::parts::StockPart;
 pub use looking::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};
 pub use looking::surface::{SurfaceMesh, TileId};
+pub use looking::tile_tree::{RaySegment, TileNode, TileTree};

@@ -121,15 +121,10 @@ impl Problem {
         worst
     }
 
-    /// Nodes of some intervals.
-    pub(super) fn range(&self, [from, to]: [usize; 2]) -> std::ops::Range<usize> {
-        self.nodes.partition_point(|n| n.k < from)..self.nodes.partition_point(|n| n.k < to)
-    }
-
-    /// Where a row of acceleration or jerk between the nodes of intervals `from..to` comes above a part of its limit, and above the nodes: interval and
-    /// node behind which the place lies, and part of the interval.
-    pub(super) fn peaks(&self, c: &[f64], [from, to]: [usize; 2], above: f64) -> Vec<(usize, f64)> {
-        let range = self.range([from, to]);
+    /// Where a row of acceleration or jerk between the nodes comes above a part of its limit, and above the nodes: node behind which the
+    /// place lies, and part of the interval.
+    pub(super) fn peaks(&self, c: &[f64], above: f64) -> Vec<(usize, f64)> {
+        let range = 0..self.nodes.len();
         let mut out: Vec<(usize, f64)> = Vec::new();
         let values = |at: usize, i: usize| {
             let [b, b1, b2] = self.state(&self.nodes[at], c);
@@ -197,19 +192,11 @@ impl Problem {
         }
     }
 
-    /// Takes in the rows of joints that come above a part of their limits in some intervals; false where nothing is new. `relative`
-    /// counts it as part of the highest of all rows, for a start that is far from all limits.
-    pub(super) fn choose(
-        &self,
-        c: &[f64],
-        [from, to]: [usize; 2],
-        above: f64,
-        relative: bool,
-        rows: &mut Rows,
-    ) -> bool {
-        let range = self.range([from, to]);
+    /// Takes in the rows of joints that come above a part of their limits; false where nothing is new. `relative` counts it as part of the
+    /// highest of all rows, for a start that is far from all limits.
+    pub(super) fn choose(&self, c: &[f64], above: f64, relative: bool, rows: &mut Rows) -> bool {
         let mut high = [[0.0_f64; 2]; MAX_JOINTS];
-        for at in range {
+        for at in 0..self.nodes.len() {
             let [b, b1, b2] = self.state(&self.nodes[at], c);
             let root = b.max(0.0).sqrt();
             for (q, high) in self.joints[at * self.count..(at + 1) * self.count].iter().zip(&mut high) {

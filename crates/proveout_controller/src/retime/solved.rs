@@ -1,9 +1,11 @@
 //! What was found for a region: its grid, the tempo there, and how both change from round to round.
 
 use super::{
+    field::Field,
     grid::{Probe, Spot},
+    part::Part,
     problem::{MARGIN, Problem, RELAXED, Rows},
-    solver::{GAP, Part, Search},
+    solver::{GAP, Search},
 };
 use crate::tempo::Tempo;
 
@@ -40,7 +42,7 @@ const AT_ONCE: f64 = 0.003;
 pub(super) struct Solved {
     pub(super) from: f64,
     pub(super) to: f64,
-    problem: Problem,
+    field: Field,
     /// Unknowns of the spline.
     c: Vec<f64>,
     /// The begin has another tempo than the law.
@@ -61,8 +63,8 @@ impl Solved {
         let mut c = problem.even();
         problem.set_start(&mut c, start);
         let forced = start != [1.0, 0.0];
-        let mut solved =
-            Self { from, to, problem, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
+        let field = Field::new(problem);
+        let mut solved = Self { from, to, field, c, forced, begun: false, spots: Vec::new(), dipped: false, levels: 0 };
         let mut begin = 0;
         while begin < n {
             let end = if begin + CHUNK + CHUNK / 4 >= n { n } else { begin + CHUNK };
@@ -94,85 +96,67 @@ impl Solved {
 
     /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
     fn solve(&mut self, probe: &mut Probe<'_>, begin: usize, end: usize) -> bool {
-        let own = 2 * begin..2 * end + 2;
-        let range = [begin, end];
-        let before = self.c[own.clone()].to_vec();
-        let used_before = self.worst(range);
+        let mut problem = self.field.between([begin, end]);
+        let before = &self.c[2 * begin..2 * end + 2];
+        let mut c = before.to_vec();
+        let used_before = worst(&problem, before);
         let mut rows = Rows::NONE;
-        self.problem.choose(&self.c, range, FAR, true, &mut rows);
-        let used = self.problem.used.clone();
+        problem.choose(&c, FAR, true, &mut rows);
+        let used = problem.used.clone();
         let mut search = Search::default();
-        let mut good = Part::new(&self.problem, range, &rows).solve(&mut self.c[own.clone()], COARSE, &mut search);
+        let mut good = Part::new(&problem, &rows).solve(&mut c, COARSE, &mut search);
         for pass in 0..PASSES {
             if !good {
                 break;
             }
             let first = pass == 0;
             let [rows_above, peaks_above] = if first { [CLOSE, EARLY] } else { [1.0, PEAK] };
-            let more = self.problem.choose(&self.c, range, rows_above, false, &mut rows);
-            let peaks = self.problem.peaks(&self.c, range, peaks_above);
+            let more = problem.choose(&c, rows_above, false, &mut rows);
+            let peaks = problem.peaks(&c, peaks_above);
             if !first && !more && peaks.is_empty() {
                 break;
             }
-            if more {
-                search = Search::default();
-            } else {
-                let nodes = self.problem.range(range);
-                search.insert(nodes.len(), peaks.iter().map(|p| p.0 - nodes.start));
-            }
-            self.problem.insert(&peaks, |cell, p| probe.rows_of(&used, cell, p));
-            good = Part::new(&self.problem, range, &rows).solve(&mut self.c[own.clone()], GAP, &mut search);
+            search.insert(peaks.iter().map(|p| p.0));
+            problem.insert(&peaks, |cell, p| probe.rows_of(&used, cell, p));
+            good = Part::new(&problem, &rows).solve(&mut c, GAP, &mut search);
         }
-        let after = self.worst(range);
+        let after = worst(&problem, &c);
         let good = good && after <= ALLOWED;
         // Better than before is something, too: the next round goes on from there.
         let better = after - 1.0 < BETTER * (used_before - 1.0);
-        if !good && !better {
-            self.c[own].copy_from_slice(&before);
+        if good || better {
+            self.c[2 * begin..2 * end + 2].copy_from_slice(&c);
         }
+        self.field.put_back(begin, problem);
         good
-    }
-
-    /// Highest part of the limits in some intervals, less what is allowed next to given unknowns.
-    fn worst(&self, [begin, end]: [usize; 2]) -> f64 {
-        if !self.c[2 * begin..2 * end + 2].iter().all(|x| x.is_finite()) {
-            return f64::INFINITY;
-        }
-        let nodes = &self.problem.nodes;
-        let fixed = [begin > 0 || self.problem.fixed[0], end < self.problem.lengths.len() || self.problem.fixed[1]];
-        let used = |at: usize| {
-            let near = fixed[0] && nodes[at].k == begin || fixed[1] && nodes[at].k + 1 == end;
-            self.problem.used(at, &self.c) * if near { 1.0 - RELAXED } else { 1.0 }
-        };
-        self.problem.range([begin, end]).map(used).fold(0.0, f64::max)
     }
 
     /// Places a point at a spot, or tightens the points around it where the rows do not see the excess there.
     fn tighten(&mut self, probe: &mut Probe<'_>, spot: &Spot) -> Option<usize> {
-        let p = &mut self.problem;
-        let k = p.begins.partition_point(|b| *b <= spot.at).saturating_sub(1).min(p.lengths.len() - 1);
-        let tau = (spot.at - p.begins[k]) / p.lengths[k];
-        let nodes = p.nodes.partition_point(|n| n.k < k)..p.nodes.partition_point(|n| n.k <= k);
-        if nodes.is_empty() {
+        let begins = &self.field.whole().begins;
+        let k = begins[..self.field.len()].partition_point(|b| *b <= spot.at).saturating_sub(1);
+        let (mut p, c) = (self.field.between([k, k + 1]), &self.c[2 * k..2 * k + 4]);
+        let tau = (spot.at - p.begins[0]) / p.lengths[0];
+        if p.nodes.is_empty() {
             return None;
         }
-        let behind = (nodes.start + p.nodes[nodes.clone()].partition_point(|n| n.tau <= tau)).max(nodes.start + 1) - 1;
-        let next = (behind + 1).min(nodes.end - 1);
+        let behind = p.nodes.partition_point(|n| n.tau <= tau).max(1) - 1;
+        let next = (behind + 1).min(p.nodes.len() - 1);
         let near = if tau - p.nodes[behind].tau < p.nodes[next].tau - tau { behind } else { next };
-        let mut seen = p.used(near, &self.c);
+        let mut seen = p.used(near, c);
         if (p.nodes[near].tau - tau).abs() > NEW {
             let used = p.used.clone();
             p.insert(&[(behind, tau)], |cell, at| probe.rows_of(&used, cell, at));
-            seen = p.used(behind + 1, &self.c);
+            seen = p.used(behind + 1, c);
         }
         if seen < 1.0 + MARGIN + 0.5 * spot.excess {
-            let end = nodes.start + p.nodes[nodes.start..].partition_point(|n| n.k <= k);
-            for at in nodes.start..end {
-                if (p.nodes[at].tau - tau).abs() * p.lengths[k] < AT_ONCE {
+            for at in 0..p.nodes.len() {
+                if (p.nodes[at].tau - tau).abs() * p.lengths[0] < AT_ONCE {
                     p.tighten(at, 1.0 + spot.excess);
                 }
             }
         }
+        self.field.put_back(k, p);
         Some(k)
     }
 
@@ -182,7 +166,7 @@ impl Solved {
         let mut touched: Vec<usize> = spots.iter().filter_map(|s| self.tighten(probe, s)).collect();
         touched.sort_unstable();
         touched.dedup();
-        let n = self.problem.lengths.len();
+        let n = self.field.whole().lengths.len();
         let mut i = 0;
         while i < touched.len() {
             let begin = touched[i].saturating_sub(AROUND);
@@ -212,12 +196,12 @@ impl Solved {
     /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4, is below a third
     /// of e J. A dip always exists, where rows that are tightened may contradict each other.
     pub(super) fn dip(&mut self, spots: &[&Spot]) {
-        let n = self.problem.lengths.len();
+        let n = self.field.whole().lengths.len();
         let mut factors = vec![[1.0, 0.0]; n + 1];
         for spot in spots {
             // Given ends stay as they are.
             let room = [spot.at - self.from, self.to - spot.at];
-            let fixed = self.problem.fixed;
+            let fixed = self.field.whole().fixed;
             let width = [0, 1].map(|side| if fixed[side] { spot.width.min(room[side]) } else { spot.width });
             let mut at = self.from;
             for k in 0..=n {
@@ -232,7 +216,7 @@ impl Solved {
                 } else if x > w {
                     break;
                 }
-                at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
+                at += self.field.whole().lengths.get(k).copied().unwrap_or(0.0);
             }
         }
         self.scale(&factors);
@@ -246,7 +230,7 @@ impl Solved {
     ///       0.25 s   1 s   1 s  0.25 s
     /// ```
     pub(super) fn level(&mut self, spots: &[&Spot]) {
-        let n = self.problem.lengths.len();
+        let n = self.field.whole().lengths.len();
         let ramp = |x: f64, long: f64| {
             let (sin, cos) = (std::f64::consts::FRAC_PI_2 * (x / long).clamp(0.0, 1.0)).sin_cos();
             [sin * sin, if x < long { std::f64::consts::PI * sin * cos / long } else { 0.0 }]
@@ -257,7 +241,7 @@ impl Solved {
         for k in 0..=n {
             let mut end = [1.0, 0.0];
             for (side, distance, sense) in [(0, at - self.from, 1.0), (1, self.to - at, -1.0)] {
-                if self.problem.fixed[side] && distance < long {
+                if self.field.whole().fixed[side] && distance < long {
                     let [part, slope] = ramp(distance, long);
                     end = [part, sense * slope];
                 }
@@ -271,7 +255,7 @@ impl Solved {
                 }
             }
             factors.push([1.0 - lowered[0] * end[0], -(lowered[1] * end[0] + lowered[0] * end[1])]);
-            at += self.problem.lengths.get(k).copied().unwrap_or(0.0);
+            at += self.field.whole().lengths.get(k).copied().unwrap_or(0.0);
         }
         self.scale(&factors);
         self.levels += 1;
@@ -282,7 +266,7 @@ impl Solved {
         for (k, [factor, slope]) in factors.iter().copied().enumerate() {
             let b = self.c[2 * k];
             self.c[2 * k] = b * factor;
-            self.c[2 * k + 1] = self.c[2 * k + 1] * factor + b * slope * self.problem.scale;
+            self.c[2 * k + 1] = self.c[2 * k + 1] * factor + b * slope * self.field.whole().scale;
         }
         self.dipped = true;
     }
@@ -292,12 +276,12 @@ impl Solved {
         if self.forced && !self.begun {
             return None;
         }
-        let n = self.problem.lengths.len();
+        let n = self.field.whole().lengths.len();
         let mut tempos = Vec::with_capacity(n);
         let (mut p, mut time) = (self.from, 0.0);
         for k in 0..n {
-            let end = if k + 1 == n { self.to } else { p + self.problem.lengths[k] };
-            let tempo = Tempo::new(p, end - p, self.problem.polynomial(&self.c, k), time);
+            let end = if k + 1 == n { self.to } else { p + self.field.whole().lengths[k] };
+            let tempo = Tempo::new(p, end - p, self.field.whole().polynomial(&self.c, k), time);
             if !tempo.is_sound() {
                 return None;
             }
@@ -307,9 +291,24 @@ impl Solved {
         }
         let own = self.to - self.from;
         let worthwhile = time < own * (1.0 - WORTHWHILE) || self.forced || self.dipped || {
-            let even = self.problem.even();
-            (0..self.problem.nodes.len()).any(|at| self.problem.used(at, &even) > 1.0003 * (1.0 + MARGIN))
+            let whole = self.field.between([0, n]);
+            let even = whole.even();
+            (0..whole.nodes.len()).any(|at| whole.used(at, &even) > 1.0003 * (1.0 + MARGIN))
         };
         (worthwhile && time.is_finite()).then_some(tempos)
     }
+}
+
+/// Highest part of the limits, less what is allowed next to given unknowns.
+fn worst(problem: &Problem, c: &[f64]) -> f64 {
+    if !c.iter().all(|x| x.is_finite()) {
+        return f64::INFINITY;
+    }
+    let last = problem.lengths.len();
+    let used = |at: usize| {
+        let k = problem.nodes[at].k;
+        let near = problem.fixed[0] && k == 0 || problem.fixed[1] && k + 1 == last;
+        problem.used(at, c) * if near { 1.0 - RELAXED } else { 1.0 }
+    };
+    (0..problem.nodes.len()).map(used).fold(0.0, f64::max)
 }

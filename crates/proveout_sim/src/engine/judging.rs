@@ -105,6 +105,23 @@ impl Engine<'_> {
         self.breaches.push((hit.breach, finding));
     }
 
+    /// A body that came too near to the stock.
+    pub(super) fn judge_stock_breach(&mut self, piece: &Piece, index: usize) {
+        let Some(breach) = self.stock_bodies.breach(index) else { return };
+        let tolerances = &self.prepared.scene.file.tolerances;
+        let told = wording::stock_breach(breach, tolerances.near_miss_mm, self.stock_bodies.unseen_mm());
+        let finding = self.at_piece(told, piece, breach.time);
+        let finding = self.log.push(finding);
+        self.stock_breaches.push((index, finding));
+    }
+
+    /// Bodies that stand in the stock from the begin.
+    pub(super) fn tell_at_rest(&mut self) {
+        for standing in self.stock_bodies.take_at_rest() {
+            self.log.push(wording::at_rest(&standing));
+        }
+    }
+
     pub(super) fn judge_events(&mut self, chunk: &Chunk) {
         for event in &chunk.events {
             if let Event::Overcut { time, location, overcut, .. } = event {

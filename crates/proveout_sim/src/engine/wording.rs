@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use proveout_collision::{Severity, StockBreach};
 use proveout_controller::{Event, LimitKind};
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
@@ -14,6 +15,7 @@ use crate::{
     finding::{self, Code, Finding},
     log::FindingLog,
     process::{self, Swept},
+    stock_bodies::{AtRest, is_near_miss},
 };
 
 /// A part of the tool in material; `wanted` is the clearance asked for, mm.
@@ -67,6 +69,54 @@ pub(super) fn hit(hit: &Hit, near: f64) -> Finding {
     if let HitKind::NearMiss(left) = hit.kind {
         (f.clearance_mm, f.limit, f.unit) = (Some(left), Some(near), Some("mm".into()));
     }
+    f
+}
+
+/// A distance of a ray's material that is called a meeting, mm.
+const TOUCH_MM: f64 = 0.01;
+
+/// A body too near to the stock; `near` is the clearance asked for, `unseen` what the rays cannot tell, mm.
+pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Finding {
+    let body = &breach.body;
+    let near_miss = is_near_miss(breach);
+    let (rays, least) = (breach.ray_distance, breach.distance);
+    let how = if breach.severity == Severity::QueryFailed {
+        format!("{body} is not proved clear of the stock: joints that are no numbers")
+    } else if near_miss {
+        format!("{body} comes nearer to the stock than the wanted {near:.3} mm: {least:.3} to {rays:.3} mm are left")
+    } else if breach.inside {
+        format!("{body} holds a part of the stock inside")
+    } else if rays <= TOUCH_MM {
+        format!("{body} hits the stock: it meets material, told to {:.3} mm, half the diagonal of a cell", 0.5 * unseen)
+    } else {
+        format!(
+            "{body} hits the stock or misses it by less than {rays:.3} mm: between rays material is known to {:.3} mm, half the diagonal of a \
+             cell",
+            0.5 * unseen
+        )
+    };
+    let mut f = FindingLog::of(if near_miss { &finding::NEAR_MISS } else { &finding::STOCK_HIT }, how);
+    f.bodies = vec![body.to_string(), "stock".into()];
+    f.penetration_mm = breach.penetration_estimate;
+    if near_miss {
+        (f.clearance_mm, f.limit, f.unit) = (Some(least), Some(near), Some("mm".into()));
+    }
+    f.point_mm = Some(breach.point_in_work.coords.into());
+    f
+}
+
+/// A body that stands in the stock and moves as one with it.
+pub(super) fn at_rest(standing: &AtRest) -> Finding {
+    let (body, overlap) = (&standing.body, &standing.overlap);
+    let message = format!(
+        "{body} stands in the stock before anything moves: {:.3} mm deep, {:.3} mm3",
+        overlap.depth_mm, overlap.volume_mm3
+    );
+    let mut f = FindingLog::of(&finding::STOCK_AT_REST, message);
+    f.bodies = vec![body.clone(), "stock".into()];
+    f.time_s = Some(0.0);
+    f.penetration_mm = Some(overlap.depth_mm);
+    f.point_mm = Some(overlap.point.coords.into());
     f
 }
 

@@ -24,6 +24,9 @@ pub struct TriDexel {
     /// What was lost when the material was taken over from another grid.
     pub(crate) regrid: Option<Regrid>,
     pub(crate) changed: Vec<bool>,
+    /// Passes over the rays that took something away, and the last of them for each tile; see [`crate::TileTree`].
+    pub(crate) passes: u32,
+    pub(crate) cut_in: Vec<u32>,
     pub(crate) history: Option<History>,
     /// Who took whole intervals, one for each tile.
     pub(crate) lost: Vec<Lost>,
@@ -121,7 +124,12 @@ impl TriDexel {
         let tiles = (self.tiles.capacity() * size_of::<Tile>()) as u64;
         let rays = self.tiles.iter().map(Tile::heap_bytes).sum::<u64>();
         let lost = self.lost.iter().map(|l| l.heap_bytes() + size_of::<Lost>() as u64).sum::<u64>();
-        tiles + rays + lost + self.changed.len() as u64 + self.history_bytes()
+        tiles
+            + rays
+            + lost
+            + self.changed.len() as u64
+            + (self.cut_in.len() * size_of::<u32>()) as u64
+            + self.history_bytes()
     }
 
     pub(crate) fn spans(&self, a: usize, i: usize, j: usize) -> &[Span] {

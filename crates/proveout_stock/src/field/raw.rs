@@ -89,6 +89,8 @@ impl TriDexel {
         let changed = vec![true; grid.blocks.iter().product()];
         let mut stock = Self {
             lost: vec![Lost::default(); tiles.len()],
+            passes: 0,
+            cut_in: vec![0; tiles.len()],
             grid,
             tiles,
             initial_volume: 0.0,

@@ -256,6 +256,9 @@ impl TriDexel {
         let mut laps: Vec<Lap> = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
         // In the order of the items; among those of one item, that of the tiles stays.
         laps.sort_by_key(|lap| lap.item);
+        let cut = works.iter().any(|work| work.changed[0] < work.changed[1]);
+        let pass = self.passes + u32::from(cut);
+        self.passes = pass;
         for work in works {
             let (a, [i0, j0]) = self.grid.tile_place(work.index);
             let u = |column: usize| self.grid.center((a + 1) % 3, i0 + column);
@@ -283,6 +286,7 @@ impl TriDexel {
                 report.contact = Some(report.contact.map_or(contact, |c| c.union(&contact)));
             }
             if work.changed[0] < work.changed[1] {
+                self.cut_in[work.index] = pass;
                 self.mark_changed(work.index, work.changed);
             }
             if let (Some(history), Some(undo)) = (&mut self.history, work.watch.undo) {

@@ -230,6 +230,8 @@ impl TriDexel {
             sweep_bound: self.sweep_bound,
             regrid: self.regrid,
             changed: vec![true; self.changed.len()],
+            passes: 0,
+            cut_in: vec![0; self.cut_in.len()],
             history: None,
             lost: vec![Lost::default(); self.tiles.len()],
             watch_engagement: self.watch_engagement,

@@ -205,6 +205,11 @@ pub struct RowMaterial {
 }
 
 impl RowMaterial {
+    /// True when there is nothing in the row.
+    pub fn is_empty(&self) -> bool {
+        self.spans.is_empty()
+    }
+
     /// Material on a ray of the row, rising.
     pub fn on(&self, ray: &RayPlace) -> impl Iterator<Item = RaySpan> + '_ {
         let at = ray.index[1].checked_sub(self.first).map(|j| j * self.columns + ray.index[0]);

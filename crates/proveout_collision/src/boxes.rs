@@ -1,0 +1,429 @@
+//! Trees of boxes, and the nearest leaves of two of them.
+//!
+//! [`nearest_leaves`] goes down two trees at once, the nearer pair of boxes first, and leaves out what cannot be nearer than the best
+//! so far. What is left out is not forgotten: the smallest bound of all that was left out is a proved lower bound of the distance,
+//! which a caller that only asks "farther than this?" gets for nothing.
+//!
+//! ```text
+//!    boxes of a, turned into the frame of b      gap along axis i = |c_i| - h_b,i - (|R| h_a)_i
+//!         ___                                    bound            = | (max(gap_i, 0)) |,
+//!        /\  \        .----.                     the larger of the ones in the frames of a and of b
+//!       /  \_/|  -c-> |    |
+//!       \__/_\/       '----'
+//! ```
+//!
+//! A caller that knows leaves which were nearest a moment ago (*warm start*; Lin and Canny 1991) hands their distance in as the best so
+//! far, and most of both trees is never looked at.
+
+use nalgebra::Matrix3;
+use proveout_geom::{Point, Pose, TriMesh, Vector};
+
+/// A tree of boxes along the axes of a frame of its own, with numbered items in its leaves.
+pub trait BoxTree {
+    /// A node of the tree.
+    type Node: Copy;
+
+    /// The node that holds everything; none for an empty tree.
+    fn root(&self) -> Option<Self::Node>;
+
+    /// Middle of the box of a node and half its edges, mm.
+    fn bounds(&self, node: Self::Node) -> (Point, Vector);
+
+    /// What a node holds.
+    fn open(&self, node: Self::Node) -> Branch<Self::Node>;
+}
+
+/// What a node of a tree holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Branch<N> {
+    /// Two nodes.
+    Two(N, N),
+    /// Items, by number.
+    Leaf(std::ops::Range<u32>),
+}
+
+/// Answer to "which leaves are nearest, as far as nearer than a limit".
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NearestLeaves<W> {
+    /// Nothing is nearer than the limit; the distance that is proved, mm, at least the limit. Infinite for an empty tree.
+    Beyond(f64),
+    /// The smallest distance, mm, and what belongs to it.
+    At(f64, W),
+}
+
+/// The nearest items of two trees where they are below `limit` (mm), or below what `start` says of two items.
+///
+/// `distance` gives the distance of item i of `a` from item j of `b`, or a lower bound of it above its third argument, with
+/// what belongs to it. The search ends at once when it says zero.
+pub fn nearest_leaves<A: BoxTree, B: BoxTree, W>(
+    a: &A,
+    b: &B,
+    b_from_a: &Pose,
+    limit: f64,
+    start: Option<(f64, W)>,
+    mut distance: impl FnMut(u32, u32, f64) -> (f64, W),
+) -> NearestLeaves<W> {
+    let (Some(root_a), Some(root_b)) = (a.root(), b.root()) else { return NearestLeaves::Beyond(f64::INFINITY) };
+    let frames = Frames { b_from_a: *b_from_a, size: b_from_a.rotation.abs() };
+    // What is left out is at least as far as the best was then, and the best only falls.
+    let mut left_out = f64::INFINITY;
+    let mut bound = limit;
+    let mut best = None;
+    if let Some((d, w)) = start {
+        if d < bound {
+            (bound, best) = (d, Some(w));
+        } else {
+            left_out = d;
+        }
+    }
+    let apart = |x: A::Node, y: B::Node| frames.apart(&frames.moved(a.bounds(x)), &b.bounds(y));
+    let mut open = vec![(apart(root_a, root_b), root_a, root_b)];
+    while let Some((least, x, y)) = open.pop() {
+        if bound <= 0.0 {
+            break;
+        }
+        if least >= bound {
+            left_out = left_out.min(least);
+            continue;
+        }
+        let pairs = match (a.open(x), b.open(y)) {
+            (Branch::Leaf(items_a), Branch::Leaf(items_b)) => {
+                for i in items_a {
+                    for j in items_b.clone() {
+                        let (d, w) = distance(i, j, bound);
+                        if d < bound {
+                            (bound, best) = (d, Some(w));
+                        } else {
+                            left_out = left_out.min(d);
+                        }
+                    }
+                }
+                continue;
+            }
+            (Branch::Two(..), Branch::Two(m, n)) if a.bounds(x).1.norm_squared() < b.bounds(y).1.norm_squared() => {
+                let box_a = frames.moved(a.bounds(x));
+                [m, n].map(|n| (frames.apart(&box_a, &b.bounds(n)), x, n))
+            }
+            (Branch::Two(m, n), _) => {
+                let box_b = b.bounds(y);
+                [m, n].map(|n| (frames.apart(&frames.moved(a.bounds(n)), &box_b), n, y))
+            }
+            (_, Branch::Two(m, n)) => {
+                let box_a = frames.moved(a.bounds(x));
+                [m, n].map(|n| (frames.apart(&box_a, &b.bounds(n)), x, n))
+            }
+        };
+        let [first, second] = pairs;
+        let (near, far) = if first.0 <= second.0 { (first, second) } else { (second, first) };
+        for pair in [far, near] {
+            if pair.0 < bound {
+                open.push(pair);
+            } else {
+                left_out = left_out.min(pair.0);
+            }
+        }
+    }
+    best.map_or(NearestLeaves::Beyond(left_out), |w| NearestLeaves::At(bound, w))
+}
+
+/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of a box given by middle and half edges.
+pub(crate) fn nearest_leaf<B: BoxTree, W>(
+    tree: &B,
+    apart: impl Fn(&Point, &Vector) -> f64,
+    limit: f64,
+    start: Option<(f64, W)>,
+    mut distance: impl FnMut(u32, f64) -> (f64, W),
+) -> NearestLeaves<W> {
+    let Some(root) = tree.root() else { return NearestLeaves::Beyond(f64::INFINITY) };
+    let of = |node: B::Node| {
+        let (middle, half) = tree.bounds(node);
+        (apart(&middle, &half), node)
+    };
+    let (mut left_out, mut bound, mut best) = (f64::INFINITY, limit, None);
+    if let Some((d, w)) = start {
+        if d < bound {
+            (bound, best) = (d, Some(w));
+        } else {
+            left_out = d;
+        }
+    }
+    let mut open = vec![of(root)];
+    while let Some((least, node)) = open.pop() {
+        if bound <= 0.0 {
+            break;
+        }
+        if least >= bound {
+            left_out = left_out.min(least);
+            continue;
+        }
+        match tree.open(node) {
+            Branch::Leaf(items) => {
+                for i in items {
+                    let (d, w) = distance(i, bound);
+                    if d < bound {
+                        (bound, best) = (d, Some(w));
+                    } else {
+                        left_out = left_out.min(d);
+                    }
+                }
+            }
+            Branch::Two(x, y) => {
+                let (x, y) = (of(x), of(y));
+                let (near, far) = if x.0 <= y.0 { (x, y) } else { (y, x) };
+                for next in [far, near] {
+                    if next.0 < bound {
+                        open.push(next);
+                    } else {
+                        left_out = left_out.min(next.0);
+                    }
+                }
+            }
+        }
+    }
+    best.map_or(NearestLeaves::Beyond(left_out), |w| NearestLeaves::At(bound, w))
+}
+
+/// A box of tree a: its middle in the frame of b, and half its edges along the axes of a and of b.
+#[derive(Clone, Copy)]
+struct Turned {
+    middle: Point,
+    half: Vector,
+    half_in_b: Vector,
+}
+
+struct Frames {
+    b_from_a: Pose,
+    size: Matrix3<f64>,
+}
+
+impl Frames {
+    fn moved(&self, (middle, half): (Point, Vector)) -> Turned {
+        Turned { middle: self.b_from_a.point(&middle), half, half_in_b: self.size * half }
+    }
+
+    /// Lower bound of the distance of two boxes.
+    fn apart(&self, a: &Turned, b: &(Point, Vector)) -> f64 {
+        let way = a.middle - b.0;
+        let outside = |x: f64| x.max(0.0);
+        let in_b = (way.abs() - a.half_in_b - b.1).map(outside).norm_squared();
+        let way_in_a = self.b_from_a.rotation.tr_mul(&way);
+        let in_a = (way_in_a.abs() - a.half - self.size.tr_mul(&b.1)).map(outside).norm_squared();
+        in_a.max(in_b).sqrt()
+    }
+}
+
+/// Triangles in a tree of boxes.
+#[derive(Clone, Debug)]
+pub(crate) struct TriangleTree {
+    nodes: Vec<Node>,
+    /// Corners, in the order of the leaves.
+    triangles: Vec<[Point; 3]>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    middle: Point,
+    half: Vector,
+    /// First item of a leaf, or first of two nodes in a row.
+    first: u32,
+    /// Number of items; zero for a node with two others.
+    count: u32,
+}
+
+/// Triangles of a leaf.
+const LEAF: usize = 1;
+
+impl TriangleTree {
+    pub(crate) fn new(mesh: &TriMesh) -> Self {
+        Self::of_triangles((0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect())
+    }
+
+    pub(crate) fn of_triangles(mut triangles: Vec<[Point; 3]>) -> Self {
+        let mut nodes = Vec::with_capacity(triangles.len());
+        if !triangles.is_empty() {
+            nodes.push(node_of(&triangles, 0));
+            let mut open = vec![(0, 0..triangles.len())];
+            while let Some((at, range)) = open.pop() {
+                if range.len() <= LEAF {
+                    continue;
+                }
+                let middle = split(&mut triangles[range.clone()]) + range.start;
+                let first = nodes.len();
+                for half in [range.start..middle, middle..range.end] {
+                    nodes.push(node_of(&triangles[half.clone()], half.start));
+                    open.push((nodes.len() - 1, half));
+                }
+                (nodes[at].first, nodes[at].count) = (first as u32, 0);
+            }
+        }
+        Self { nodes, triangles }
+    }
+
+    /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
+    /// the point, if the half line passes through no edge.
+    pub(crate) fn leaving(&self, from: &Point, along: &Vector) -> i32 {
+        let mut sum = 0;
+        let mut open = Vec::from_iter(self.root());
+        while let Some(at) = open.pop() {
+            let (middle, half) = self.bounds(at);
+            // Box and half line are apart where one of the separating axes says so (Gottschalk 1996): the axes of the box and the
+            // products of the direction with them.
+            let way = from - middle;
+            let size = along.abs();
+            let behind = (0..3).any(|k| way[k].abs() > half[k] && way[k] * along[k] >= 0.0);
+            let product = way.cross(along).abs();
+            let limit = Vector::new(
+                half.y * size.z + half.z * size.y,
+                half.x * size.z + half.z * size.x,
+                half.x * size.y + half.y * size.x,
+            );
+            if behind || (0..3).any(|k| product[k] > limit[k]) {
+                continue;
+            }
+            match self.open(at) {
+                Branch::Two(x, y) => open.extend([x, y]),
+                Branch::Leaf(items) => {
+                    for [a, b, c] in items.map(|i| self.corners(i)) {
+                        let (u, v, w) = (a - from, b - from, c - from);
+                        let volumes = [u.cross(&v).dot(along), v.cross(&w).dot(along), w.cross(&u).dot(along)];
+                        let normal = (b - a).cross(&(c - a));
+                        let ahead = u.dot(&normal) * along.dot(&normal) > 0.0;
+                        if ahead && volumes.iter().all(|x| *x > 0.0) {
+                            sum += 1;
+                        } else if ahead && volumes.iter().all(|x| *x < 0.0) {
+                            sum -= 1;
+                        }
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// Corners of an item, mm.
+    pub(crate) fn corners(&self, item: u32) -> &[Point; 3] {
+        &self.triangles[item as usize]
+    }
+
+    pub(crate) fn triangles(&self) -> &[[Point; 3]] {
+        &self.triangles
+    }
+}
+
+fn node_of(triangles: &[[Point; 3]], first: usize) -> Node {
+    let b = proveout_geom::Aabb::of_points(triangles.iter().flatten());
+    // A middle is rounded: half an edge reaches both sides all the same.
+    let middle = b.center();
+    let half = (b.max - middle).sup(&(middle - b.min));
+    Node { middle, half, first: first as u32, count: triangles.len() as u32 }
+}
+
+/// Parts triangles at the median of their middles along the longest side; gives the number in the first part.
+fn split(triangles: &mut [[Point; 3]]) -> usize {
+    let middle = |t: &[Point; 3]| t[0].coords + t[1].coords + t[2].coords;
+    let (mut low, mut high) = (Vector::repeat(f64::INFINITY), Vector::repeat(f64::NEG_INFINITY));
+    for t in triangles.iter() {
+        (low, high) = (low.inf(&middle(t)), high.sup(&middle(t)));
+    }
+    let axis = (high - low).imax();
+    let half = triangles.len() / 2;
+    triangles.select_nth_unstable_by(half, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
+    half
+}
+
+impl BoxTree for TriangleTree {
+    type Node = u32;
+
+    fn root(&self) -> Option<u32> {
+        (!self.nodes.is_empty()).then_some(0)
+    }
+
+    fn bounds(&self, node: u32) -> (Point, Vector) {
+        let n = &self.nodes[node as usize];
+        (n.middle, n.half)
+    }
+
+    fn open(&self, node: u32) -> Branch<u32> {
+        let n = &self.nodes[node as usize];
+        if n.count == 0 { Branch::Two(n.first, n.first + 1) } else { Branch::Leaf(n.first..n.first + n.count) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::revolved_mesh;
+
+    use super::*;
+    use crate::triangle;
+
+    fn torus(large: f64, small: f64, around: usize, along: usize) -> Vec<[Point; 3]> {
+        let at = |i: usize, k: usize| {
+            let (s, c) = (std::f64::consts::TAU * i as f64 / along as f64).sin_cos();
+            let (t, d) = (std::f64::consts::TAU * k as f64 / around as f64).sin_cos();
+            Point::new((large + small * d) * c, (large + small * d) * s, small * t)
+        };
+        let quad = |(i, k): (usize, usize)| {
+            let [a, b, c, d] = [at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        (0..along).flat_map(|i| (0..around).map(move |k| (i, k))).flat_map(quad).collect()
+    }
+
+    fn poses() -> Vec<Pose> {
+        (0..40)
+            .map(|k| {
+                let a = f64::from(k);
+                let way = Vector::new(20.0 * (0.7 * a).sin(), 9.0 * (1.1 * a).cos(), 2.0 + 0.6 * a);
+                Pose::from_rpy(way, 0.3 * a, 0.17 * a, 0.5 * a)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_nearest_leaves_are_those_of_all_pairs() {
+        let a = TriangleTree::of_triangles(torus(10.0, 3.0, 9, 14));
+        let b = TriangleTree::new(&revolved_mesh(&[[0.0, 0.0], [4.0, 0.0], [2.0, 7.0], [0.0, 7.0]], 13));
+        let mut warm: Option<(u32, u32)> = None;
+        let (mut far, mut meeting) = (0, 0);
+        for pose in poses() {
+            let moved = |i: u32| a.corners(i).map(|p| pose.point(&p));
+            let of = |i: u32, j: u32| triangle::nearest(&moved(i), b.corners(j)).square.sqrt();
+            let all = |f: &mut dyn FnMut(f64)| {
+                for i in 0..a.triangles.len() as u32 {
+                    (0..b.triangles.len() as u32).for_each(|j| f(of(i, j)));
+                }
+            };
+            let mut least = f64::INFINITY;
+            all(&mut |d| least = least.min(d));
+            let mut looked = 0;
+            for start in [None, warm.map(|(i, j)| (of(i, j), (i, j)))] {
+                looked = 0;
+                let found = nearest_leaves(&a, &b, &pose, 1e9, start, |i, j, _| {
+                    looked += 1;
+                    (of(i, j), (i, j))
+                });
+                let NearestLeaves::At(d, (i, j)) = found else { panic!("{found:?}") };
+                assert!((d - least).abs() < 1e-12 && (of(i, j) - d).abs() < 1e-12, "{d} {least}");
+                warm = Some((i, j));
+            }
+            assert!(looked < 2000, "{looked} of {}", a.triangles.len() * b.triangles.len());
+            meeting += usize::from(least == 0.0);
+            // A question with a limit is answered with a bound that holds and is no less than the limit.
+            if least > 0.0 {
+                far += 1;
+                let limit = 0.9 * least;
+                let found = nearest_leaves(&a, &b, &pose, limit, None, |i, j, _| (of(i, j), ()));
+                let NearestLeaves::Beyond(bound) = found else { panic!("{found:?}") };
+                assert!(limit <= bound && bound <= least + 1e-12, "{limit} {bound} {least}");
+            }
+        }
+        assert!(far > 10 && meeting > 3, "{far} {meeting}");
+    }
+
+    #[test]
+    fn an_empty_tree_is_far_from_everything() {
+        let (a, b) = (TriangleTree::of_triangles(Vec::new()), TriangleTree::of_triangles(torus(5.0, 1.0, 4, 4)));
+        let found = nearest_leaves(&a, &b, &Pose::identity(), 1.0, None, |_, _, _| (0.0, ()));
+        assert_eq!(found, NearestLeaves::Beyond(f64::INFINITY));
+    }
+}

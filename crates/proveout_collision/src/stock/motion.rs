@@ -1,0 +1,431 @@
+//! The bodies through one motion after the other: how their distance from the stock is followed, and what is noted.
+
+use proveout_geom::{Point, Pose};
+use proveout_machine::{JointValues, MAX_JOINTS};
+use proveout_stock::TriDexel;
+
+use super::distance::{NearRay, Rays, material_inside, nearest, penetration};
+use super::{JointMotion, StockBreach, StockCheck};
+use crate::distance::{Gap, gap};
+use crate::parts::{Part, motion_weights};
+use crate::report::Severity;
+use crate::shape::{MeshShape, Shape};
+
+/// Slack for the distance of the box of the raw stock, which is iterated, mm.
+const SLACK_MM: f64 = 2e-4;
+/// Distance from a threshold that counts as on it, mm: ends the advancement.
+const TOLERANCE_MM: f64 = 5e-3;
+/// Motion of a body that stands in the stock between two looks at its penetration, mm.
+const CONTACT_REFRESH_MM: f64 = 0.5;
+/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last.
+const FIRST_REACH_MM: f64 = 100.0;
+const LAST_REACH_MM: f64 = 3200.0;
+/// A jump between motions up to this length counts as rounding, mm.
+const JOIN_MM: f64 = 1e-3;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Clear,
+    Near,
+    Contact,
+}
+
+/// What is known of a body by now.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    weights: [f64; MAX_JOINTS],
+    /// Proved distance, mm, when the path of the joints was `at`.
+    kept: f64,
+    at: [f64; MAX_JOINTS],
+    state: State,
+    reach: f64,
+    /// Nothing is known yet: whether material lies inside is to be asked.
+    fresh: bool,
+    near: Option<usize>,
+    contact: Option<usize>,
+}
+
+/// A body that is followed.
+#[derive(Clone, Debug)]
+pub(super) struct Follow {
+    pub(super) part: Part,
+    /// The layer of material on the table's face counts for nothing.
+    pub(super) flush: bool,
+    known: Known,
+}
+
+impl Follow {
+    /// None for a body that is no mesh: parts of the tool are swept through the stock instead.
+    pub(super) fn new(part: Part) -> Option<Self> {
+        let Shape::Mesh(_) = &*part.shape else { return None };
+        let known = Known {
+            weights: [0.0; MAX_JOINTS],
+            kept: f64::NEG_INFINITY,
+            at: [0.0; MAX_JOINTS],
+            state: State::Clear,
+            reach: FIRST_REACH_MM,
+            fresh: true,
+            near: None,
+            contact: None,
+        };
+        Some(Self { part, flush: false, known })
+    }
+
+    fn mesh(&self) -> Option<&MeshShape> {
+        match &*self.part.shape {
+            Shape::Mesh(mesh) => Some(mesh),
+            Shape::Convex(_) => None,
+        }
+    }
+
+    /// Distance that is proved for now, mm.
+    fn lower(&self, path: &[f64; MAX_JOINTS]) -> f64 {
+        let k = &self.known;
+        k.kept - (0..MAX_JOINTS).map(|j| k.weights[j] * (path[j] - k.at[j])).sum::<f64>()
+    }
+}
+
+/// Distance of a body from the stock.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StockGap {
+    /// What is proved, mm.
+    lower: f64,
+    near: NearRay,
+}
+
+/// A motion under examination.
+struct Step<'a> {
+    stock: &'a TriDexel,
+    motion: &'a JointMotion,
+    /// Absolute motion of each joint.
+    way: [f64; MAX_JOINTS],
+    /// The stock is the one at the begin of this motion.
+    exact: bool,
+}
+
+impl Step<'_> {
+    fn joints(&self, t: f64) -> JointValues {
+        self.motion.joints[0].interpolated(self.motion.joints[1], t)
+    }
+
+    fn time(&self, t: f64) -> f64 {
+        self.motion.time[0] + (self.motion.time[1] - self.motion.time[0]) * t
+    }
+}
+
+fn dot(a: &[f64; MAX_JOINTS], b: &[f64; MAX_JOINTS]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+impl StockCheck {
+    /// Follows motions in their order; `stock` is the stock at the begin of the first, or an earlier one. Gives how many are done: all, or
+    /// those before one in which a body would come too near to material that may be cut by then. The caller cuts what is done and calls again
+    /// with the rest. The first motion is always done.
+    pub fn follow(&mut self, stock: &TriDexel, motions: &[JointMotion]) -> usize {
+        self.tree.refresh(stock);
+        let late = motions.iter().enumerate().position(|(k, motion)| !self.one(stock, motion, k == 0));
+        late.unwrap_or(motions.len())
+    }
+
+    fn one(&mut self, stock: &TriDexel, motion: &JointMotion, exact: bool) -> bool {
+        let [from, to] = motion.joints;
+        if !(from.is_finite() && to.is_finite() && motion.slack.is_finite()) {
+            self.fail_all(motion.time[0]);
+            self.motions += 1;
+            return true;
+        }
+        self.join(&from);
+        let low = self.envelope.include(&self.machine, &from);
+        if self.envelope.include(&self.machine, &to) || low {
+            self.recompute_weights();
+        }
+        let mut way = [0.0; MAX_JOINTS];
+        for (m, (a, b)) in way.iter_mut().zip(from.0.iter().zip(to.0)) {
+            *m = (b - a).abs();
+        }
+        let used = dot(&self.largest_weights, &way);
+        if self.spent + used + motion.slack < self.budget {
+            self.spent += used;
+            self.walk(&way);
+        } else if !self.examine(&Step { stock, motion, way, exact }) {
+            return false;
+        }
+        (self.last, self.last_time) = (Some(to), motion.time[1]);
+        self.motions += 1;
+        true
+    }
+
+    /// All bodies through one motion; false, and nothing noted, where the stock is too old for it.
+    fn examine(&mut self, step: &Step<'_>) -> bool {
+        let mut before: Vec<(usize, Known)> = Vec::new();
+        for i in 0..self.bodies.len() {
+            let body = &self.bodies[i];
+            let left = body.lower(&self.path) - dot(&body.known.weights, &step.way) - step.motion.slack;
+            if left > self.threshold(i) {
+                continue;
+            }
+            before.push((i, body.known));
+            if !self.follow_body(i, step) {
+                for (k, known) in before {
+                    self.bodies[k].known = known;
+                }
+                return false;
+            }
+        }
+        self.walk(&step.way);
+        self.spent = 0.0;
+        let left = (0..self.bodies.len()).map(|i| self.bodies[i].lower(&self.path) - self.threshold(i));
+        self.budget = left.fold(f64::INFINITY, f64::min);
+        true
+    }
+
+    /// Distance above which nothing needs to be known of a body, mm.
+    fn threshold(&self, i: usize) -> f64 {
+        match self.bodies[i].known.state {
+            State::Clear => self.clearance + SLACK_MM,
+            State::Near => SLACK_MM,
+            State::Contact => 0.0,
+        }
+    }
+
+    /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a stock that is too old.
+    fn follow_body(&mut self, i: usize, step: &Step<'_>) -> bool {
+        let mu = dot(&self.bodies[i].known.weights, &step.way);
+        let slack = step.motion.slack;
+        if self.bodies[i].known.fresh {
+            if let Some(point) = self.inside(i, step, 0.0) {
+                if !step.exact {
+                    return false;
+                }
+                let near = NearRay { distance: 0.0, on_body: point, on_ray: point };
+                self.open(i, Severity::Collision, step, 0.0, StockGap { lower: 0.0, near }, true);
+            }
+            self.bodies[i].known.fresh = false;
+        }
+        let mut t = 0.0;
+        while self.bodies[i].known.state != State::Contact {
+            let level = if self.bodies[i].known.state == State::Clear { self.clearance } else { 0.0 };
+            let floor = level + SLACK_MM + slack;
+            let limit = floor + (mu * (1.0 - t)).max(TOLERANCE_MM) + self.bodies[i].known.reach;
+            let Some(found) = self.gap(i, step.stock, &step.joints(t), limit) else {
+                self.keep(i, limit, step, t);
+                let reach = &mut self.bodies[i].known.reach;
+                *reach = (2.0 * *reach).min(LAST_REACH_MM);
+                self.leave_near(i, limit, step, t);
+                return true;
+            };
+            if found.lower > floor + TOLERANCE_MM {
+                self.keep(i, found.lower, step, t);
+                self.leave_near(i, found.lower, step, t);
+                let advance = (found.lower - floor) / mu;
+                if mu <= 0.0 || t + advance >= 1.0 {
+                    return true;
+                }
+                t += advance;
+                continue;
+            }
+            if !step.exact {
+                return false;
+            }
+            let touching = found.lower <= SLACK_MM + slack + TOLERANCE_MM;
+            let severity = if touching { Severity::Collision } else { Severity::NearMiss };
+            self.open(i, severity, step, t, found, false);
+        }
+        self.follow_contact(i, step);
+        true
+    }
+
+    /// A body in the stock at the end of a motion: how deep, or apart again.
+    fn follow_contact(&mut self, i: usize, step: &Step<'_>) {
+        let touching = SLACK_MM + step.motion.slack + TOLERANCE_MM;
+        let limit = touching + self.clearance + self.bodies[i].known.reach;
+        let q = step.joints(1.0);
+        let distance = self.gap(i, step.stock, &q, limit).map_or(limit, |g| g.lower);
+        let within = distance > 0.0 && self.inside(i, step, 1.0).is_some();
+        if within || distance <= touching {
+            // Material of an older stock may be gone, and would make it too deep.
+            let deep = if step.exact { self.penetration(i, step.stock, &q) } else { 0.0 };
+            if let Some(b) = self.bodies[i].known.contact.and_then(|k| self.breaches.get_mut(k)) {
+                b.inside |= within;
+                if deep > b.penetration_estimate.unwrap_or(0.0) {
+                    b.penetration_estimate = Some(deep);
+                }
+            }
+            self.keep(i, CONTACT_REFRESH_MM, step, 1.0);
+            return;
+        }
+        let known = &mut self.bodies[i].known;
+        if let Some(b) = known.contact.take().and_then(|k| self.breaches.get_mut(k)) {
+            b.end_time = Some(step.time(1.0));
+        }
+        known.state = if known.near.is_some() { State::Near } else { State::Clear };
+        self.keep(i, distance, step, 1.0);
+        self.leave_near(i, distance, step, 1.0);
+    }
+
+    fn leave_near(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
+        let apart = distance > self.clearance + SLACK_MM + step.motion.slack + 2.0 * TOLERANCE_MM;
+        let known = &mut self.bodies[i].known;
+        let Some(b) = known.near.and_then(|k| self.breaches.get_mut(k)) else { return };
+        if apart {
+            b.end_time = Some(step.time(t));
+            (known.near, known.state) = (None, State::Clear);
+        } else if step.exact {
+            b.least_distance = b.least_distance.min(distance);
+        }
+    }
+
+    fn keep(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
+        let mut at = self.path;
+        for (s, m) in at.iter_mut().zip(step.way) {
+            *s += m * t;
+        }
+        let known = &mut self.bodies[i].known;
+        (known.kept, known.at) = (distance, at);
+    }
+
+    fn open(&mut self, i: usize, severity: Severity, step: &Step<'_>, t: f64, found: StockGap, inside: bool) {
+        let breach = StockBreach {
+            body: self.bodies[i].part.name.clone(),
+            kind: self.bodies[i].part.kind,
+            severity,
+            time: step.time(t),
+            joints: step.joints(t),
+            distance: found.lower,
+            ray_distance: found.near.distance,
+            least_distance: found.lower,
+            penetration_estimate: None,
+            inside,
+            point_in_work: nalgebra::center(&found.near.on_body, &found.near.on_ray),
+            end_time: None,
+        };
+        self.push(i, breach);
+    }
+
+    fn push(&mut self, i: usize, breach: StockBreach) {
+        let (index, near) = (self.breaches.len(), breach.severity == Severity::NearMiss);
+        let known = &mut self.bodies[i].known;
+        if let Some(b) = known.near.and_then(|k| self.breaches.get_mut(k)) {
+            b.least_distance = b.least_distance.min(breach.distance);
+        }
+        if near {
+            (known.near, known.state) = (Some(index), State::Near);
+        } else {
+            (known.contact, known.state) = (Some(index), State::Contact);
+        }
+        self.breaches.push(breach);
+    }
+
+    /// Joints that are not numbers: nothing is proved clear.
+    fn fail_all(&mut self, time: f64) {
+        for i in 0..self.bodies.len() {
+            let body = &self.bodies[i];
+            if body.known.state != State::Contact {
+                let breach = StockBreach {
+                    body: body.part.name.clone(),
+                    kind: body.part.kind,
+                    severity: Severity::QueryFailed,
+                    time,
+                    joints: self.last.unwrap_or_default(),
+                    distance: 0.0,
+                    ray_distance: 0.0,
+                    least_distance: 0.0,
+                    penetration_estimate: None,
+                    inside: false,
+                    point_in_work: Point::origin(),
+                    end_time: None,
+                };
+                self.push(i, breach);
+            }
+            (self.bodies[i].known.kept, self.bodies[i].known.fresh) = (f64::NEG_INFINITY, true);
+        }
+        self.budget = f64::NEG_INFINITY;
+        self.last = None;
+    }
+
+    /// Accounts for a gap between motions: rounding is motion, a jump forgets what was proved.
+    fn join(&mut self, from: &JointValues) {
+        let Some(last) = self.last.replace(*from) else { return };
+        if last == *from {
+            return;
+        }
+        let way = last.zip_map(*from, |a, b| (b - a).abs());
+        let used = dot(&self.largest_weights, &way.0);
+        if used > JOIN_MM {
+            for body in &mut self.bodies {
+                (body.known.kept, body.known.fresh) = (f64::NEG_INFINITY, true);
+            }
+            self.budget = f64::NEG_INFINITY;
+        } else {
+            self.walk(&way.0);
+            self.spent += used;
+        }
+    }
+
+    fn walk(&mut self, way: &[f64; MAX_JOINTS]) {
+        for (s, m) in self.path.iter_mut().zip(way) {
+            *s += m;
+        }
+    }
+
+    pub(super) fn recompute_weights(&mut self) {
+        self.largest_weights = [0.0; MAX_JOINTS];
+        for body in &mut self.bodies {
+            // What was proved is carried along with the bounds that held until now.
+            let kept = body.lower(&self.path);
+            let weights = motion_weights(&self.machine, &body.part, &self.raw, &self.envelope);
+            (body.known.kept, body.known.at, body.known.weights) = (kept, self.path, weights);
+            for (largest, w) in self.largest_weights.iter_mut().zip(weights) {
+                *largest = largest.max(w);
+            }
+        }
+        self.budget = f64::NEG_INFINITY;
+        self.spent = 0.0;
+    }
+
+    fn work_from_body(&self, i: usize, q: &JointValues) -> Pose {
+        let machine_from_work = self.machine.machine_from_table(q) * self.table_from_work;
+        machine_from_work.inverse() * self.bodies[i].part.pose(&self.machine, q)
+    }
+
+    fn rays<'a>(&'a self, i: usize, stock: &'a TriDexel) -> Rays<'a> {
+        Rays { stock, tree: &self.tree, counts: self.bodies[i].flush.then_some(self.above_layer) }
+    }
+
+    /// Distance of a body from the stock at some joints, where it may be below `limit` (mm).
+    pub(super) fn gap(&mut self, i: usize, stock: &TriDexel, q: &JointValues, limit: f64) -> Option<StockGap> {
+        self.queries += 1;
+        let pose = self.work_from_body(i, q);
+        let body = &self.bodies[i];
+        // The box of a layer cut off is not known to be one; the rays do alone.
+        let from_box = if body.flush { 0.0 } else { self.box_gap(i, &pose, limit)? };
+        let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
+        let lower = (near.distance - self.unseen).max(from_box).max(0.0);
+        (lower < limit).then_some(StockGap { lower, near })
+    }
+
+    /// Distance of a body from the box of the raw stock as a solid, where it is below `limit`.
+    fn box_gap(&self, i: usize, work_from_body: &Pose, limit: f64) -> Option<f64> {
+        let body = &self.bodies[i];
+        let mesh = body.mesh()?;
+        if mesh.shells.iter().any(|p| self.raw_box.contains(&work_from_body.point(p))) {
+            return Some(0.0);
+        }
+        match gap(&body.part.shape, &self.raw.shape, work_from_body, limit, &mut None) {
+            Gap::Beyond(_) => None,
+            Gap::At(d, ..) if d.is_finite() => Some((d - SLACK_MM).max(0.0)),
+            Gap::At(..) | Gap::Meeting(_) => Some(0.0),
+        }
+    }
+
+    fn inside(&self, i: usize, step: &Step<'_>, t: f64) -> Option<Point> {
+        let mesh = self.bodies[i].mesh()?;
+        let body_from_work = self.work_from_body(i, &step.joints(t)).inverse();
+        material_inside(mesh, &body_from_work, &self.rays(i, step.stock))
+    }
+
+    fn penetration(&self, i: usize, stock: &TriDexel, q: &JointValues) -> f64 {
+        let Some(mesh) = self.bodies[i].mesh() else { return 0.0 };
+        penetration(mesh, &self.work_from_body(i, q), &self.rays(i, stock))
+    }
+}

@@ -1,0 +1,136 @@
+//! All intervals of a region with their nodes, in sections: a problem of some intervals is taken out, solved, and put back with the nodes
+//! that it has grown, at a cost that does not depend on the length of the region.
+
+use super::problem::{JointRow, Node, Problem};
+
+/// Intervals of a section.
+const SECTION: usize = 64;
+
+#[derive(Debug, Default)]
+struct Section {
+    /// With interval numbers of the whole.
+    nodes: Vec<Node>,
+    joints: Vec<JointRow>,
+}
+
+/// Grid and rows of a region.
+#[derive(Debug, Default)]
+pub(super) struct Field {
+    /// All but the nodes and their rows.
+    whole: Problem,
+    sections: Vec<Section>,
+}
+
+impl Field {
+    pub(super) fn new(mut problem: Problem) -> Self {
+        let (nodes, joints) = (std::mem::take(&mut problem.nodes), std::mem::take(&mut problem.joints));
+        let count = problem.lengths.len().div_ceil(SECTION);
+        let mut field = Self { whole: problem, sections: Vec::new() };
+        field.sections.resize_with(count, Section::default);
+        field.put(nodes, &joints, 0);
+        field
+    }
+
+    /// Lengths, begins and ends, without nodes.
+    pub(super) fn whole(&self) -> &Problem {
+        &self.whole
+    }
+
+    /// Number of intervals.
+    pub(super) fn len(&self) -> usize {
+        self.whole.lengths.len()
+    }
+
+    /// The intervals from `from` up to `to` as a problem of their own; the unknowns at inner ends are given.
+    pub(super) fn between(&self, [from, to]: [usize; 2]) -> Problem {
+        let whole = &self.whole;
+        let mut problem = Problem {
+            scale: whole.scale,
+            lengths: whole.lengths[from..to].to_vec(),
+            begins: whole.begins[from..to].to_vec(),
+            nodes: Vec::new(),
+            joints: Vec::new(),
+            count: whole.count,
+            used: whole.used.clone(),
+            fixed: [from > 0 || whole.fixed[0], to < self.len() || whole.fixed[1]],
+        };
+        for section in &self.sections[from / SECTION..to.div_ceil(SECTION).min(self.sections.len())] {
+            let own = range(&section.nodes, [from, to]);
+            problem.nodes.extend(section.nodes[own.clone()].iter().map(|n| Node { k: n.k - from, ..*n }));
+            problem.joints.extend_from_slice(&section.joints[own.start * whole.count..own.end * whole.count]);
+        }
+        problem
+    }
+
+    /// Puts the nodes of some intervals back.
+    pub(super) fn put_back(&mut self, from: usize, problem: Problem) {
+        let to = from + problem.lengths.len();
+        let count = self.whole.count;
+        for section in &mut self.sections[from / SECTION..to.div_ceil(SECTION)] {
+            let own = range(&section.nodes, [from, to]);
+            section.joints.drain(own.start * count..own.end * count);
+            section.nodes.drain(own);
+        }
+        self.put(problem.nodes, &problem.joints, from);
+    }
+
+    /// Adds nodes, numbered from interval `from` on, of intervals that have none.
+    fn put(&mut self, nodes: Vec<Node>, joints: &[JointRow], from: usize) {
+        let count = self.whole.count;
+        let mut begin = 0;
+        while begin < nodes.len() {
+            let number = (nodes[begin].k + from) / SECTION;
+            let end = begin + nodes[begin..].partition_point(|n| (n.k + from) / SECTION == number);
+            let section = &mut self.sections[number];
+            let at = section.nodes.partition_point(|n| n.k < nodes[begin].k + from);
+            section.nodes.splice(at..at, nodes[begin..end].iter().map(|n| Node { k: n.k + from, ..*n }));
+            section.joints.splice(at * count..at * count, joints[begin * count..end * count].iter().copied());
+            begin = end;
+        }
+    }
+}
+
+/// Nodes of some intervals.
+fn range(nodes: &[Node], [from, to]: [usize; 2]) -> std::ops::Range<usize> {
+    nodes.partition_point(|n| n.k < from)..nodes.partition_point(|n| n.k < to)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node(k: usize, tau: f64) -> Node {
+        Node { k, tau, cell: k, smooth: 0, basis: [[0.0; 4]; 3], weight: 0.0, speed: 0.0, lead: 0.0 }
+    }
+
+    /// Intervals with one to three nodes; rows tell the node they belong to.
+    fn field(n: usize) -> Field {
+        let nodes: Vec<Node> = (0..n).flat_map(|k| (0..1 + k % 3).map(move |i| node(k, 0.3 * i as f64))).collect();
+        let joints = nodes.iter().flat_map(|n| [[n.k as f64; 5], [n.tau; 5]]).collect();
+        let lengths = vec![1.0; n];
+        let begins = (0..n).map(|k| k as f64).collect();
+        Field::new(Problem { lengths, begins, nodes, joints, count: 2, ..Problem::default() })
+    }
+
+    #[test]
+    fn what_is_taken_out_and_grows_stands_in_its_place() {
+        for [from, to] in [[0, 200], [0, 64], [63, 65], [64, 128], [10, 20], [150, 200]] {
+            let mut field = field(200);
+            let before = field.between([0, 200]);
+            let mut part = field.between([from, to]);
+            assert_eq!(part.fixed, [from > 0, to < 200]);
+            assert!(part.nodes.iter().zip(part.joints.chunks(2)).all(|(n, r)| (n.k + from) as f64 == r[0][0]));
+            let behind = part.nodes.iter().position(|n| n.k == 3.min(to - from - 1)).unwrap_or(0);
+            let own = part.nodes[behind].k;
+            part.insert(&[(behind, 0.1)], |_, _| vec![[(own + from) as f64; 5], [0.1; 5]]);
+            field.put_back(from, part);
+            let after = field.between([0, 200]);
+            assert_eq!(after.nodes.len(), before.nodes.len() + 1);
+            assert!(after.nodes.windows(2).all(|w| (w[0].k, w[0].tau) < (w[1].k, w[1].tau)));
+            assert!(
+                after.nodes.iter().zip(after.joints.chunks(2)).all(|(n, r)| n.k as f64 == r[0][0] && n.tau == r[1][0])
+            );
+            assert_eq!(after.nodes.iter().filter(|n| n.tau == 0.1).map(|n| n.k).collect::<Vec<_>>(), [own + from]);
+        }
+    }
+}
