@@ -72,30 +72,6 @@ pub trait FeasibleRegion {
     /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they do. The cutting
     /// end, which touches the surface that it cuts, does not count.
     fn clearance(&self, pose: &ToolPose) -> f64;
-
-    /// The region of the axis at a contact, whole and proved, with the cutter beside the contact and its curvatures.
-    ///
-    /// # Errors
-    /// What is wrong with the contact, or why the region of this tool is not known.
-    fn axes(&self, contact: &Contact, feed: &Vector) -> Result<Box<dyn FreeAxes>, String>;
-}
-
-/// The feasible region of the tool axis at one contact. What is not proved free counts as not free.
-pub trait FreeAxes {
-    /// Number of cells that are free as a whole.
-    fn free_cells(&self) -> usize;
-
-    /// Share of the axes looked at that are free, by solid angle.
-    fn free_share(&self) -> f64;
-
-    /// True where an axis is free.
-    fn is_free(&self, axis: &Vector) -> bool;
-
-    /// The free axis nearest to a given one; none where nothing is free.
-    fn nearest_free(&self, axis: &Vector) -> Option<Vector>;
-
-    /// True where the tool may turn about the contact on the great circle between two axes.
-    fn way_is_free(&self, from: &Vector, to: &Vector) -> bool;
 }
 
 /// What a method may ask about. Everything is in the frame of the run.
