@@ -13,9 +13,9 @@ use proveout_sim::{
     Choice, Observer, Prepared, SimError,
     compare::{CompareChoice, Comparing, markdown},
     observer::{Batch, ObserverError, Outcome, Setup as Standing},
-    programs,
+    planning, programs,
     run::{run, run_with_surface},
-    scene::Scene,
+    scene::{Scene, StrategyFile},
     verdict::Verdict,
 };
 
@@ -35,6 +35,7 @@ pub(crate) fn of(setup: Setup, files: &Files) -> Left {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string())?;
     let left = pool.install(|| match setup {
         Setup::Plan => planned(folder.path()),
+        Setup::Paths => paths(folder.path()),
         Setup::Remade | Setup::RemadeQuaternion => remade(folder.path()),
         Setup::Compare => compared(folder.path()),
         Setup::Next => next(folder.path()),
@@ -70,6 +71,19 @@ fn planned(folder: &Path) -> Result<String, SimError> {
     let scene = Scene::read(folder)?;
     let prepared = Prepared::read(folder, &Choice::default())?;
     Ok(format!("{:?}", programs::helix(&scene, &prepared.machine, &prepared.tools)?))
+}
+
+fn paths(folder: &Path) -> Result<String, SimError> {
+    let scene = Scene::read(folder)?;
+    let prepared = Prepared::read(folder, &Choice::default())?;
+    let mut text = String::new();
+    for (name, strategy) in StrategyFile::NAMES {
+        if scene.file.plan.as_ref().is_some_and(|p| strategy.of(p).is_some()) {
+            let made = planning::plan(&scene, &prepared.machine, &prepared.tools, strategy)?;
+            text += &format!("{name}: {:?}\n", made.commands);
+        }
+    }
+    Ok(text)
 }
 
 fn remade(folder: &Path) -> Result<String, SimError> {

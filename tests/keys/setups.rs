@@ -6,7 +6,7 @@ use proveout_tests::root;
 
 use crate::texts::{
     BLADE_PART, COMPARE, CONE, FIVE_PROGRAM, HELIX, HYBRID_PROGRAM, MILL, PART, PROGRAM, SCENE, SURFACE, SURFACE_BLADE,
-    SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, shortened, stl,
+    SURFACE_PROGRAM, TOOLS, five, hybrid, one_tool, paths, shortened, stl,
 };
 
 /// Text of a file, or its bytes, by its name.
@@ -26,6 +26,8 @@ pub(crate) enum Setup {
     Model,
     /// A design mesh as part, fixtures, patches.
     Part,
+    /// A part that comes off the block and falls.
+    Loose,
     /// A cone as part.
     Cone,
     /// A blade as part and stock.
@@ -46,6 +48,8 @@ pub(crate) enum Setup {
     Compare,
     /// A pass round a blade.
     Plan,
+    /// Paths over a blade by contacts, every strategy.
+    Paths,
     /// A program that is made from another, by either method.
     Remade,
     RemadeQuaternion,
@@ -122,6 +126,12 @@ impl Setup {
                 more.push(("turned.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -0.2], true)));
                 more.push(("other.stl", stl([-14.0, -9.0, -9.5], [14.0, 9.0, -1.2], false)));
             }
+            Self::Loose => {
+                scene += "\n[control]\npath_tolerance_mm = 0.05\n";
+                program = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X6. Y-15.\nZ4.\nG1 Z-10.5 F1500\nY15.\nG0 Z12.\n\
+                           M5\nM30\n%\n"
+                    .to_owned();
+            }
             Self::Cone => {
                 scene = scene.replace(
                     "box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }",
@@ -177,7 +187,7 @@ impl Setup {
                 machine = machine.replace("cycle_time_ms = 4", "cycle_time_ms = 8");
                 more.push(("other.nc", short.replace("F1500", "F1100").into()));
             }
-            Self::Plan | Self::Remade | Self::RemadeQuaternion => {
+            Self::Plan | Self::Paths | Self::Remade | Self::RemadeQuaternion => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
                 machine = lib("machines/starrag-lx-451/machine.toml");
                 tools = lib("tools/li-2022.toml");
@@ -189,8 +199,12 @@ impl Setup {
                     .replace("translation_mm = [0, 0, 40]", "translation_mm = [260, 0, 0]")
                     .replace("Z_mm = 40", "X_mm = 260");
                 scene += BLADE_PART;
-                scene += HELIX;
-                if self != Self::Plan {
+                if self == Self::Paths {
+                    scene += &paths();
+                } else {
+                    scene += HELIX;
+                }
+                if !matches!(self, Self::Plan | Self::Paths) {
                     scene += "\n[[program]]\nname = \"second\"\nfile = \"second.mpf\"\n";
                     let method = if self == Self::Remade { "s-theta" } else { "quaternion" };
                     scene += &format!(

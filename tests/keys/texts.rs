@@ -407,6 +407,41 @@ clearance_mm = 10
 tolerance_mm = 0.01
 "#;
 
+/// Every strategy of contacts, a few lines each.
+pub(crate) fn paths() -> String {
+    let tables = [
+        ("transverse", "lines = [0.2, 0.3]\nacross = [0.2, 0.3]\none_way = true"),
+        ("iso-parametric", "lines = [0.3, 0.31]\nalong = [0.2, 0.6]\nparameter = \"surface\""),
+        (
+            "iso-planar",
+            "scallop_mm = 0.1\nnormal = [0, 1, 0]\nacross_mm = [0, 2]\nacross = [0.6, 0.8]\nalong = [0.2, 0.6]",
+        ),
+        ("pocket", "lines = [0.1, 0.3]\nacross = [0.2, 0.3]\nalong = [0.2, 0.6]\noutwards = true"),
+        ("constant-scallop", "scallop_mm = 0.1\nacross = [0.2, 0.22]\nalong = [0.2, 0.6]"),
+        (
+            "quasi-circle",
+            "scallop_mm = 0.1\nacross_deg = [85, 90]\nalong = [0.2, 0.6]\nfocus_inside = 0.01\ntrailing = 0.0",
+        ),
+        ("row", "at = 0.3\nalong = [0.2, 0.6]"),
+        ("point-roughing", "lines = [0.3]\nfrom_allowance_mm = 0.4\ndepth_mm = 0.2\nallowance_mm = 0.1\nstart = 0.3"),
+    ];
+    let mut text = String::new();
+    for (name, keys) in tables {
+        let axis = match name {
+            "row" => {
+                "{ rule = \"interpolated\", axes = [{ part = 0, direction = [0.1, -0.9, -0.4] }, { part = 1, direction = [0.2, -0.9, -0.3] }] }"
+            }
+            _ => "{ rule = \"fixed-head\", table = [1, 0, 0], head_deg = 5, lead_deg = 15 }",
+        };
+        let step = if name == "pocket" { "step_mm = 2" } else { "chord_error_mm = 0.01\nlongest_step_mm = 4" };
+        text += &format!(
+            "\n[plan.{name}]\ntool = \"BALL_D16\"\nspindle_rpm = 8000\nfeed_mm_min = 1000\nwork_offset = \"G54\"\ntolerance_mm = 0.01\n\
+             axis = {axis}\nlift_mm = 2\nclearance_mm = 10\n{step}\n{keys}\n"
+        );
+    }
+    text
+}
+
 pub(crate) const COMPARE: &str = r#"
 [compare]
 baseline = "main"

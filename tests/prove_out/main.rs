@@ -12,6 +12,7 @@ mod feed_and_rapid;
 mod holes;
 mod languages;
 mod li_2022;
+mod planned;
 mod plunge;
 mod poles;
 mod stock_and_machine;

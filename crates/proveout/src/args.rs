@@ -1,12 +1,15 @@
 use std::path::PathBuf;
 
-use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum, builder::PossibleValuesParser};
+use proveout_sim::gates::GATES;
 
 /// A machining digital twin: proves NC programs before the first cut.
 #[derive(Debug, Parser)]
 #[command(name = "proveout", version, max_term_width = 110)]
-#[command(after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail or unchecked; \
-                        2 the input or the call is wrong, nothing is written.")]
+#[command(
+    after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail; 2 the input or the call is \
+                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked."
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -34,6 +37,8 @@ pub(crate) enum Command {
     Diff(DiffArgs),
     /// Open the recording of a run folder in the Rerun viewer
     View(ViewArgs),
+    /// Hold a run folder against its manifest: files that are not as the run wrote them, inputs that have changed since
+    Verify(VerifyArgs),
 }
 
 #[derive(Debug, Args)]
@@ -46,7 +51,7 @@ pub(crate) struct RunArgs {
     /// Run this program text on the scene instead
     #[arg(long, value_name = "FILE")]
     pub(crate) nc: Option<PathBuf>,
-    /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete
+    /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Distance of the stock's rays, mm (default: the scene's)
@@ -61,9 +66,15 @@ pub(crate) struct RunArgs {
     /// What moves under the forces of the drives, with --dynamics servo (default: the scene's)
     #[arg(long, value_enum)]
     pub(crate) plant: Option<PlantArg>,
+    /// Search how far each tool must stand out of its holder, by runs of its own before this one
+    #[arg(long)]
+    pub(crate) overhang: bool,
     /// Where the Rerun recording goes
     #[arg(long, value_enum, default_value = "file")]
     pub(crate) rerun: RerunArg,
+    /// Exit code 0 also where this gate is unchecked; may be repeated. The verdict stays as it is
+    #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
+    pub(crate) accept_unchecked: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -73,7 +84,7 @@ pub(crate) struct CompareArgs {
     /// Program that the others are compared with (default: the scene's, else the first one)
     #[arg(long, value_name = "NAME")]
     pub(crate) baseline: Option<String>,
-    /// Folder (default: out/SCENE-compare); an older comparison there is replaced when the new one is complete
+    /// Folder (default: out/SCENE-compare); an older comparison there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Distance of the stock's rays, mm (default: the scene's)
@@ -155,6 +166,10 @@ pub(crate) struct ReaderArgs {
     /// Folder of subprograms, searched after that of the program; may be repeated
     #[arg(long, value_name = "DIR")]
     pub(crate) subprograms: Vec<PathBuf>,
+    /// Leave out calls of subprograms that are not there, for this reason; the verdict is then unchecked (default: as the control says,
+    /// else such a call is refused)
+    #[arg(long, value_name = "REASON")]
+    pub(crate) without_subprograms: Option<String>,
     /// Largest difference of the radii at start and end of an arc, mm (default: as the control says, else 0.01)
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) arc_tolerance: Option<f64>,
@@ -163,7 +178,8 @@ pub(crate) struct ReaderArgs {
 impl ReaderArgs {
     /// The call states something of how programs are read.
     pub(crate) fn stated(&self) -> bool {
-        let Self { dialect, control, variable, offset, start, feed, subprograms, arc_tolerance } = self;
+        let Self { dialect, control, variable, offset, start, feed, subprograms, without_subprograms, arc_tolerance } =
+            self;
         dialect.is_some()
             || control.is_some()
             || !variable.is_empty()
@@ -171,6 +187,7 @@ impl ReaderArgs {
             || start.is_some()
             || feed.is_some()
             || !subprograms.is_empty()
+            || without_subprograms.is_some()
             || arc_tolerance.is_some()
     }
 }
@@ -245,24 +262,58 @@ pub(crate) struct KinematicsArgs {
     /// Table that is written (default: standard output)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    proveout plan scenes/li-2022-s-theta --strategy helix --output original.mpf\n  \
+    proveout plan scenes/planned-blade --strategy quasi-circle --output lines.mpf --report lines.json\n  \
+    proveout plan scenes/planned-blade --study\n\n\
+    A plan is the table [plan.NAME] of the scene. What it asks of the machine is printed before anything runs; that it is free of \
+    collisions and cuts the part is what `run` proves.")]
 pub(crate) struct PlanArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,
     /// How the path is laid
-    #[arg(long, value_enum)]
-    pub(crate) strategy: StrategyArg,
+    #[arg(long, value_enum, required_unless_present = "study")]
+    pub(crate) strategy: Option<StrategyArg>,
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
-    #[arg(long, value_name = "FILE")]
-    pub(crate) output: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "study")]
+    pub(crate) output: Option<PathBuf>,
+    /// Writes what the path asks of the machine as JSON, point by point
+    #[arg(long, value_name = "FILE", conflicts_with = "study")]
+    pub(crate) report: Option<PathBuf>,
+    /// Plans every table of the scene and prints them side by side; no program is written
+    #[arg(long, conflicts_with_all = ["strategy", "output"])]
+    pub(crate) study: bool,
+    /// Write over files that are there
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum StrategyArg {
-    /// A ball end mill on a helix round the blade, as [plan.helix] of the scene says
+    /// A ball end mill on a helix round the blade
     Helix,
+    /// Lines round the sections
+    Transverse,
+    /// Lines along the blade at constant parts of the section's length
+    IsoParametric,
+    /// Lines in parallel planes
+    IsoPlanar,
+    /// Rings inside each other
+    Pocket,
+    /// Lines along the blade as far apart as the scallop allows everywhere
+    ConstantScallop,
+    /// Lines along the blade at constant polar angles, which never cross an edge
+    QuasiCircle,
+    /// One row along the blade
+    Row,
+    /// A blade from solid in layers
+    PointRoughing,
 }
 
 #[derive(Debug, Args)]
@@ -287,6 +338,9 @@ pub(crate) struct RescheduleArgs {
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Write over a file that is there
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]
@@ -302,7 +356,7 @@ pub(crate) struct RescheduleArgs {
     Coordinates of a stock are those of the workpiece frame, mm. Between rays the surface is that of the mesh of the stock: on faces of \
     curvature radius r it is off by about cell²/8r. A distance is negative in material.\n\
     Texture: a pitch of marks beyond the cut-off of the class goes to the next class; what the data do not carry is unchecked, with \
-    the reason, and the exit code is 1.")]
+    the reason, and the exit code is 3.")]
 pub(crate) struct MeasureArgs {
     /// Run folder, a stock file (.dexel) in it, or a file of texture: height map or profile (SDF, X3P, SMD)
     #[arg(value_name = "FILE")]
@@ -343,6 +397,9 @@ pub(crate) struct MeasureArgs {
     /// File for the result: .json everything; .svg and .csv the section; .png, .sdf and .x3p the texture
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "out")]
+    pub(crate) force: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -392,4 +449,17 @@ pub(crate) struct DiffArgs {
 pub(crate) struct ViewArgs {
     /// Run folder
     pub(crate) run: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not; 3 the folder is, but an input has \
+                        changed since, is gone, or cannot be found."
+)]
+pub(crate) struct VerifyArgs {
+    /// Run folder, or the folder of a comparison
+    pub(crate) run: PathBuf,
+    /// Folder of the scene, or its scene.toml (default: as run.json says)
+    #[arg(long, value_name = "SCENE")]
+    pub(crate) scene: Option<PathBuf>,
 }

@@ -71,7 +71,7 @@ fn every_option_of_every_command_is_typed_in_a_test() {
         for argument in command.get_arguments() {
             let key = (command.get_name().to_owned(), argument.get_id().to_string());
             if !seen.contains(&key) {
-                missing.push(format!("proveout {} {argument}", key.0));
+                missing.push(format!("proveout {}: {}", key.0, key.1));
             }
         }
     }

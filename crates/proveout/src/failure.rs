@@ -5,6 +5,8 @@ use proveout_nc::{Diagnostic, ProgramText};
 use proveout_sim::SimError;
 use proveout_tool::ToolError;
 
+use crate::terminal;
+
 /// Characters of a line that are shown.
 const SHOWN: usize = 160;
 /// Most errors of one file that are shown; the others are counted.
@@ -79,23 +81,17 @@ impl Lines {
     }
 }
 
-/// Text without what would steer a terminal.
+/// One line: a message or a name of a file may hold line feeds.
 fn plain(text: &str) -> String {
-    let picture = |c: char| match c {
-        '\u{7f}' => '\u{2421}',
-        c if c < ' ' => char::from_u32(0x2400 + c as u32).unwrap_or(' '),
-        c if c.is_control() => '\u{fffd}',
-        c => c,
-    };
-    text.chars().map(picture).collect()
+    terminal::plain(text).replace('\n', "\u{240a}")
 }
 
 impl Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Parts { message, place, source_line, mark, help, more, uncounted } = &*self.0;
-        writeln!(f, "error: {}", plain(message))?;
+        writeln!(f, "error: {}", terminal::plain(message))?;
         if let Some(place) = place {
-            writeln!(f, "  at {place}")?;
+            writeln!(f, "  at {}", plain(place))?;
         }
         if let (Some(line), Some((column, length))) = (source_line, *mark) {
             let shown: String = line.chars().take(SHOWN).collect();

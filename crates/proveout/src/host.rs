@@ -1,6 +1,6 @@
 //! What the host says of a finished run; nothing of it goes into the verdict.
 
-use std::{collections::BTreeMap, fs};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use proveout_record::{RunInfo, StageTimes};
 use proveout_sim::run::RunResult;
@@ -11,7 +11,7 @@ const TICKS_PER_S: f64 = 100.0;
 /// Wall time, processor time, memory and versions of a run.
 ///
 /// `alone`: the process has made no other run, so that its peak is that of this one.
-pub(crate) fn run_info(result: &RunResult, threads: usize, alone: bool) -> RunInfo {
+pub(crate) fn run_info(result: &RunResult, scene: &Path, threads: usize, alone: bool) -> RunInfo {
     let s = &result.stages;
     let simulated = result.verdict.time.total_s;
     let wall = result.wall.max(1e-9);
@@ -30,6 +30,8 @@ pub(crate) fn run_info(result: &RunResult, threads: usize, alone: bool) -> RunIn
         host.insert("cpu".into(), cpu);
     }
     RunInfo {
+        scene: scene.canonicalize().unwrap_or_else(|_| scene.to_owned()).display().to_string(),
+        command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
         wall_s: result.wall,
         cpu_s: cpu_time(),
         threads,

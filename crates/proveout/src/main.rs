@@ -1,10 +1,10 @@
 //! The command line of Proveout: arguments, progress, exit codes; no algorithm of its own.
 
-/// A line on standard output; a reader that went away (`| head`) is no error.
+/// A line on standard output, without what would steer a terminal; a reader that went away (`| head`) is no error.
 macro_rules! say {
     ($($words:tt)*) => {{
         use std::io::Write as _;
-        writeln!(std::io::stdout(), $($words)*).ok();
+        writeln!(std::io::stdout(), "{}", crate::terminal::plain(&format!($($words)*))).ok();
     }};
 }
 
@@ -12,7 +12,7 @@ macro_rules! say {
 macro_rules! tell {
     ($($words:tt)*) => {{
         use std::io::Write as _;
-        writeln!(std::io::stderr(), $($words)*).ok();
+        writeln!(std::io::stderr(), "{}", crate::terminal::plain(&format!($($words)*))).ok();
     }};
 }
 
@@ -23,33 +23,45 @@ mod every_option;
 mod failure;
 mod host;
 mod progress;
+mod terminal;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use proveout_sim::verdict::State;
 
 use crate::args::{Cli, Command};
 
 /// The command did its work and the verdict, if there is one, is pass.
 const PASS: u8 = 0;
-/// The verdict is fail or unchecked.
-const NOT_PASSED: u8 = 1;
+/// The verdict is fail.
+const FAIL: u8 = 1;
 /// The input or the call is wrong.
 const WRONG: u8 = 2;
+/// Nothing failed, but something was not checked.
+const UNCHECKED: u8 = 3;
+
+/// Exit code of a verdict.
+fn code(verdict: State) -> u8 {
+    match verdict {
+        State::Pass => PASS,
+        State::Fail => FAIL,
+        State::Unchecked => UNCHECKED,
+    }
+}
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
-        Command::Run(args) => commands::run::run(&args).map(|passed| if passed { PASS } else { NOT_PASSED }),
-        Command::Compare(args) => {
-            commands::compare::compare(&args).map(|passed| if passed { PASS } else { NOT_PASSED })
-        }
+        Command::Run(args) => commands::run::run(&args).map(code),
+        Command::Compare(args) => commands::compare::compare(&args).map(code),
+        Command::Verify(args) => commands::verify::verify(&args).map(code),
         Command::Check(args) => commands::check::check(&args).map(|clean| if clean { PASS } else { WRONG }),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
         Command::Plan(args) => commands::plan::plan(&args).map(|()| PASS),
         Command::Reschedule(args) => commands::plan::reschedule(&args).map(|()| PASS),
         Command::Measure(args) => {
-            commands::measure::measure(&args).map(|checked| if checked { PASS } else { NOT_PASSED })
+            commands::measure::measure(&args).map(|checked| if checked { PASS } else { UNCHECKED })
         }
         Command::Diff(args) => commands::diff::diff(&args.run_a, &args.run_b).map(|()| PASS),
         Command::View(args) => commands::view::view(&args.run).map(|()| PASS),

@@ -93,7 +93,7 @@ fn the_small_scene_itself_runs() {
     let small = Small::new();
     let output = small.run();
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1), "no design part: unchecked\n{told}");
+    assert_eq!(output.status.code(), Some(3), "no design part: unchecked\n{told}");
     for file in
         ["verdict.json", "run.json", "signals.parquet", "blocks.parquet", "surface.parquet", "part.glb", "report.html"]
     {
@@ -110,7 +110,7 @@ fn a_program_without_motion_passes_nothing_but_its_reading() {
     let small = Small::new();
     for (text, program_passes) in [("", false), ("M30\n", true)] {
         small.write("program.mpf", text);
-        assert_eq!(small.run().status.code(), Some(1));
+        assert_eq!(small.run().status.code(), Some(3));
         let verdict = fs::read_to_string(small.path().join("result/verdict.json")).expect("written");
         let passed = verdict.matches("\"state\": \"pass\"").count();
         assert_eq!(passed, usize::from(program_passes), "{verdict}");
@@ -219,10 +219,13 @@ fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
         let output = proveout(small.path(), &["compare", ".", "--out", "result"]);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         // Surface texture is not evaluated: the verdicts are unchecked, and so is the comparison.
-        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert_eq!(output.status.code(), Some(3), "{told}");
         let shown = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(shown.contains("UNCHECKED") && shown.contains("fast"), "{shown}");
-        assert_eq!(names(&small.path().join("result")), ["compare.html", "compare.json", "main", "other"]);
+        assert_eq!(
+            names(&small.path().join("result")),
+            ["compare.html", "compare.json", "main", "manifest.json", "other"]
+        );
         assert!(small.path().join("result/other/verdict.json").is_file());
         assert!(small.path().join("result/other/report.html").is_file());
     }

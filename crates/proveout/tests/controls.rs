@@ -172,7 +172,7 @@ fn a_subprogram_that_is_left_out_makes_the_gates_unchecked() {
         "G17 G54 G90 G94 G710 G60\nT=\"SCHAFT_D6_N_AP15\"\nM6\nS3000 M3\nD1\nL900\nG0 X-30 Y0 Z5\nX30\nM5\nM30\n";
     write(&folder, "main.mpf", program);
     let run = call(&folder, &["run", ".", "--out", "result", "--rerun", "off"]);
-    assert_eq!(run.status.code(), Some(1), "{}", told(&run));
+    assert!(matches!(run.status.code(), Some(1 | 3)), "{}", told(&run));
     let verdict = fs::read_to_string(folder.path().join("result/verdict.json")).expect("written");
     let verdict: Value = serde_json::from_str(&verdict).expect("JSON");
     assert_eq!(verdict["verdict"], "unchecked", "{verdict}");

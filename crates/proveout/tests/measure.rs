@@ -51,7 +51,7 @@ fn shop() -> &'static Path {
         fs::write(path.join("design.obj"), obj).expect("written");
         let output = proveout(path, &["run", ".", "--out", "result", "--rerun", "off"]);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(1), "unchecked: no design in the scene\n{told}");
+        assert_eq!(output.status.code(), Some(3), "unchecked: no design in the scene\n{told}");
         assert!(
             told.contains("memory: stock ") && told.contains(", edge ") && told.contains("4096 MiB allowed"),
             "{told}"

@@ -60,6 +60,9 @@ fn pieces(c: &mut Criterion) {
         check.check_piece(&w[0], &w[1], [k as f64, k as f64 + 1.0], 5e-4);
     }
     println!("{} pieces, {} queries, {} pairs", check.pieces(), check.queries(), check.pairs().len());
+    let effort = check.effort();
+    println!("{effort:?}");
+    println!("{:.2} percent of the pieces by one scalar product", 100.0 * effort.share_by_allowance());
     println!("{:?}", check.clearance());
     assert!(check.breaches().is_empty(), "{:?}", check.breaches());
     assert!(check.queries() < PIECES as u64 / 4, "{} queries", check.queries());

@@ -1,4 +1,4 @@
-//! Prints what the check of machine bodies against the stock costs beside the cut: the boxes over the tiles, a query that boxes alone answer, one
+//! Prints what the check of machine bodies against the stock costs beside the cut: the boxes over the tiles, a query that the raw box answers, one
 //! that goes to the rays, and a pass of finishing moves with its refreshes.
 //!
 //! `cargo bench -p proveout_collision --bench stock`
@@ -79,6 +79,7 @@ fn main() {
         .map(|(k, w)| JointMotion {
             joints: [joints(&w[0]), joints(&w[1])],
             time: [k as f64, k as f64 + 1.0],
+            off: JointValues::ZERO,
             slack: 5e-4,
         })
         .collect();
@@ -114,13 +115,18 @@ fn main() {
     );
 
     // A jump before each motion forgets what was proved, so that each motion asks for every body.
-    for (name, z) in [("far: boxes alone", 200.0), ("near: rays", -15.0)] {
-        let at = |k: usize| joints(&Point::new(-40.0 + 0.01 * k as f64, 50.0, z));
+    for (name, z) in [("far: the raw box alone", 200.0), ("5 mm over the surface: rays", 5.0 - gauge)] {
+        let at = |k: usize| joints(&Point::new(50.0 + 0.01 * k as f64, 50.0, z));
         let before = check.queries();
         let n = 200;
         let seconds = each(n, |k| {
             let q = at(100 * (k % 2) + k);
-            let motion = JointMotion { joints: [q, q], time: [1e6 + k as f64, 1e6 + k as f64 + 1.0], slack: 5e-4 };
+            let motion = JointMotion {
+                joints: [q, q],
+                time: [1e6 + k as f64, 1e6 + k as f64 + 1.0],
+                off: JointValues::ZERO,
+                slack: 5e-4,
+            };
             check.follow(&stock, &[motion]);
         });
         let queries = (check.queries() - before) as f64 / n as f64;

@@ -117,8 +117,8 @@ impl Interference {
             let watched = self.watched(&self.pairs[i]) + step.slack;
             let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
             let limit = need + self.pairs[i].reach;
-            match self.measure(i, step, t, limit) {
-                Gap::Beyond(proved) => {
+            match self.measure(i, step, t, [need, limit]) {
+                Gap::Beyond(proved) | Gap::Between([proved, _], ..) => {
                     // A pair without triangles is infinitely far; what is kept stays a number that can be counted down.
                     let proved = proved.min(MOST_PROVED_MM);
                     self.keep(i, proved, step, t);
@@ -167,11 +167,14 @@ impl Interference {
 
     /// Whether two neighbors keep clear of each other through a step, by what is known of their joint or can be proved now. Each distance
     /// proves a range of the joint round the place where it was measured; it is asked for some way ahead.
-    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &Step) -> bool {
+    pub(crate) fn neighbors_clear(&mut self, i: usize, step: &Step, off: &JointValues) -> bool {
         let Some(n) = self.pairs[i].neighbors.as_mut() else { return false };
         n.allow(step.slack);
         let (joint, weight, slack) = (n.joint, n.weight, n.slack);
-        let (from, to) = (step.from[joint], step.to[joint]);
+        let [from, to] = [step.from[joint], step.to[joint]];
+        // All the way that the joint may have been.
+        let (from, to) =
+            if from <= to { (from - off[joint], to + off[joint]) } else { (from + off[joint], to - off[joint]) };
         let threshold = self.clearance + SLACK_MM + slack;
         let mut at = from;
         loop {
@@ -186,8 +189,9 @@ impl Interference {
             q[joint] = at;
             let limit = threshold + (weight * (to - at).abs()).max(AHEAD_MM);
             let here = Step { from: q, to: q, ..*step };
-            let distance = match self.measure(i, &here, 0.0, limit) {
-                Gap::Beyond(proved) => proved.min(MOST_PROVED_MM),
+            let exact = threshold + TOLERANCE_MM;
+            let distance = match self.measure(i, &here, 0.0, [exact, limit]) {
+                Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
                 Gap::At(d, ..) => d,
                 Gap::Meeting(_) => 0.0,
             };
@@ -206,11 +210,11 @@ impl Interference {
     fn follow_contact(&mut self, i: usize, step: &Step) {
         self.lower_bound = 0.0;
         let limit = SLACK_MM + step.slack + TOLERANCE_MM + self.clearance + self.pairs[i].reach;
-        let measured = self.measure(i, step, 1.0, limit);
+        let measured = self.measure(i, step, 1.0, [limit, limit]);
         let distance = match measured {
             Gap::Meeting(_) => 0.0,
             Gap::At(d, ..) => d,
-            Gap::Beyond(proved) => proved.min(MOST_PROVED_MM),
+            Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(MOST_PROVED_MM),
         };
         let within = match measured {
             Gap::Meeting(_) => None,
@@ -265,23 +269,23 @@ impl Interference {
         (machine_from_b.inverse() * self.parts[p.a].pose(&self.machine, q), machine_from_b)
     }
 
-    fn measure(&mut self, i: usize, step: &Step, t: f64, limit: f64) -> Gap {
+    fn measure(&mut self, i: usize, step: &Step, t: f64, limits: [f64; 2]) -> Gap {
         let q = step.joints(t);
         let (b_from_a, machine_from_b) = self.b_from_a(i, &q);
         let pair = &mut self.pairs[i];
         let found = match &pair.neighbors {
-            Some(n) => skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limit, &mut pair.warm),
-            None => gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limit, &mut pair.warm),
+            Some(n) => skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limits, &mut pair.warm),
+            None => gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limits, &mut pair.warm),
         };
         let counts = pair.neighbors.is_none();
         match found {
-            Gap::Beyond(_) => self.effort.misses += 1,
+            Gap::Beyond(_) | Gap::Between(..) => self.effort.misses += 1,
             _ => self.effort.distances += 1,
         }
         let (distance, point) = match found {
             Gap::Beyond(_) => return found,
             Gap::Meeting(p) => (0.0, p),
-            Gap::At(d, p, q) => (d, nalgebra::center(&p, &q)),
+            Gap::At(d, p, q) | Gap::Between([_, d], p, q) => (d, nalgebra::center(&p, &q)),
         };
         let counts = counts || distance <= self.clearance;
         if counts && self.nearest.as_ref().is_none_or(|n| distance < n.distance) {

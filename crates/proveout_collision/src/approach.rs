@@ -145,11 +145,11 @@ mod tests {
         assert!(judge(&all, 0.02).1 > 0, "a wide tolerance calls the near ones near");
     }
 
-    /// The labelled queries of Wang et al. 2021 (A large-scale benchmark for continuous collision detection), in the folder named by
+    /// The labeled queries of Wang et al. 2021 (A large-scale benchmark for continuous collision detection), in the folder named by
     /// `PROVEOUT_CCD_QUERIES`: eight rows of three fractions and the answer for each query.
     #[test]
     #[expect(clippy::print_stdout, reason = "the figures of a run by hand")]
-    fn no_labelled_collision_is_missed() {
+    fn no_labeled_collision_is_missed() {
         let Ok(folder) = std::env::var("PROVEOUT_CCD_QUERIES") else { return };
         let mut open = vec![PathBuf::from(folder)];
         let mut all = Vec::new();

@@ -7,7 +7,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{NearestLeaves, TriangleTree, nearest_leaf, nearest_leaves};
+use crate::boxes::{NearestLeaves, TriangleTree, near_leaves, nearest_leaf};
 use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 
@@ -23,6 +23,8 @@ pub(crate) enum Gap {
     Beyond(f64),
     /// This far; the two nearest points, in the frame of the second shape.
     At(f64, Point, Point),
+    /// Farther than needs to be known exactly: the distance that is proved, that of two points, and these in the frame of the second shape.
+    Between([f64; 2], Point, Point),
     /// The skins meet; a point near there, in the frame of the second shape.
     Meeting(Point),
 }
@@ -30,11 +32,13 @@ pub(crate) enum Gap {
 /// What was nearest at the last look: triangle or convex body of the first shape, and of the second.
 pub(crate) type Warm = Option<[u32; 2]>;
 
-/// Distance of shape `a` from shape `b`, where it is below `limit` (mm). The skins count, not the inside. `warm` only makes it quicker.
-pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
+/// Distance of shape `a` from shape `b`, exact where it is below the first limit, and told where it is below the second (mm). The skins
+/// count, not the inside. `warm` only makes it quicker.
+pub(crate) fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, [exact, limit]: [f64; 2], warm: &mut Warm) -> Gap {
     match (a, b) {
         (Shape::Convex(bodies), Shape::Mesh(mesh)) => bodies_mesh(bodies, mesh, b_from_a, limit, warm),
-        (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limit, warm),
+        // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
+        (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, [exact, f64::INFINITY], warm),
         (Shape::Mesh(mesh), Shape::Convex(bodies)) => {
             turned(bodies_mesh(bodies, mesh, &b_from_a.inverse(), limit, warm), b_from_a)
         }
@@ -47,6 +51,7 @@ fn turned(gap: Gap, b_from_a: &Pose) -> Gap {
     match gap {
         Gap::Beyond(_) => gap,
         Gap::At(d, p, q) => Gap::At(d, b_from_a.point(&q), b_from_a.point(&p)),
+        Gap::Between(d, p, q) => Gap::Between(d, b_from_a.point(&q), b_from_a.point(&p)),
         Gap::Meeting(p) => Gap::Meeting(b_from_a.point(&p)),
     }
 }
@@ -101,7 +106,7 @@ fn bodies_mesh(bodies: &[Revolved], mesh: &MeshShape, mesh_from_body: &Pose, lim
                 *warm = Some([k as u32, triangle]);
                 return found;
             }
-            Gap::At(d, ..) => {
+            Gap::At(d, ..) | Gap::Between([_, d], ..) => {
                 (best, bound) = (found, d);
                 *warm = Some([k as u32, triangle]);
             }
@@ -144,6 +149,7 @@ fn convex_mesh(body: &Revolved, mesh: &MeshShape, mesh_from_body: &Pose, limit: 
         NearestLeaves::Beyond(proved) => (Gap::Beyond(proved), 0),
         NearestLeaves::At(_, Touch { meeting: true, p, item, .. }) => (Gap::Meeting(p), item),
         NearestLeaves::At(d, Touch { p, q, item, .. }) => (Gap::At(d, q, p), item),
+        NearestLeaves::Between(d, Touch { p, q, item, .. }) => (Gap::Between(d, q, p), item),
     }
 }
 
@@ -190,13 +196,26 @@ fn body_triangle(body: &Revolved, corners: &[Point; 3], pose: &Placed, item: u32
             proved = proved.max(separation(body, corners, &pose.mesh_from_body, &(between / apart)));
         }
         if apart - proved <= PROVED_WITHIN_MM * (1.0 + apart) || proved >= bound {
-            break;
+            return (proved.max(0.0), touch(proved <= 0.0, p, q));
         }
         let Some(nearest) = body.nearest(&pose.body_from_mesh.point(&p)) else { return (0.0, touch(true, p, p)) };
         q = pose.mesh_from_body.point(&nearest);
         p = triangle::point_triangle(q, corners).on_second;
     }
+    // A side along the axis and a face or edge almost parallel to it: the two points creep along. The planes that lie on the face, or on an
+    // edge and the axis, prove what is to be proved there.
+    for along in parallel_planes(corners, &pose.mesh_from_body.vector(&Vector::z())) {
+        proved = proved.max(separation(body, corners, &pose.mesh_from_body, &along));
+    }
     (proved.max(0.0), touch(proved <= 0.0, p, q))
+}
+
+/// Unit normals to both sides of a triangle, and of the planes that hold one of its edges and a direction.
+fn parallel_planes(corners: &[Point; 3], axis: &Vector) -> impl Iterator<Item = Vector> {
+    let [a, b, c] = *corners;
+    let edges = [b - a, c - b, a - c];
+    let all = [edges[0].cross(&edges[1]), edges[0].cross(axis), edges[1].cross(axis), edges[2].cross(axis)];
+    all.into_iter().filter_map(|n| n.try_normalize(1e-300)).flat_map(|n| [n, -n])
 }
 
 /// Pose of a body in the frame of a mesh, the way back, and the same for the query library.
@@ -214,17 +233,21 @@ fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, alon
     mesh_from_body.point(&from_parry(support)).coords.dot(along) - high
 }
 
-/// Both trees at once, starting with the triangles that were nearest last time.
-pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limit: f64, warm: &mut Warm) -> Gap {
+/// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].
+pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limits: [f64; 2], warm: &mut Warm) -> Gap {
     let of = |i: u32, j: u32, bound: f64| {
         let moved = a.corners(i).map(|p| b_from_a.point(&p));
         let near = triangle::nearest_within(&moved, b.corners(j), bound);
         (near.square.sqrt(), (near.on_first, near.on_second, [i, j]))
     };
     let known = |w: &[u32; 2]| (w[0] as usize) < a.triangles().len() && (w[1] as usize) < b.triangles().len();
-    let start = warm.filter(known).map(|[i, j]| of(i, j, limit));
-    match nearest_leaves(a, b, b_from_a, limit, start, of) {
+    let start = warm.filter(known).map(|[i, j]| of(i, j, limits[1]));
+    match near_leaves((a, b), b_from_a, limits, start, of) {
         NearestLeaves::Beyond(proved) => Gap::Beyond(proved),
+        NearestLeaves::Between(d, (p, q, items)) => {
+            *warm = Some(items);
+            Gap::Between(d, p, q)
+        }
         NearestLeaves::At(d, (p, q, items)) => {
             *warm = Some(items);
             if d > 0.0 { Gap::At(d, p, q) } else { Gap::Meeting(q) }
@@ -333,23 +356,23 @@ mod tests {
                 d
             }
             Gap::Meeting(_) => 0.0,
-            Gap::Beyond(_) => f64::INFINITY,
+            Gap::Beyond(_) | Gap::Between(..) => f64::INFINITY,
         }
     }
 
     /// Of a tool the points are nearer to each other than what is proved by its uncertainty only.
     fn gap_of(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64) -> Gap {
-        super::gap(a, b, b_from_a, limit, &mut None)
+        super::gap(a, b, b_from_a, [limit; 2], &mut None)
     }
 
     /// Without a warm start.
     fn gap(a: &Shape, b: &Shape, b_from_a: &Pose, limit: f64) -> Gap {
-        super::gap(a, b, b_from_a, limit, &mut None)
+        super::gap(a, b, b_from_a, [limit; 2], &mut None)
     }
 
     /// A limit that is missed; what is proved lies between it and the distance.
     fn is_beyond(g: Gap, limit: f64, exact: f64) -> bool {
-        matches!(g, Gap::Beyond(proved) if limit <= proved && proved <= exact + 1e-9)
+        matches!(g, Gap::Beyond(proved) | Gap::Between([proved, _], ..) if limit <= proved && proved <= exact + 1e-9)
     }
 
     /// Lowest point of a body of revolution tilted by `tilt` about y: the support in the direction of -z, in closed form.

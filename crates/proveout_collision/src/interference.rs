@@ -224,15 +224,32 @@ impl Interference {
         time: [f64; 2],
         slack: f64,
     ) -> std::ops::Range<usize> {
+        self.check_bent_piece([from, to], time, slack, &JointValues::ZERO)
+    }
+
+    /// The same where the joints may leave the straight motion, each by no more than `off` (mm, radian): at every moment all of them are so
+    /// near to one place of it. They may turn back within the piece; then the ends alone would say nothing of how far they went.
+    ///
+    /// With weights w of a pair (how far one moves against the other for a unit of each joint), its distance at the true joints is at least that
+    /// at the place on the straight motion, less `sum w_j off_j`: that is the slack of this pair.
+    pub fn check_bent_piece(
+        &mut self,
+        [from, to]: [&JointValues; 2],
+        time: [f64; 2],
+        slack: f64,
+        off: &JointValues,
+    ) -> std::ops::Range<usize> {
         let before = self.breaches.len();
         self.effort.pieces += 1;
-        if !(from.is_finite() && to.is_finite() && slack.is_finite()) {
+        if !(from.is_finite() && to.is_finite() && slack.is_finite() && off.is_finite()) {
             self.fail_all(time[0]);
             return before..self.breaches.len();
         }
         self.join(from);
-        let low = self.envelope.include(&self.machine, from);
-        if self.envelope.include(&self.machine, to) || low {
+        let low = from.zip_map(*to, f64::min).zip_map(*off, |q, e| q - e);
+        let high = from.zip_map(*to, f64::max).zip_map(*off, |q, e| q + e);
+        let grown = self.envelope.include(&self.machine, &low);
+        if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
         let mut motion = [0.0; MAX_JOINTS];
@@ -240,12 +257,13 @@ impl Interference {
             *m = (b - a).abs();
         }
         let used = dot(&self.largest_weights, &motion);
-        if self.spent + used + slack < self.budget && self.neighbors_keep_clear(from, to, slack) {
+        let aside = slack + dot(&self.largest_weights, &off.0);
+        if self.spent + used + aside < self.budget && self.neighbors_keep_clear(&low, &high, slack) {
             self.effort.pieces_by_allowance += 1;
             self.spent += used;
             self.walk(&motion, 1.0);
         } else {
-            self.examine(from, to, time, slack, &motion);
+            self.examine([from, to], time, slack, off, &motion);
         }
         self.last = Some(*to);
         self.last_time = time[1];
@@ -254,7 +272,7 @@ impl Interference {
 
     /// Whether every joint stays where its neighbors are known to keep clear of each other.
     fn neighbors_keep_clear(&self, from: &JointValues, to: &JointValues, slack: f64) -> bool {
-        let within = |(j, [low, high]): (usize, &[f64; 2])| *low <= from[j].min(to[j]) && from[j].max(to[j]) <= *high;
+        let within = |(j, [low, high]): (usize, &[f64; 2])| *low <= from[j] && to[j] <= *high;
         slack <= self.proved_slack && self.proved_ranges.iter().enumerate().all(within)
     }
 
@@ -286,10 +304,10 @@ impl Interference {
 
     fn examine(
         &mut self,
-        from: &JointValues,
-        to: &JointValues,
+        [from, to]: [&JointValues; 2],
         time: [f64; 2],
         slack: f64,
+        off: &JointValues,
         motion: &[f64; MAX_JOINTS],
     ) {
         let turn = self.machine.joints.iter().zip(motion).filter(|(j, _)| j.is_rotary()).map(|(_, m)| *m);
@@ -303,11 +321,14 @@ impl Interference {
                 slack,
                 motion: motion.map(|m| m / steps as f64),
             };
+            let straight = step;
             for i in 0..self.pairs.len() {
+                let slack = slack + dot(&self.pairs[i].weights, &off.0);
+                let step = Step { slack, ..straight };
                 let left = lower(&self.pairs[i], &self.path) - dot(&self.pairs[i].weights, &step.motion) - slack;
                 self.effort.pair_checks += 1;
                 if self.pairs[i].neighbors.is_some() && self.pairs[i].state == State::Clear {
-                    if self.neighbors_clear(i, &step) {
+                    if self.neighbors_clear(i, &straight, off) {
                         self.effort.pairs_by_allowance += 1;
                     } else {
                         self.examine_pair(i, &step);

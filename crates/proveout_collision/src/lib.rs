@@ -11,6 +11,7 @@
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of `orientation`).
+//! * [`SolidPair`] – distance of two meshes in pose after pose.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
 //!
 //! # Method
@@ -57,6 +58,7 @@ mod orientation;
 mod parts;
 mod report;
 mod shape;
+mod solid_pair;
 mod stock;
 mod tool_clearance;
 mod triangle;
@@ -69,5 +71,6 @@ pub use orientation::{
 };
 pub use parts::Fixture;
 pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
+pub use solid_pair::SolidPair;
 pub use stock::{JointMotion, StockBreach, StockCheck};
 pub use tool_clearance::ToolClearance;

@@ -22,6 +22,8 @@
 //! A pair of neighbors has one freedom. Where it was found clear it stays clear whatever the other joints do: the range of the joint that is
 //! proved is kept, and most pieces need no more than a look at it.
 
+use std::f64::consts::TAU;
+
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, Machine};
 
@@ -39,6 +41,9 @@ const BEARING_MM: f64 = 2.0;
 /// Most triangles that a body may be parted into at the border of its zone; beyond it pieces are kept whole, which only checks more.
 const MOST_PIECES: usize = 400_000;
 
+/// Most by which a range is proved for more slack than was asked for, mm: less than the tolerance of any answer.
+const SPARE_MM: f64 = 1e-4;
+
 /// A range that nothing lies in.
 pub(crate) const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
@@ -55,6 +60,8 @@ pub(crate) struct Neighbors {
     pub(crate) slack: f64,
     /// Most that a point of one moves against the other for a unit of the joint: 1, or mm for a radian.
     pub(crate) weight: f64,
+    /// The joint turns: a whole turn is all of it.
+    turns: bool,
 }
 
 /// What is left of two bodies.
@@ -71,13 +78,14 @@ impl Neighbors {
         // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
         let radius = |k: usize| farthest(&rests.skins[k], &j.point, &j.direction);
         let weight = if j.is_rotary() { radius(0).min(radius(1)) } else { 1.0 };
-        Self { joint, rests, proved: EMPTY, slack: 0.0, weight }
+        Self { joint, rests, proved: EMPTY, slack: 0.0, weight, turns: j.is_rotary() }
     }
 
-    /// Forgets what was proved for a smaller slack.
+    /// Forgets what was proved for a smaller slack. A little more than what is asked for is taken, so that slacks that grow from piece to
+    /// piece do not throw the range away each time.
     pub(crate) fn allow(&mut self, slack: f64) {
         if slack > self.slack {
-            (self.slack, self.proved) = (slack, EMPTY);
+            (self.slack, self.proved) = (slack + (0.25 * slack).min(SPARE_MM), EMPTY);
         }
     }
 
@@ -92,6 +100,9 @@ impl Neighbors {
             self.proved = [self.proved[0].min(low), self.proved[1].max(high)];
         } else {
             self.proved = [low, high];
+        }
+        if self.turns && self.proved[1] - self.proved[0] >= TAU {
+            self.proved = [f64::NEG_INFINITY, f64::INFINITY];
         }
     }
 }

@@ -32,10 +32,12 @@ impl ToolClearance {
     /// Never larger than the true distance. A tool wholly inside of a solid does not meet its skin: no tool is that short.
     pub fn distance(&self, pose: &ToolPose, limit: f64) -> f64 {
         let solid_from_tip = upright(pose);
-        self.solids.iter().fold(limit, |least, solid| match gap(&self.tool, solid, &solid_from_tip, least, &mut None) {
-            Gap::Beyond(_) => least,
-            Gap::At(distance, ..) => distance,
-            Gap::Meeting(_) => 0.0,
+        self.solids.iter().fold(limit, |least, solid| {
+            match gap(&self.tool, solid, &solid_from_tip, [least; 2], &mut None) {
+                Gap::Beyond(_) | Gap::Between(..) => least,
+                Gap::At(distance, ..) => distance,
+                Gap::Meeting(_) => 0.0,
+            }
         })
     }
 }

@@ -474,3 +474,83 @@ fn the_shipped_machines_stand_free_at_home_with_every_shipped_tool() {
         assert!(pairs.is_empty(), "{name}: {pairs:?}");
     }
 }
+
+/// A slide that goes out and comes back within one piece: its ends say nothing of it.
+#[test]
+fn a_joint_that_turns_back_within_a_piece_is_held_by_what_it_leaves_its_straight_motion_by() {
+    let machine = machine();
+    let wall = block([8.0, -20.0, 0.0], [40.0, 20.0, 65.0]);
+    // The cutter of radius 6 stands 2 mm from the wall.
+    let stand = at(0.0, 0.0, 50.0, 0.0, 0.0);
+    let run = |out: f64, off: f64| {
+        let mut check = Interference::new(&machine, &[fixture("wall", &wall)], 0.0).expect("solids");
+        check.set_tool(Some(&tool()));
+        let mut bend = JointValues::ZERO;
+        bend[0] = off;
+        // The way over Y goes on meanwhile; X comes back to where it was.
+        let mut end = stand;
+        end[1] += out;
+        check.check_bent_piece([&stand, &end], [0.0, 1.0], 0.0, &bend);
+        check
+    };
+    for along in [0.0, 5.0] {
+        assert!(!run(along, 2.5).breaches().is_empty());
+        assert!(!run(along, 2.0).breaches().is_empty());
+        let clear = run(along, 1.9);
+        assert!(clear.breaches().is_empty());
+        assert!(clear.clearance().lower_bound <= 0.1 + 1e-9 && clear.clearance().lower_bound > 0.0);
+        let straight = run(along, 0.0);
+        assert!(straight.breaches().is_empty() && straight.clearance().lower_bound > 1.4);
+    }
+    // A joint that is no number far from its line is no proof of anything.
+    let mut check = run(0.0, 0.0);
+    let new = check.check_bent_piece([&stand, &stand], [1.0, 2.0], 0.0, &at(f64::NAN, 0.0, 0.0, 0.0, 0.0));
+    assert!(check.breaches()[new].iter().all(|b| b.severity == Severity::QueryFailed));
+}
+
+/// Curved motions of all joints, with reversals inside: parabolas about a straight motion, against dense sampling.
+#[test]
+fn what_is_proved_holds_for_every_motion_within_the_deviation_of_its_joints() {
+    let machine = machine();
+    let tool = tool();
+    let skin = skin(&tool, 4.0);
+    let mut random = Random(0x5851_f42d_4c95_7f2d);
+    let (mut clears, mut turned_back) = (0, 0);
+    for case in 0..60 {
+        let b = block([40.0, -30.0, 0.0], [80.0, 30.0, 60.0]);
+        let from = at(
+            random.next(-60.0, 0.0),
+            random.next(-40.0, 40.0),
+            random.next(20.0, 90.0),
+            random.next(-20.0, 20.0),
+            0.0,
+        );
+        let mut way = JointValues::ZERO;
+        let mut bend = JointValues::ZERO;
+        for j in 0..3 {
+            (way[j], bend[j]) = (random.next(-3.0, 3.0), random.next(-8.0, 8.0));
+        }
+        for j in 3..5 {
+            (way[j], bend[j]) = (rad(random.next(-2.0, 2.0)), rad(random.next(-4.0, 4.0)));
+        }
+        let to = from + way;
+        // q = a + t w + 4 t (1 - t) e turns back where |4 e| > |w|.
+        turned_back += (0..5).filter(|&j| 4.0 * bend[j].abs() > way[j].abs()).count();
+        let mut check = Interference::new(&machine, &[fixture("block", &b)], 0.0).expect("solids");
+        check.set_tool(Some(&tool));
+        check.check_bent_piece([&from, &to], [0.0, 1.0], 0.0, &bend.zip_map(JointValues::ZERO, |e, _| e.abs()));
+        let least = (0..=60).map(|k| {
+            let t = f64::from(k) / 60.0;
+            let q = from.interpolated(to, t) + bend * (4.0 * t * (1.0 - t));
+            sampled_distance(&skin, &machine.forward(&q, GAUGE), &b)
+        });
+        let least = least.fold(f64::INFINITY, f64::min);
+        if check.breaches().is_empty() {
+            clears += 1;
+            let proved = check.clearance().lower_bound;
+            assert!(proved <= least + 1e-9, "case {case}: proved {proved}, sampled {least}");
+        }
+        assert!(least > 0.0 || !check.breaches().is_empty(), "case {case}: missed");
+    }
+    assert!(clears > 10 && turned_back > 150, "{clears} {turned_back}");
+}

@@ -260,7 +260,8 @@ fn injected_events_none_missed_none_invented() {
         let world = Interference::new(&e.machine, &[], 0.0).expect("solids");
         let mut check = StockCheck::new(&world, &e.stock, &e.mount, 0.0).expect("a box");
         assert!(check.flush().0.is_empty());
-        let done = check.follow(&e.stock, &[JointMotion { joints: e.way, time: [0.0, 1.0], slack: 0.0 }]);
+        let done = check
+            .follow(&e.stock, &[JointMotion { joints: e.way, time: [0.0, 1.0], off: JointValues::ZERO, slack: 0.0 }]);
         assert_eq!(done, 1);
         let found = check.breaches();
         let told = || format!("event {k}, {}: {:?} {found:?}", e.what, e.way);
@@ -304,7 +305,12 @@ fn material_that_was_cut_before_is_no_obstacle() {
         let cutter = cylinder(0.5 * width, 50.0);
         let at = |k: usize| linear(0.0, -15.0 + f64::from(k as u32), 5.0);
         let motions: Vec<JointMotion> = (0..60)
-            .map(|k| JointMotion { joints: [at(k), at(k + 1)], time: [k as f64, k as f64 + 1.0], slack: 0.0 })
+            .map(|k| JointMotion {
+                joints: [at(k), at(k + 1)],
+                time: [k as f64, k as f64 + 1.0],
+                off: JointValues::ZERO,
+                slack: 0.0,
+            })
             .collect();
         let mut done = 0;
         let mut calls = 0;
@@ -349,7 +355,12 @@ fn a_cradle_flush_with_the_table_is_no_collision_and_its_cheek_is() {
         let names = |list: &[std::sync::Arc<str>]| list.iter().map(|n| n.to_string()).collect::<Vec<_>>();
         assert_eq!(names(check.fixed_to_stock()), ["table"]);
         assert_eq!(names(&check.flush().0), ["cradle"]);
-        let motion = JointMotion { joints: [turned(0.0), turned(rad(300.0))], time: [0.0, 1.0], slack: 0.0 };
+        let motion = JointMotion {
+            joints: [turned(0.0), turned(rad(300.0))],
+            time: [0.0, 1.0],
+            off: JointValues::ZERO,
+            slack: 0.0,
+        };
         check.follow(&stock, &[motion]);
         let found = check.breaches();
         match cheek {
@@ -371,24 +382,63 @@ fn a_start_in_collision_and_joints_that_are_no_numbers_are_named() {
     let fresh = || StockCheck::new(&world, &stock, &Pose::identity(), 0.0).expect("a box");
 
     let mut check = fresh();
-    let up = JointMotion { joints: [linear(0.0, 0.0, 17.0), linear(0.0, 0.0, 60.0)], time: [2.0, 3.0], slack: 0.0 };
+    let up = JointMotion {
+        joints: [linear(0.0, 0.0, 17.0), linear(0.0, 0.0, 60.0)],
+        time: [2.0, 3.0],
+        off: JointValues::ZERO,
+        slack: 0.0,
+    };
     check.follow(&stock, &[up]);
     let [b] = check.breaches() else { panic!("{:?}", check.breaches()) };
     assert_eq!((b.severity, b.time, b.ray_distance), (Severity::Collision, 2.0, 0.0));
 
     let mut check = fresh();
-    let down = JointMotion { joints: [linear(0.0, 0.0, 60.0), linear(0.0, 0.0, 17.0)], time: [2.0, 3.0], slack: 0.0 };
+    let down = JointMotion {
+        joints: [linear(0.0, 0.0, 60.0), linear(0.0, 0.0, 17.0)],
+        time: [2.0, 3.0],
+        off: JointValues::ZERO,
+        slack: 0.0,
+    };
     check.follow(&stock, &[down]);
     let [b] = check.breaches() else { panic!("{:?}", check.breaches()) };
     assert!(b.penetration_estimate.is_some_and(|d| (2.4..=3.0).contains(&d)), "{b:?}");
 
     let mut check = fresh();
-    let nan =
-        JointMotion { joints: [linear(0.0, f64::NAN, 60.0), linear(0.0, 0.0, 60.0)], time: [0.0, 1.0], slack: 0.0 };
-    let apart = JointMotion { joints: [linear(0.0, 0.0, 60.0), linear(5.0, 0.0, 60.0)], time: [1.0, 2.0], slack: 0.0 };
+    let nan = JointMotion {
+        joints: [linear(0.0, f64::NAN, 60.0), linear(0.0, 0.0, 60.0)],
+        time: [0.0, 1.0],
+        off: JointValues::ZERO,
+        slack: 0.0,
+    };
+    let apart = JointMotion {
+        joints: [linear(0.0, 0.0, 60.0), linear(5.0, 0.0, 60.0)],
+        time: [1.0, 2.0],
+        off: JointValues::ZERO,
+        slack: 0.0,
+    };
     assert_eq!(check.follow(&stock, &[nan, apart]), 2);
     assert_eq!(check.breaches()[0].severity, Severity::QueryFailed);
     assert_eq!(check.breaches()[0].end_time, Some(2.0), "proved clear again");
+}
+
+/// The head stays 3 mm above the block on the straight motion, less the diagonal; joints that may leave it by more than the rest are no
+/// longer clear, and those that may leave it by less are.
+#[test]
+fn joints_that_leave_the_straight_motion_are_held_against_the_distance() {
+    let mut machine = machine();
+    machine.bodies =
+        vec![body(&machine, "spindle", Some("Z"), box_mesh(&block([-10.0, -10.0, 0.0], [10.0, 10.0, 50.0])))];
+    let stock = TriDexel::from_box(&block([-30.0, -30.0, 0.0], [30.0, 30.0, 20.0]), 1.0, MEMORY).expect("a block");
+    let world = Interference::new(&machine, &[], 0.0).expect("solids");
+    let z = (0..5).find(|&j| linear(0.0, 0.0, 1.0)[j] != 0.0).expect("a joint along Z");
+    for (off, breaches) in [(2.9, 0), (3.1, 1)] {
+        let mut check = StockCheck::new(&world, &stock, &Pose::identity(), 0.0).expect("a box");
+        let mut joint_off = JointValues::ZERO;
+        joint_off[z] = off;
+        let joints = [linear(-5.0, 0.0, 23.0), linear(5.0, 0.0, 23.0)];
+        check.follow(&stock, &[JointMotion { joints, time: [0.0, 1.0], off: joint_off, slack: 0.0 }]);
+        assert_eq!(check.breaches().len(), breaches, "{off}: {:?}", check.breaches());
+    }
 }
 
 /// The last ray may stand a whole cell beside the edges of a block: half a diagonal would miss what touches its corner.
@@ -400,7 +450,7 @@ fn a_corner_needs_the_whole_diagonal() {
     let world = Interference::new(&machine, &[], 0.0).expect("solids");
     let mut check = StockCheck::new(&world, &stock, &Pose::identity(), 0.0).expect("a box");
     let q = linear(10.489, 10.489, 10.489);
-    check.follow(&stock, &[JointMotion { joints: [q, q], time: [0.0, 1.0], slack: 0.0 }]);
+    check.follow(&stock, &[JointMotion { joints: [q, q], time: [0.0, 1.0], off: JointValues::ZERO, slack: 0.0 }]);
     let [found] = check.breaches() else { panic!("{:?}", check.breaches()) };
     assert_eq!(found.severity, Severity::Collision);
     assert!((found.ray_distance - 0.989 * 2.0_f64.sqrt()).abs() < 1e-9, "{found:?}");

@@ -1,6 +1,7 @@
 //! Executes canonical commands: state of the control, runs between stops, standstill.
 
 mod actions;
+mod bounds;
 mod check;
 mod coupled;
 mod numbers;
@@ -102,6 +103,8 @@ pub struct Controller<'m, I> {
     begin: Begin,
     /// Number of blocks at which the known part of the run is planned next.
     window: usize,
+    /// Time of that part at its feeds, and the one at which it is planned next, s.
+    window_time: (f64, f64),
     out: Emitter,
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
@@ -137,7 +140,7 @@ where
             Dynamics::Ideal | Dynamics::Planned => None,
         };
         let home = machine.home();
-        let mapping = Mapping { tcp_length: None, tool_length: 0.0 };
+        let mapping = Mapping { tcp_length: None, tool_length: 0.0, edge_length: 0.0 };
         Ok(Self {
             commands,
             tools,
@@ -163,6 +166,7 @@ where
                 in_table: None,
             },
             window: settings.look_ahead_blocks,
+            window_time: (0.0, bounds::WINDOW_SAMPLES * cycle),
             settings,
             path: Path::default(),
             mapping,
@@ -310,6 +314,10 @@ where
         self.state.tool.map_or(0.0, |i| self.tools[i].gauge_length)
     }
 
+    fn mapping_with(&self, tcp_length: Option<f64>) -> Mapping {
+        Mapping { tcp_length, tool_length: self.tool_length(), edge_length: self.reach().min(self.tool_length()) }
+    }
+
     fn active_length(&self) -> f64 {
         if self.state.edge_on { self.tool_length() } else { 0.0 }
     }
@@ -341,7 +349,7 @@ where
         Context {
             machine: self.device.machine,
             rig: self.device.rig.as_ref(),
-            mapping: Mapping { tcp_length: tcp.then(|| self.active_length()), tool_length: self.tool_length() },
+            mapping: self.mapping_with(tcp.then(|| self.active_length())),
             active_length: match machine_coordinates && !self.settings.length_in_machine_coordinates {
                 true => 0.0,
                 false => self.active_length(),
@@ -413,6 +421,9 @@ where
             return Err(Box::new(ControlError::at(location, "control-not-a-number", message, help)));
         }
         let (feed, feed_programmed) = self.feed(pace, &path, location)?;
+        if self.ends_before(&path, pace, feed, location) {
+            return Ok(());
+        }
         let kind = pace.kind();
         if !matches!(pace, Pace::Thread { .. }) {
             self.end_thread();

@@ -14,6 +14,7 @@ use crate::{
     pieces::{Cutter, Stance},
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
+    straightness::Straightness,
     stretch::{Clock, Measured, Stretch, grid_number},
     watch::{Parts, REACH, broken},
 };
@@ -237,7 +238,7 @@ impl Emitter {
         let cutter = Cutter {
             machine: scope.machine,
             settings: scope.settings,
-            tool_length: scope.kinematics.mapping.tool_length,
+            lengths: [scope.kinematics.mapping.edge_length, scope.kinematics.mapping.tool_length],
             stance,
         };
         for u in block.shape.knots(a - block.s0, b - block.s0) {
@@ -246,14 +247,21 @@ impl Emitter {
         }
         let mut time = start + law.time_at(a, phase);
         let (chunk, meter, over) = (&mut self.chunk, &mut self.meter, &mut self.over_travel);
-        cutter.cut(&places, &mut |from, to, deviation| {
+        cutter.cut(&places, &mut |from, to, off| {
             let end = start + law.time_at(to.s, phase);
             let middle = (cutter.stance)(0.5 * (from.s + to.s));
             for x in [from, &middle, to] {
                 meter.off_program(block.off(scope.machine, x.s, &x.q));
             }
+            let mut straightness = Straightness::new(scope.machine, &from.q, &to.q);
+            straightness.look(&middle.q);
+            let quarters = [0.25, 0.75].map(|part| from.s + (to.s - from.s) * part);
+            let within = places.iter().copied().filter(|s| from.s < *s && *s < to.s);
+            for s in quarters.into_iter().chain(within) {
+                straightness.look(&(cutter.stance)(s).q);
+            }
             meter.position(&to.q);
-            meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(deviation);
+            meter.summary.max_chord_error_mm = meter.summary.max_chord_error_mm.max(off.edges);
             watch_travel(scope, over, &from.q, time);
             watch_travel(scope, over, &to.q, end);
             chunk.pieces.push(Piece {
@@ -262,7 +270,9 @@ impl Emitter {
                 kind: block.kind,
                 joints: [from.q, to.q],
                 pose: [from.pose, to.pose],
-                deviation,
+                deviation: off.tool,
+                edge_deviation: off.edges,
+                joint_deviation: straightness.bound(),
             });
             time = end;
         });
@@ -324,6 +334,8 @@ impl Emitter {
             joints: ends,
             pose,
             deviation: 0.0,
+            edge_deviation: 0.0,
+            joint_deviation: JointValues::ZERO,
         });
         times[1]
     }
@@ -443,6 +455,7 @@ fn at_time(event: Event, at: f64) -> Event {
         | Event::Dwell { time, .. }
         | Event::Stop { time, .. }
         | Event::End { time, .. }
+        | Event::Ended { time, .. }
         | Event::Limit { time, .. }
         | Event::UnreachablePose { time, .. }
         | Event::LeavesCircle { time, .. }

@@ -93,6 +93,7 @@ mod scurve;
 pub mod servo;
 mod settings;
 mod shape;
+mod straightness;
 mod stretch;
 mod summary;
 mod tempo;

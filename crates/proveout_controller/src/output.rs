@@ -34,6 +34,11 @@ pub struct Piece {
     pub pose: [ToolPose; 2],
     /// Bound of the deviation of any point of the tool, mm.
     pub deviation: f64,
+    /// The same of any point of the cutting edges, mm: no more than [`Self::deviation`].
+    pub edge_deviation: f64,
+    /// Bound of the deviation of each joint from the straight motion between the positions at both ends, mm and radian: at every moment
+    /// the joints are so near to one and the same place of it. A joint that turns back within the piece is held by it, too.
+    pub joint_deviation: JointValues,
 }
 
 /// The state at one cycle of the control.
@@ -184,6 +189,17 @@ pub enum Event {
         /// Index of the [`BlockRecord`].
         block: u32,
     },
+    /// The control ends the program by itself, since nothing that follows would be true: nothing of it is executed.
+    Ended {
+        /// Time, s.
+        time: f64,
+        /// Index of the [`BlockRecord`].
+        block: u32,
+        /// The block that is not executed any more.
+        location: Location,
+        /// Why, with value and limit.
+        reason: String,
+    },
     /// A limit is passed; the motion is executed as programmed (where a drive lacks force, as far as it can follow). One event a block and joint, with the worst value.
     Limit {
         /// Time of the worst value, s.
@@ -258,6 +274,7 @@ impl Event {
             | Self::Dwell { time, .. }
             | Self::Stop { time, .. }
             | Self::End { time, .. }
+            | Self::Ended { time, .. }
             | Self::Limit { time, .. }
             | Self::UnreachablePose { time, .. }
             | Self::LeavesCircle { time, .. }
@@ -278,6 +295,7 @@ impl Event {
             | Self::Dwell { block, .. }
             | Self::Stop { block, .. }
             | Self::End { block, .. }
+            | Self::Ended { block, .. }
             | Self::Limit { block, .. }
             | Self::UnreachablePose { block, .. }
             | Self::LeavesCircle { block, .. }

@@ -55,7 +55,7 @@ use crate::{
 /// corners as narrow as the joints allow.
 const SHORT: f64 = 0.1;
 /// Part of the tolerance by which a short curved block may leave its chord to be taken for a line.
-const OFF_CHORD: f64 = 0.1;
+const OFF_CHORD: f64 = 0.5;
 
 /// How far corners may be rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,12 @@
-//! Cuts a motion into pieces whose tip runs straight and whose axis runs on a great circle, within a tolerance.
+//! Cuts a motion into pieces whose tip runs straight and whose axis runs on a great circle, within a tolerance at the cutting edges and a
+//! wider one at the rest of the tool.
+//!
+//! ```text
+//!        gauge line o----------.          an axis that is off by e moves a point by its way from the tip times e:
+//!                   |           '.  e     edges that end at 15 mm allow 8 times the e of a gauge line at 120 mm
+//!             edges |.
+//!               tip o======o true
+//! ```
 
 use proveout_geom::ToolPose;
 use proveout_machine::{JointKind, JointValues, Machine};
@@ -20,24 +28,50 @@ const BETWEEN: f64 = 1.05;
 /// a kink beside one of them (a table of geometric errors bends) by a sixth.
 const BENT: f64 = 1.2;
 
+/// How far the true motion leaves a piece, mm.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Off {
+    /// Points of the cutting edges.
+    pub(crate) edges: f64,
+    /// Any point between tip and gauge line.
+    pub(crate) tool: f64,
+}
+
+impl Off {
+    const NONE: Self = Self { edges: 0.0, tool: 0.0 };
+
+    fn or(self, o: &Self) -> Self {
+        Self { edges: self.edges.max(o.edges), tool: self.tool.max(o.tool) }
+    }
+
+    fn times(self, factor: f64) -> Self {
+        Self { edges: self.edges * factor, tool: self.tool * factor }
+    }
+
+    /// The highest part of the tolerances.
+    fn used(&self, settings: &Settings) -> f64 {
+        (self.edges / settings.piece_tolerance).max(self.tool / settings.piece_body_tolerance)
+    }
+}
+
 /// Cuts paths into pieces.
 pub(crate) struct Cutter<'a, F: Fn(f64) -> Stance> {
     pub(crate) machine: &'a Machine,
     pub(crate) settings: &'a Settings,
-    /// Length of the tool from tip to gauge line, mm.
-    pub(crate) tool_length: f64,
+    /// Ways from the tip to the end of the cutting edges and to the gauge line, mm.
+    pub(crate) lengths: [f64; 2],
     pub(crate) stance: F,
 }
 
 impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
     /// Pieces of the path through the given places; a place in the middle is a border only where that is needed.
     /// `emit` gets begin, end and deviation.
-    pub(crate) fn cut(&self, places: &[f64], emit: &mut dyn FnMut(&Stance, &Stance, f64)) {
+    pub(crate) fn cut(&self, places: &[f64], emit: &mut dyn FnMut(&Stance, &Stance, &Off)) {
         let (Some(&first), Some(&last)) = (places.first(), places.last()) else { return };
         let (a, b) = ((self.stance)(first), (self.stance)(last));
         if places.len() > 2 {
-            if let Some(deviation) = self.fits(&a, &b, places) {
-                emit(&a, &b, deviation);
+            if let Some(off) = self.fits(&a, &b, places) {
+                emit(&a, &b, &off);
                 return;
             }
             for pair in places.windows(2) {
@@ -49,16 +83,17 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         self.cut_smooth(&a, &b, 0, emit);
     }
 
-    fn cut_smooth(&self, a: &Stance, b: &Stance, depth: u32, emit: &mut dyn FnMut(&Stance, &Stance, f64)) {
+    fn cut_smooth(&self, a: &Stance, b: &Stance, depth: u32, emit: &mut dyn FnMut(&Stance, &Stance, &Off)) {
         let mut parts = self.parts_by_size(a, b);
         if parts == 1 {
-            let deviation = self.deviation(a, b, &[0.25, 0.5, 0.75]);
-            if deviation <= self.settings.piece_tolerance || depth >= DEEPEST {
-                emit(a, b, deviation);
+            let off = self.off(a, b, &[0.25, 0.5, 0.75]);
+            let used = off.used(self.settings);
+            if used <= 1.0 || depth >= DEEPEST {
+                emit(a, b, &off);
                 return;
             }
             // The deviation falls with the square of the length.
-            parts = (deviation / self.settings.piece_tolerance).sqrt().ceil().clamp(2.0, 64.0) as usize;
+            parts = used.sqrt().ceil().clamp(2.0, 64.0) as usize;
         }
         let mut from = *a;
         for k in 1..=parts {
@@ -85,20 +120,20 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
     }
 
     /// Deviation of the whole way through several smooth parts, if it is within the tolerance.
-    fn fits(&self, a: &Stance, b: &Stance, places: &[f64]) -> Option<f64> {
+    fn fits(&self, a: &Stance, b: &Stance, places: &[f64]) -> Option<Off> {
         if self.parts_by_size(a, b) > 1 {
             return None;
         }
         let span = b.s - a.s;
-        let mut worst = 0.0_f64;
+        let mut worst = Off::NONE;
         for (k, pair) in places.windows(2).enumerate() {
             for part in 0..4 {
                 if k == 0 && part == 0 {
                     continue;
                 }
                 let t = (pair[0] + (pair[1] - pair[0]) * 0.25 * f64::from(part) - a.s) / span;
-                worst = worst.max(self.deviation(a, b, &[t]));
-                if worst > self.settings.piece_tolerance {
+                worst = worst.or(&self.off(a, b, &[t]));
+                if worst.used(self.settings) > 1.0 {
                     return None;
                 }
             }
@@ -106,12 +141,12 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         Some(worst)
     }
 
-    /// Largest deviation of any point between tip and gauge line at parts of the way.
-    fn deviation(&self, a: &Stance, b: &Stance, parts: &[f64]) -> f64 {
+    /// Largest deviation at parts of the way.
+    fn off(&self, a: &Stance, b: &Stance, parts: &[f64]) -> Off {
         let way = b.pose.tip - a.pose.tip;
         let length2 = way.norm_squared();
         let turn = a.pose.angle_to(&b.pose);
-        let mut worst = 0.0_f64;
+        let mut worst = Off::NONE;
         for &part in parts {
             let x = (self.stance)(a.s + (b.s - a.s) * part);
             // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.
@@ -123,9 +158,10 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
                 part
             };
             let ideal = a.pose.interpolated(&b.pose, t.clamp(0.0, 1.0));
-            let tip = (x.pose.tip - ideal.tip).norm();
-            worst = worst.max(tip + self.tool_length * (x.pose.axis - ideal.axis).norm());
+            let (tip, axis) = ((x.pose.tip - ideal.tip).norm(), (x.pose.axis - ideal.axis).norm());
+            let [edges, tool] = self.lengths.map(|length| tip + length * axis);
+            worst = worst.or(&Off { edges, tool });
         }
-        worst * if self.machine.error_bends(&a.q, &b.q) > 0 { BENT } else { BETWEEN }
+        worst.times(if self.machine.error_bends(&a.q, &b.q) > 0 { BENT } else { BETWEEN })
     }
 }

@@ -36,7 +36,7 @@
 //! and its slope there; the tempo found for what lies behind is kept, should that begin not be solved again.
 //!
 //! *Limits of the method.* A local optimum; knots do not move to where the jerk switches. Against an independent optimum it loses up
-//! to 2 percent of the time (`tests/optimum.rs`).
+//! to 2.2 percent of the time (`tests/optimum.rs`).
 
 mod cap;
 mod field;

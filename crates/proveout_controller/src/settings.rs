@@ -27,8 +27,11 @@ pub struct Settings {
     /// Cone about a pole of the rotary axes inside of which the tool axis may leave its great circle, radian; none: as the
     /// machine's control.
     pub pole_cone: Option<f64>,
-    /// Allowed deviation of a [`crate::Piece`], mm.
+    /// Allowed deviation of a [`crate::Piece`] at the cutting edges, mm.
     pub piece_tolerance: f64,
+    /// The same for the rest of the tool up to the gauge line, mm: what it is checked against are distances, to which the deviation of each
+    /// piece is added; and what turns by an angle moves there by many times of what the edges do.
+    pub piece_body_tolerance: f64,
     /// Longest [`crate::Piece`], mm.
     pub piece_length: f64,
     /// Largest turn of the tool axis or of a rotary joint within a [`crate::Piece`], radian.
@@ -46,11 +49,16 @@ pub struct Settings {
     pub length_in_machine_coordinates: bool,
     /// Joint limits that keep a block below this part of its programmed feed are told by an event.
     pub feed_reduced_below: f64,
+    /// Simulated time at which a program is ended, s.
+    pub max_time: f64,
     /// Number of blocks that the control looks ahead before it must plan a part of a run without stops.
     pub look_ahead_blocks: usize,
 }
 
 impl Settings {
+    /// Simulated time at which a program is ended where nobody says otherwise, s: a hundred hours.
+    pub const MAX_TIME: f64 = 360_000.0;
+
     /// Largest rounding of the orientation where nobody states one, radian (0.05 degrees): the usual one of finishing.
     pub const FALLBACK_ORIENTATION_TOLERANCE: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
@@ -76,6 +84,7 @@ impl Default for Settings {
             default_orientation_tolerance: None,
             pole_cone: None,
             piece_tolerance: 0.0005,
+            piece_body_tolerance: 0.004,
             piece_length: 50.0,
             piece_angle: 1.0_f64.to_radians(),
             sample_time: None,
@@ -83,6 +92,7 @@ impl Default for Settings {
             length_active_after_change: true,
             length_in_machine_coordinates: true,
             feed_reduced_below: 0.5,
+            max_time: Self::MAX_TIME,
             look_ahead_blocks: 2000,
         }
     }

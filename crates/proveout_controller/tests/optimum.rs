@@ -293,7 +293,7 @@ fn plans_are_near_the_optimum() {
         note(format!("{name}, mean of four (highest {high:.4})"), sum);
     }
     for (name, r) in worst {
-        // Three percent are promised; figures of this day lie below 1.02, the mean of four paths below 1.015.
+        // Three percent are promised; figures of this day lie below 1.022 (a spline at 400 mm/s; all others below 1.018), the mean of four paths below 1.014.
         assert!(r < 1.03, "{name}: {r}");
         assert!(r > 0.98, "{name}: {r}"); // the plan keeps its limits: nothing can be faster than the optimum
     }

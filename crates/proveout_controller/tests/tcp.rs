@@ -179,7 +179,7 @@ fn pieces_hold_their_deviation_and_join() {
         machine.inverse_with_rotary(&(from + (to - from) * part), &q, LENGTH)
     };
     for p in &pieces {
-        assert!(p.deviation <= 0.0005);
+        assert!(p.edge_deviation <= 0.0005 && p.deviation <= 0.004);
         let part = |i: usize| (p.pose[i].tip - from).norm() / (to - from).norm();
         let (a, b) = (part(0), part(1));
         check_piece(&machine, p, &|t| rotary(a + (b - a) * t));
@@ -302,4 +302,60 @@ fn what_the_control_refuses() {
     assert!(first_error(&p().change(7)).expect("an error").to_string().contains("test.nc:1:1"));
     let bad = Settings { piece_tolerance: 0.0, ..Settings::default() };
     assert!(proveout_controller::Controller::new(p().source(), &machine, &[], bad).is_err());
+}
+
+/// Under tool center point control slides run on curves and turn back within pieces: at every sample all joints are within their deviation of
+/// one place of the straight motion.
+#[test]
+fn pieces_say_how_far_their_joints_leave_the_straight_motion() {
+    let machine = bc_machine();
+    let program = Program::default()
+        .change(1)
+        .g0(&[('X', 180.0), ('Y', -10.0), ('Z', 180.0)])
+        .tcp(true)
+        .feed(60.0)
+        .g1(&[('X', 180.0), ('Y', 5.0), ('Z', 160.0), ('B', 0.2), ('C', 0.0)])
+        .g1(&[('X', 150.0), ('Y', 30.0), ('Z', 140.0), ('B', 0.9), ('C', 2.5)])
+        .g1(&[('X', 150.0), ('Y', 30.0), ('Z', 140.0), ('B', -0.4), ('C', 3.0)]);
+    // Pieces of the ideal motion run on the programmed path, its set points round the corners: those of the planned motion are both on one.
+    for settings in [Settings::default(), Settings { default_tolerance: Some(0.002), ..Settings::default() }] {
+        let out = run_with(&program, &machine, &[tool(1, LENGTH)], &settings);
+        let (mut looked, mut turned_back, mut farthest) = (0, 0, 0.0_f64);
+        for s in &out.all.samples {
+            let Some(piece) = out.all.pieces.iter().find(|p| p.time[0] <= s.time && s.time <= p.time[1]) else {
+                continue;
+            };
+            let [from, to] = piece.joints;
+            let way = to - from;
+            const PARTS: u32 = 4000;
+            let excess = |k: u32| {
+                let t = f64::from(k) / f64::from(PARTS);
+                // Half a step of the places tried.
+                let room = |j: usize| piece.joint_deviation[j] + 0.5 * way[j].abs() / f64::from(PARTS) + 1e-9;
+                (0..5)
+                    .map(|j| (s.commanded[j] - from[j] - way[j] * t).abs() - room(j))
+                    .fold(f64::NEG_INFINITY, f64::max)
+            };
+            let least = (0..=PARTS).map(excess).fold(f64::INFINITY, f64::min);
+            assert!(
+                least <= 0.0,
+                "{:?} at {}: {least} beyond {:?}, joints {:?} in the piece {piece:?}",
+                settings.dynamics,
+                s.time,
+                piece.joint_deviation,
+                s.commanded
+            );
+            looked += 1;
+            turned_back += (0..3)
+                .filter(|&j| {
+                    let (low, high) = (from[j].min(to[j]) - 1e-9, from[j].max(to[j]) + 1e-9);
+                    s.commanded[j] < low || s.commanded[j] > high
+                })
+                .count();
+            farthest = (0..3).map(|j| piece.joint_deviation[j]).fold(farthest, f64::max);
+        }
+        assert!(looked > 500 && turned_back > 0, "{looked} {turned_back}");
+        // More than the tool leaves its own way by, which is at most the tolerance of a piece.
+        assert!(farthest > 2.0 * settings.piece_tolerance && farthest < 0.1, "{farthest}");
+    }
 }

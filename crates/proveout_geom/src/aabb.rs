@@ -25,6 +25,7 @@ impl Aabb {
     }
 
     /// Extends the box to a point.
+    #[inline]
     pub fn grow(&mut self, p: &Point) {
         self.min = self.min.inf(p);
         self.max = self.max.sup(p);

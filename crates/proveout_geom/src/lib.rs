@@ -7,7 +7,9 @@
 //! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid, [`TriMesh::check_uncrossed`]
 //!   that it does not cross or overlap itself.
 //! * [`blade`] – blades with closed forms and their meshes.
-//! * [`read_mesh`], [`write_stl`] – STL, OBJ and glTF binary files.
+//! * [`read_mesh`], [`read_glb_nodes`], [`write_stl`] – STL, OBJ and glTF binary files.
+//! * [`read_regular_file`] – bytes of an input file, which is no pipe and no device, up to a limit.
+//! * [`check_quantities`] – ranges of the numbers in input files, by the unit in which a key ends.
 //!
 //! A type enters this crate when two crates need it.
 
@@ -16,20 +18,24 @@ mod angle;
 pub mod blade;
 mod crossing;
 mod mesh;
-mod mesh_io;
+mod mesh_file;
 mod overlap;
 mod pose;
 mod primitives;
+mod quantities;
+mod regular_file;
 mod tool_pose;
 
 pub use aabb::Aabb;
 pub use angle::{deg, rad, sin_cos, wrap_near};
 pub use crossing::Crossing;
 pub use mesh::{MeshError, TriMesh};
-pub use mesh_io::{MeshFileError, read_mesh, write_stl};
+pub use mesh_file::{GlbNode, MeshFileError, read_glb_nodes, read_mesh, write_stl};
 pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
+pub use quantities::{MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, range_of, table_of_ranges};
+pub use regular_file::{read_regular_file, read_regular_text};
 pub use tool_pose::ToolPose;
 
 /// Point in millimeter.

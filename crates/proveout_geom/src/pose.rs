@@ -63,6 +63,7 @@ impl Pose {
     }
 
     /// `p_in_a` of `p_in_b`.
+    #[inline]
     pub fn point(&self, p_in_b: &Point) -> Point {
         Point::from(self.rotation * p_in_b.coords + self.translation)
     }

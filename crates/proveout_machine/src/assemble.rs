@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Point, Pose, Vector, rad};
+use proveout_geom::{Point, Pose, Vector, check_quantities, rad, read_regular_text};
 
 use crate::{
     Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError,
@@ -25,6 +25,9 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 
 pub(crate) type Checked<T> = Result<T, Box<ContentError>>;
 
+/// Largest text of a machine.
+const MAX_FILE_BYTES: u64 = 64 << 20;
+
 impl Machine {
     /// Reads a machine from its folder or from its `machine.toml`.
     ///
@@ -32,8 +35,8 @@ impl Machine {
     /// [`MachineError`] with file, line, column, key, value and remedy of the first mistake.
     pub fn read(path: &Path) -> Result<Self, MachineError> {
         let file: PathBuf = if path.is_dir() { path.join("machine.toml") } else { path.into() };
-        let text =
-            std::fs::read_to_string(&file).map_err(|source| MachineError::Open { path: file.clone(), source })?;
+        let text = read_regular_text(&file, MAX_FILE_BYTES)
+            .map_err(|source| MachineError::Open { path: file.clone(), source })?;
         Self::from_text(&file, &text)
     }
 
@@ -45,6 +48,7 @@ impl Machine {
     pub fn from_text(file: &Path, text: &str) -> Result<Self, MachineError> {
         let source = Source::new(file, text);
         let content: MachineFile = toml::from_str(text).map_err(|e| source.toml_error(&e))?;
+        check_quantities(text).map_err(|e| source.out_of_range(&e))?;
         assemble(&source, &content)
     }
 }

@@ -25,16 +25,19 @@ impl JointValues {
     pub const ZERO: Self = Self([0.0; MAX_JOINTS]);
 
     /// The function of each entry.
+    #[inline]
     pub fn map(self, f: impl FnMut(f64) -> f64) -> Self {
         Self(self.0.map(f))
     }
 
     /// Entry by entry with another set.
+    #[inline]
     pub fn zip_map(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
     }
 
     /// The straight way to `to` in joint space: `self` at `t` = 0 and exactly `to` at `t` = 1.
+    #[inline]
     pub fn interpolated(self, to: Self, t: f64) -> Self {
         self.zip_map(to, |a, b| a * (1.0 - t) + b * t)
     }
@@ -53,12 +56,14 @@ impl JointValues {
 impl Index<usize> for JointValues {
     type Output = f64;
 
+    #[inline]
     fn index(&self, joint: usize) -> &f64 {
         &self.0[joint]
     }
 }
 
 impl IndexMut<usize> for JointValues {
+    #[inline]
     fn index_mut(&mut self, joint: usize) -> &mut f64 {
         &mut self.0[joint]
     }
@@ -67,6 +72,7 @@ impl IndexMut<usize> for JointValues {
 impl Add for JointValues {
     type Output = Self;
 
+    #[inline]
     fn add(self, other: Self) -> Self {
         self.zip_map(other, |a, b| a + b)
     }
@@ -75,6 +81,7 @@ impl Add for JointValues {
 impl Sub for JointValues {
     type Output = Self;
 
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self.zip_map(other, |a, b| a - b)
     }
@@ -83,6 +90,7 @@ impl Sub for JointValues {
 impl Mul<f64> for JointValues {
     type Output = Self;
 
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         self.map(|a| a * factor)
     }
@@ -91,6 +99,7 @@ impl Mul<f64> for JointValues {
 impl Neg for JointValues {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         self.map(|a| -a)
     }
@@ -188,6 +197,7 @@ pub struct Joint {
 
 impl Joint {
     /// True for a rotary joint.
+    #[inline]
     pub fn is_rotary(&self) -> bool {
         self.kind == JointKind::Rotary
     }

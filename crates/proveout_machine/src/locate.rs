@@ -2,6 +2,7 @@
 
 use std::{ops::Range, path::Path};
 
+use proveout_geom::OutOfRange;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::ContentError;
@@ -138,6 +139,20 @@ impl<'a> Source<'a> {
             key: self.key_text(path),
             message: message.into(),
             remedy: remedy.into(),
+        })
+    }
+
+    /// A number that no machine has.
+    pub(crate) fn out_of_range(&self, fault: &OutOfRange) -> Box<ContentError> {
+        let (line, column) = self.place(fault.span.start);
+        Box::new(ContentError {
+            code: "machine-out-of-range",
+            file: self.file.into(),
+            line,
+            column,
+            key: fault.key.clone(),
+            message: fault.to_string(),
+            remedy: OutOfRange::REMEDY.into(),
         })
     }
 

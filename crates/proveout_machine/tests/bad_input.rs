@@ -171,7 +171,7 @@ fn loops_beside_the_chains_are_refused() {
 fn directions_must_be_unit_vectors() {
     expect("[1, 0, 0]", "[0, 0, 0]", "machine-not-unit", "direction = [0, 0, 0]", "length 0");
     expect("[1, 0, 0]", "[1, 1, 0]", "machine-not-unit", "direction = [1, 1, 0]", "[0.707106781, 0.707106781, 0");
-    expect("[1, 0, 0]", "[nan, 0, 0]", "machine-not-finite", "nan", "finite");
+    expect("[1, 0, 0]", "[nan, 0, 0]", "machine-out-of-range", "nan", "range");
     let close = GOOD.replacen("[1, 0, 0]", "[0.7071068, 0.7071068, 0]", 1);
     let machine = Machine::from_text(Path::new("m.toml"), &close).expect("seven digits are enough");
     assert!((machine.joints[0].direction.norm() - 1.0).abs() < 1e-15);
@@ -230,7 +230,7 @@ fn limits_must_stand_upright() {
         "end stops",
     );
     expect("cycle_time_ms = 2", "cycle_time_ms = 0", "machine-not-positive", "cycle_time_ms", "0");
-    expect("start_time_s = 1", "start_time_s = inf", "machine-not-positive", "start_time_s", "inf");
+    expect("start_time_s = 1", "start_time_s = inf", "machine-out-of-range", "start_time_s", "inf");
 }
 
 #[test]
@@ -362,7 +362,7 @@ fn errors_must_have_a_name_a_unit_and_a_meaning() {
         ("EZ0C_um = 5", n, "along the axis of C"),
         ("EY0X_um = 5", n, "no place across"),
         ("EX0C_mm = 50", "machine-error-value", "at most 5 mm"),
-        ("EX0C_um = nan", "machine-error-value", "NaN"),
+        ("EX0C_um = nan", "machine-out-of-range", "nan"),
     ] {
         expect_in(&constant(line), line, line, code, line.split(' ').next().unwrap_or(""), part);
     }
@@ -387,7 +387,7 @@ fn errors_must_have_a_name_a_unit_and_a_meaning() {
 fn remarks_name_line_and_remedy() {
     let text = GOOD.replacen("travel_deg = [-10, 105]", "travel_deg = [-0.17, 1.83]", 1).replacen(
         "travel_mm = [-100, 100]",
-        "travel_mm = [-100, 100]\nmax_velocity_mm_min = 500_000_000",
+        "travel_mm = [-100, 100]\nmax_velocity_mm_min = 900_000",
         1,
     );
     let machine = Machine::from_text(Path::new("m.toml"), &text).expect("readable");
@@ -398,7 +398,7 @@ fn remarks_name_line_and_remedy() {
         found.unwrap_or_else(|| panic!("{code} {key}: {all:?}"))
     };
     assert!(line(find("machine-implausible-value", "joint.B.travel_deg")).contains("-0.17"));
-    assert!(line(find("machine-implausible-value", "joint.X.max_velocity_mm_min")).contains("500_000_000"));
+    assert!(line(find("machine-implausible-value", "joint.X.max_velocity_mm_min")).contains("900_000"));
     let missing = find("machine-missing-limit", "joint.Y.travel_mm");
     assert!(text.lines().skip(missing.line - 1).take(2).any(|l| l.contains("\"Y\"")), "{missing:?}");
     assert!(all.iter().all(|d| d.line > 0 && !d.remedy.is_empty() && !d.message.is_empty()), "{all:?}");

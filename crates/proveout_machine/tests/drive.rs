@@ -116,10 +116,14 @@ fn mistakes_are_told_with_key_and_remedy() {
             "add motor_mass_kg",
         ),
         (on_slide(&format!("{gain}velocity_feed_forward = 1.5")), "velocity_feed_forward", "correct the number"),
-        (on_slide(&format!("{gain}max_force_N = inf")), "max_force_N", "above zero"),
-        (on_slide(&format!("{gain}integral_time_ms = nan")), "integral_time_ms", "above zero"),
+        (on_slide(&format!("{gain}max_force_N = inf")), "max_force_N", "out of range"),
+        (on_slide(&format!("{gain}integral_time_ms = nan")), "integral_time_ms", "out of range"),
         (on_slide("velocity_bandwidth_hz = 20\nposition_gain_1_ms = 3"), "position_gain_1_ms", "position_gain_1_s"),
-        (on_slide(gain).replace("position_gain_1_s = 50", "position_gain_1_s = nan"), "position_gain_1_s", "correct"),
+        (
+            on_slide(gain).replace("position_gain_1_s = 50", "position_gain_1_s = nan"),
+            "position_gain_1_s",
+            "out of range",
+        ),
         (text("", "", "mass = {}"), "body.slide.mass", "give mass_kg or density_kg_m3"),
         (text("", "", "mass = { mass_kg = 0 }"), "mass_kg", "above zero"),
         (text("", "", "mass = { mass_kg = 5, center_mm = [0, 0, 0] }"), "center_mm", "together"),
@@ -133,7 +137,7 @@ fn mistakes_are_told_with_key_and_remedy() {
     let rule = |rule: &str| format!("{}\n[body_density]\n{rule}\n", text("", "", ""));
     let rules = [
         (rule("default_kg_m3 = -1"), "body_density.default_kg_m3", "above zero"),
-        (rule("default_kg_m3 = 1\nroles_kg_m3 = { slide = nan }"), "body_density.roles_kg_m3.slide", "above zero"),
+        (rule("default_kg_m3 = 1\nroles_kg_m3 = { slide = nan }"), "body_density.roles_kg_m3.slide", "out of range"),
         (
             rule("default_kg_m3 = 1\nroles_kg_m3 = { slied = 5 }"),
             "roles_kg_m3.slied",

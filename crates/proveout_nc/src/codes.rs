@@ -39,10 +39,10 @@ codes! {
     JUMP_TARGET = "nc-jump-target", "A jump names a label or block number that is not there.",
         "Write the label, or jump in the other direction.";
     LOOP_LIMIT = "nc-loop-limit", "A loop ran more often than the limit allows.",
-        "Check the condition of the loop, or raise the limit in the settings.";
+        "Check the condition of the loop: is its variable changed inside?";
     MISSING_VALUE = "nc-missing-value", "A word has no value.", "Write the value behind the word.";
     NESTING_LIMIT = "nc-nesting-limit", "Calls or brackets are nested deeper than the limit allows.",
-        "Check for a subprogram that calls itself, or raise the limit in the settings.";
+        "Check for a subprogram that calls itself.";
     NO_END = "nc-no-end", "A program has no end.",
         "Write M30 or M2 (M17, M99, END PGM, FINI) at its end.";
     NO_FEED = "nc-no-feed", "A motion in feed has no feed value.", "Program F before or in the block.";
@@ -65,7 +65,7 @@ codes! {
     SYNTAX = "nc-syntax", "The text does not follow the grammar of the dialect.", "Correct the text at the place shown.";
     TYPE = "nc-type", "A value has the wrong type for its use.", "Use a value of the type that is asked for.";
     UNKNOWN_VARIABLE = "nc-unknown-variable", "A variable is used that has no definition or no value.",
-        "Define it with DEF, assign it first, or give its value in the settings.";
+        "Define it with DEF, assign it first, or give its value with --variable or in the control file.";
     UNKNOWN_WORD = "nc-unknown-word", "A word that the reader of this dialect does not know.",
         "Correct the word; if the control knows it, take it out for the prove-out.";
     UNSUPPORTED_WORD = "nc-unsupported-word", "A word that the control knows and that this reader does not do.",

@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
+use crate::codes;
+
 /// One thing that is wrong with a program.
 ///
 /// Implements [`miette::Diagnostic`]: its source is the one line concerned, numbered as in the file.
@@ -119,6 +121,21 @@ impl Span {
     }
 }
 
+/// A word that the control knows and the reader does not do.
+pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
+    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
+}
+
+/// A word that a block can have once.
+pub(crate) fn twice(word: impl fmt::Display, span: Span) -> Fault {
+    Fault::new(codes::CONFLICT, span, format!("`{word}` stands twice in the block")).help("take one out")
+}
+
+/// How a person gives a value that a program reads and does not set.
+pub(crate) fn give(name: &str) -> String {
+    format!("give \"{name}\" with --variable, or under [variables] of the control file")
+}
+
 /// A diagnostic before it knows its file and line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Fault {
@@ -156,6 +173,11 @@ impl Fault {
 
 /// Column from 1 and length, both in characters, of a byte span of a line.
 pub(crate) fn column_and_length(line: &str, span: Span) -> (u32, u32) {
+    if line.is_ascii() {
+        let length = line.len() as u32;
+        let (start, end) = (span.start.min(length), span.end.min(length));
+        return (start + 1, end.max(start) - start);
+    }
     let floor = |at: u32| {
         let mut at = (at as usize).min(line.len());
         while !line.is_char_boundary(at) {

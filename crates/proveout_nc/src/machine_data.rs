@@ -16,6 +16,8 @@ pub struct ReferencePoints {
     pub first: AxisValues,
     /// Second reference point, that of G30 and G30 P2.
     pub second: AxisValues,
+    /// Where a tool change drives the axes; an axis without a value stays.
+    pub tool_change: AxisValues,
 }
 
 /// Kinematics that a program may switch on, as the machine lists them.

@@ -41,7 +41,12 @@ impl<'a> Scanner<'a> {
     }
 
     /// Steps over one character.
+    #[inline]
     pub(crate) fn bump(&mut self) {
+        if self.text.as_bytes().get(self.pos).is_some_and(u8::is_ascii) {
+            self.pos += 1;
+            return;
+        }
         self.pos += self.peek_char().map_or(0, char::len_utf8);
     }
 
@@ -59,7 +64,7 @@ impl<'a> Scanner<'a> {
     }
 
     pub(crate) fn skip_blanks(&mut self) {
-        while matches!(self.peek(), b' ' | b'\t') {
+        while let Some(b' ' | b'\t') = self.text.as_bytes().get(self.pos) {
             self.pos += 1;
         }
     }
@@ -84,11 +89,11 @@ impl<'a> Scanner<'a> {
     pub(crate) fn integer(&mut self) -> Option<u32> {
         let start = self.pos;
         let mut value = 0u32;
-        while self.peek().is_ascii_digit() {
+        while let Some(digit @ b'0'..=b'9') = self.text.as_bytes().get(self.pos) {
             if self.pos - start >= 9 {
                 return None;
             }
-            value = value * 10 + u32::from(self.peek() - b'0');
+            value = value * 10 + u32::from(digit - b'0');
             self.pos += 1;
         }
         (self.pos > start).then_some(value)
@@ -96,46 +101,41 @@ impl<'a> Scanner<'a> {
 
     /// Takes a decimal number without exponent: `[+-]? digits [. digits]` or `[+-]? . digits`. Stays where there is none.
     ///
-    /// Up to 15 digits with at most 22 decimals, the quotient of two exact doubles is the correctly rounded value
-    /// (Clinger 1990, fast path); longer numbers take the general way.
+    /// Up to 15 digits, the quotient of two exact doubles is the correctly rounded value (Clinger 1990, fast path); longer
+    /// numbers take the general way.
     pub(crate) fn decimal(&mut self) -> Option<f64> {
-        const POWERS: [f64; 23] = [
-            1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
-            1e19, 1e20, 1e21, 1e22,
-        ];
+        const POWERS: [f64; 16] =
+            [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
         let start = self.pos;
         let bytes = self.text.as_bytes();
-        let mut at = start;
-        let negative = matches!(bytes.get(at), Some(b'-'));
-        if matches!(bytes.get(at), Some(b'-' | b'+')) {
-            at += 1;
-        }
-        let digits_from = at;
-        let (mut mantissa, mut digits, mut decimals) = (0u64, 0usize, 0usize);
-        let mut point = false;
-        while let Some(&byte) = bytes.get(at) {
-            match byte {
-                b'0'..=b'9' => {
-                    if digits < 18 {
-                        mantissa = mantissa * 10 + u64::from(byte - b'0');
-                    }
-                    digits += usize::from(mantissa > 0);
-                    decimals += usize::from(point);
-                }
-                b'.' if !point => point = true,
-                _ => break,
+        let negative = matches!(bytes.get(start), Some(b'-'));
+        let digits_from = start + usize::from(matches!(bytes.get(start), Some(b'-' | b'+')));
+        // The value of more digits than fit is not used.
+        let mut mantissa = 0u64;
+        let mut digits = |mut at: usize| {
+            while let Some(digit @ b'0'..=b'9') = bytes.get(at) {
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit - b'0'));
+                at += 1;
             }
-            at += 1;
+            at
+        };
+        let mut end = digits(digits_from);
+        let (mut count, mut decimals) = (end - digits_from, 0);
+        if let Some(b'.') = bytes.get(end) {
+            let from = end + 1;
+            end = digits(from);
+            decimals = end - from;
+            count += decimals;
         }
-        if at == digits_from + usize::from(point) {
+        if count == 0 {
             return None;
         }
-        self.pos = at;
-        let magnitude = if digits <= 15 && decimals <= 22 {
+        self.pos = end;
+        let magnitude = if count <= 15 {
             mantissa as f64 / POWERS[decimals]
         } else {
             // "5." and ".5" are valid for the standard parser too.
-            self.text[digits_from..at].parse().unwrap_or(f64::INFINITY)
+            self.text[digits_from..end].parse().unwrap_or(f64::INFINITY)
         };
         Some(if negative { -magnitude } else { magnitude })
     }

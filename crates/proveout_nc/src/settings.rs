@@ -114,17 +114,21 @@ pub struct Limits {
     pub max_loop_passes: u64,
     /// Jumps back without any motion between them.
     pub max_idle_passes: u64,
+    /// Blocks executed in the whole run, those of loops and subprograms each time.
+    pub max_blocks: u64,
     /// Elements of all arrays of a program together.
     pub max_array_elements: usize,
 }
 
 impl Default for Limits {
-    /// 32 calls deep (an 840D allows 16), 100 million passes, one million of them without motion, a million elements.
+    /// 32 calls deep (an 840D allows 16), two million passes, one million of them without motion, ten million blocks, a million
+    /// elements. The longest programs of finishing cuts have some five million blocks.
     fn default() -> Self {
         Self {
             max_call_depth: 32,
-            max_loop_passes: 100_000_000,
+            max_loop_passes: 2_000_000,
             max_idle_passes: 1_000_000,
+            max_blocks: 10_000_000,
             max_array_elements: 1_000_000,
         }
     }
@@ -166,6 +170,8 @@ pub struct Settings {
     pub reference_points: Option<ReferencePoints>,
     /// Kinematics that the machine's control has. None where that is not known: every one is taken.
     pub kinematics: Option<Kinematics>,
+    /// Why a call of a subprogram that is not there is left out; what it does is then not proven. None: it is refused.
+    pub missing_subprogram: Option<String>,
     /// Limits of loops, calls and memory.
     pub limits: Limits,
 }
@@ -196,11 +202,12 @@ impl Settings {
             start_position: control.position,
             default_feed_mm_per_min: control.missing_feed_mm_min,
             orientation_interpolation: control.orientation,
+            missing_subprogram: control.missing_subprogram.clone(),
+            limits: control.limits,
             control,
             compensation: Compensation::Programmed,
             reference_points: None,
             kinematics: None,
-            limits: Limits::default(),
         }
     }
 }

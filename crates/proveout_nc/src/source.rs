@@ -79,7 +79,7 @@ impl Source {
         if rest.is_empty() {
             return None;
         }
-        let end = rest.as_bytes().iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        let end = line_feed(rest.as_bytes()).unwrap_or(rest.len());
         let next = Mark { offset: at.offset + (end + 1).min(rest.len()), line: at.line + 1 };
         Some((&rest[..end], next))
     }
@@ -132,6 +132,21 @@ impl Source {
         self.text.bytes().filter(|&b| b == b'\n').count()
             + usize::from(!self.text.is_empty() && !self.text.ends_with('\n'))
     }
+}
+
+/// The first line feed. Eight bytes at a time, as lines are short: a byte of `x` is zero where one stands, and the lowest bit
+/// that is left marks the first of them (Mycroft 1987).
+fn line_feed(text: &[u8]) -> Option<usize> {
+    const ONES: u64 = u64::MAX / 255;
+    let (blocks, rest) = text.as_chunks::<8>();
+    for (at, block) in blocks.iter().enumerate() {
+        let x = u64::from_le_bytes(*block) ^ (ONES * b'\n' as u64);
+        let found = x.wrapping_sub(ONES) & !x & (ONES << 7);
+        if found != 0 {
+            return Some(at * 8 + found.trailing_zeros() as usize / 8);
+        }
+    }
+    rest.iter().position(|&byte| byte == b'\n').map(|at| blocks.len() * 8 + at)
 }
 
 /// The line fits the pattern, in which `*` stands for any characters; upper and lower case are one.
@@ -206,6 +221,12 @@ fn is_tape_blank(c: char) -> bool {
     matches!(c, '\0' | '\u{11}'..='\u{14}' | '\u{7f}')
 }
 
+/// A tape blank stands in the text. A block of bytes is looked at without a branch, which the compiler makes one of vectors.
+fn has_tape_blank(text: &[u8]) -> bool {
+    let blanks = |block: &[u8]| block.iter().fold(false, |found, &byte| found | is_tape_blank(char::from(byte)));
+    text.chunks(256).any(blanks)
+}
+
 /// The text with LF as its only line end, blanks for what is blank on a tape, and without what stands behind its end.
 fn with_line_feeds(mut text: String) -> String {
     if text.starts_with('\u{feff}') {
@@ -221,7 +242,7 @@ fn with_line_feeds(mut text: String) -> String {
         let end = text[kept..].find(behind).map_or(text.len(), |at| kept + at);
         text.truncate(end);
     }
-    if text.contains(is_tape_blank) {
+    if has_tape_blank(text.as_bytes()) {
         text = text.chars().map(|c| if is_tape_blank(c) { ' ' } else { c }).collect();
     }
     if !text.contains('\r') {
@@ -283,6 +304,20 @@ mod tests {
         assert_eq!(lines("G0\0X1")[0], "G0 X1");
         // A Ctrl-Z in the middle stays: what follows it would be lost.
         assert_eq!(lines("M0\n\u{1a}\nG0 X1\n").len(), 3);
+    }
+
+    #[test]
+    fn the_first_line_feed_is_found_at_every_place() {
+        for length in 0..40 {
+            for other in [b'\n' - 1, b'\n' + 1, b'X', 0, 0x80, 0x8a, 0xff] {
+                let mut text = vec![other; length];
+                assert_eq!(line_feed(&text), None);
+                for at in (0..length).rev() {
+                    text[at] = b'\n';
+                    assert_eq!(line_feed(&text), Some(at), "{other} {length}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -5,6 +5,9 @@
 //! convex hull of its control points (of the projected ones, where all weights are positive), so that no point of it is farther
 //! from a chord than they are: pieces are halved until that distance is within the tolerance.
 
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+
 /// X, Y, Z times the weight, and the weight.
 pub(crate) type Homogeneous = [f64; 4];
 
@@ -12,6 +15,8 @@ pub(crate) type Homogeneous = [f64; 4];
 pub(crate) const CHORD_TOLERANCE_MM: f64 = 0.001;
 /// Halvings of one piece: a chord is then the billionth part of it.
 const MAX_HALVINGS: u32 = 30;
+/// Most chords of one piece: those of an arc of a kilometer are fewer.
+pub(crate) const MAX_CHORDS: usize = 20_000;
 
 fn mix(a: &Homogeneous, b: &Homogeneous, t: f64) -> Homogeneous {
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
@@ -76,11 +81,14 @@ pub(crate) fn cubic(piece: &[Homogeneous]) -> Option<[[f64; 3]; 4]> {
     }
 }
 
-/// Ends of chords along a piece, without its start.
-pub(crate) fn chords(piece: &[Homogeneous], tolerance: f64) -> Vec<[f64; 3]> {
+/// Ends of chords along a piece, without its start; none where they would be too many.
+pub(crate) fn chords(piece: &[Homogeneous], tolerance: f64) -> Option<Vec<[f64; 3]>> {
     let mut ends = Vec::new();
     let mut rest = vec![(piece.to_vec(), 0)];
     while let Some((piece, halvings)) = rest.pop() {
+        if ends.len() >= MAX_CHORDS {
+            return None;
+        }
         let (Some(first), Some(last)) = (piece.first().map(projected), piece.last().map(projected)) else { continue };
         if halvings >= MAX_HALVINGS || piece.iter().all(|p| from_segment(projected(p), first, last) <= tolerance) {
             ends.push(last);
@@ -90,7 +98,13 @@ pub(crate) fn chords(piece: &[Homogeneous], tolerance: f64) -> Vec<[f64; 3]> {
         rest.push((right, halvings + 1));
         rest.push((left, halvings + 1));
     }
-    ends
+    Some(ends)
+}
+
+/// A curve that would take too many chords.
+pub(crate) fn too_long(span: Span) -> Fault {
+    let message = format!("a piece of the curve needs more than {MAX_CHORDS} chords within {CHORD_TOLERANCE_MM} mm");
+    Fault::new(codes::LOOP_LIMIT, span, message).help("check its points and weights, or write more points")
 }
 
 /// de Casteljau at the middle.
@@ -171,7 +185,7 @@ mod tests {
         let points = example(&[1.0, 2.0, 0.5, 1.0, 1.0, 1.0]);
         let piece = &points[..4];
         let mut ends = vec![projected(&piece[0])];
-        ends.extend(chords(piece, 0.001));
+        ends.extend(chords(piece, 0.001).expect("few chords"));
         assert_eq!(ends.last().copied(), Some(projected(&piece[3])));
         for step in 0..=1000 {
             let p = bezier(piece, f64::from(step) / 1000.0);

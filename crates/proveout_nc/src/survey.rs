@@ -43,6 +43,8 @@ pub struct Survey {
     pub more_faults: usize,
     /// Text that the run has not reached; empty where faults have kept it from its end.
     pub not_run: Vec<NotRun>,
+    /// Texts that were read, by the names under which they were opened: the main program first, then called ones.
+    pub files: Vec<Arc<str>>,
     /// Place of the last command, or of the begin of the text.
     last: Option<(Arc<str>, u32, String)>,
 }
@@ -74,6 +76,7 @@ impl Survey {
             faults: Vec::new(),
             more_faults: 0,
             not_run: Vec::new(),
+            files: Vec::new(),
             last: None,
         }
     }
@@ -132,6 +135,7 @@ impl Survey {
         }
         let place = |fault: &Diagnostic| order.iter().position(|name| *name == fault.file).unwrap_or(order.len());
         list.all.sort_by_key(|fault| (place(fault), fault.line, fault.column));
+        survey.files = order;
         survey.faults = list.all;
         survey.more_faults = list.more;
         survey

@@ -8,11 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use proveout_nc::{
-    CODES, Compensation, Dialect, JsonWriter, Program, Settings, ToolName, ToolRadii, WorkOffset, check,
+    CODES, Compensation, Control, Dialect, JsonWriter, Program, Settings, ToolName, ToolRadii, WorkOffset, check,
 };
 
-/// Folders of `tests/cases` and `tests/bad` with the dialect of their programs.
-const DIALECTS: [(&str, Dialect); 8] = [
+/// Folders of `tests/cases` and `tests/bad` with the dialect of their programs; [`CONTROLS`] names those that a control reads.
+const DIALECTS: [(&str, Dialect); 10] = [
     ("siemens", Dialect::Siemens840d),
     ("iso", Dialect::Iso),
     ("fanuc", Dialect::Fanuc),
@@ -21,6 +21,8 @@ const DIALECTS: [(&str, Dialect); 8] = [
     ("heidenhain", Dialect::Heidenhain),
     ("heidenhain-iso", Dialect::HeidenhainIso),
     ("apt", Dialect::Apt),
+    ("okuma", Dialect::Fanuc),
+    ("fagor", Dialect::Fanuc),
 ];
 
 /// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`), are left out.
@@ -40,8 +42,20 @@ fn programs(kind: &str) -> Vec<(PathBuf, Dialect)> {
     files
 }
 
-fn settings(dialect: Dialect) -> Settings {
-    let mut settings = Settings { dialect, ..Settings::default() };
+/// Folders whose programs a control reads.
+const CONTROLS: [(&str, &str); 2] = [("okuma", "okuma-osp"), ("fagor", "fagor-8055")];
+
+/// Settings of a folder: those of its dialect, or of its control.
+fn of_folder(path: &Path, dialect: Dialect) -> Settings {
+    let folder = path.parent().and_then(Path::file_name).unwrap().to_string_lossy();
+    match CONTROLS.iter().find(|(name, _)| *name == folder) {
+        Some((_, control)) => Settings::of_control(Control::find(control, None).unwrap()),
+        None => Settings { dialect, ..Settings::default() },
+    }
+}
+
+fn settings(path: &Path, dialect: Dialect) -> Settings {
+    let mut settings = of_folder(path, dialect);
     settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
     settings.variables.insert("R1".to_owned(), 1.0);
     // Of a Heidenhain control: a row of the preset table, one of the datum table, the machine builder's datum.
@@ -58,7 +72,7 @@ fn settings(dialect: Dialect) -> Settings {
 fn lines(path: &Path, dialect: Dialect) -> String {
     let mut writer = JsonWriter::new();
     let mut text = String::new();
-    for command in Program::open(path, &settings(dialect)).unwrap_or_else(|e| panic!("{e}")) {
+    for command in Program::open(path, &settings(path, dialect)).unwrap_or_else(|e| panic!("{e}")) {
         match command {
             Ok(command) => {
                 for mut value in writer.values(&command) {
@@ -99,7 +113,7 @@ fn bad_programs_raise_the_error_they_name() {
         let code = text.lines().next().unwrap();
         let code =
             code.trim_matches(|c: char| matches!(c, ';' | '(' | ')' | '$' | '%') || c.is_whitespace()).to_owned();
-        let mut settings = Settings { dialect, ..Settings::default() };
+        let mut settings = of_folder(&path, dialect);
         // What only the path of the tool center can raise.
         if path.file_name().unwrap().to_string_lossy().starts_with("compensation") {
             let mut radii = ToolRadii::default();

@@ -469,10 +469,58 @@ fn planes_of_all_definitions_agree() {
     }
 }
 
+#[test]
+fn projected_and_axial_planes_are_rotations() {
+    // PROPR alone turns about Y, PROMIN alone about X; ROT then about the new Z.
+    let (s, c) = 30f64.to_radians().sin_cos();
+    let head = "BEGIN PGM A MM\nTOOL CALL 1 Z S1 F100\n";
+    for (way, x, z) in [
+        ("PLANE PROJECTED PROPR+30 PROMIN+0 ROT+0 STAY", [c, 0.0, -s], [s, 0.0, c]),
+        ("PLANE PROJECTED PROPR+0 PROMIN+30 ROT+0 STAY", [1.0, 0.0, 0.0], [0.0, -s, c]),
+        ("PLANE PROJECTED PROPR+0 PROMIN+30 ROT+90 STAY", [0.0, c, s], [0.0, -s, c]),
+        ("PLANE AXIAL B+30 STAY", [c, 0.0, -s], [s, 0.0, c]),
+        ("PLANE AXIAL B+30 C+90 STAY", [0.0, c, -s], [0.0, s, c]),
+        ("PLANE AXIAL A-30 TURN FMAX", [1.0, 0.0, 0.0], [0.0, s, c]),
+    ] {
+        let ops = ops(&format!("{head}{way}\nL X+1 Y+0 Z+0 FMAX\nL X+0 Z+1 FMAX\n"));
+        let all = motions(&ops);
+        let last: Vec<_> = all.iter().rev().take(2).map(|m| m.end_base.xyz().unwrap()).collect();
+        assert!(distance(last[1], x) < 1e-12 && distance(last[0], z) < 1e-12, "{way} {last:?}");
+        assert!(ops.iter().any(|op| matches!(op, Op::Note(text) if text.starts_with(proveout_nc::ASSUMED))), "{way}");
+        if way.contains("TURN") {
+            assert_eq!(all[0].end.get(3), Some(-30f64.to_radians()));
+        }
+    }
+    // The line in which a plane cuts Z X has the angle PROPR, that in Y Z the angle PROMIN, whatever both are.
+    for (p, m) in [(20.0f64, 50.0f64), (-35.0, 10.0), (60.0, -70.0)] {
+        let ops = ops(&format!("{head}PLANE PROJECTED PROPR{p:+} PROMIN{m:+} ROT+0 STAY\nL X+0 Y+0 Z+1 FMAX\n"));
+        let n = motions(&ops)[0].end_base.xyz().unwrap();
+        assert!(
+            (n[0] / n[2] - p.to_radians().tan()).abs() < 1e-9 && (-n[1] / n[2] - m.to_radians().tan()).abs() < 1e-9,
+            "{n:?}"
+        );
+    }
+    for bad in
+        ["PLANE PROJECTED PROPR+90 PROMIN+0 ROT+0 STAY", "PLANE PROJECTED PROPR+9 ROT+0 STAY", "PLANE AXIAL STAY"]
+    {
+        let code = code(Dialect::Heidenhain, &format!("{head}{bad}\n"));
+        assert!(matches!(&*code, "nc-bad-value" | "nc-missing-value"), "{bad}: {code}");
+    }
+}
+
+#[test]
+fn system_data_that_the_program_has_set_are_read() {
+    let text = "BEGIN PGM A MM\nTOOL CALL 7 Z S1500 F100\nL X+10 Y+20 Z+30 FMAX M4 M8\nFN 18: SYSREAD Q1 = ID20 NR1\nFN 18: SYSREAD Q2 = ID20 NR4\n\
+                FN 18: SYSREAD Q3 = ID270 NR1 IDX2\nFN 18: SYSREAD Q4 = ID20 NR5\nFN 18: SYSREAD Q5 = ID20 NR8\nL X+Q1 Y+Q2 Z+Q3 FMAX\nL X+Q4 Y+Q5 FMAX\n";
+    let ops = ops(text);
+    let ends: Vec<_> = motions(&ops).iter().map(|m| m.end.xyz().unwrap()).collect();
+    assert_eq!(ends[1..], [[7.0, 1500.0, 20.0], [1.0, 1.0, 20.0]]);
+    let unknown = "BEGIN PGM A MM\nTOOL CALL \"X\" Z S1\nFN 18: SYSREAD Q1 = ID20 NR1\n";
+    assert_eq!(code(Dialect::Heidenhain, unknown), "nc-unknown-variable");
+}
+
 /// Words that the README says are refused, each with a block that holds it.
 const REFUSED: &[(&str, &str)] = &[
-    ("PLANE PROJECTED", "PLANE PROJECTED PROPR+0 PROMIN+0 ROT+0 STAY"),
-    ("PLANE AXIAL", "PLANE AXIAL B+10 STAY"),
     ("FZ", "L X+1 FZ0.1"),
     ("FT", "L X+1 FT2"),
     ("R+", "X+1 R+ F100"),
@@ -495,9 +543,9 @@ const REFUSED: &[(&str, &str)] = &[
     ("MILL KINEMATICS", "FUNCTION MODE MILL KINEMATICS \"HEAD_2\""),
     ("M138", "L M138 C"),
     ("204", "CYCL DEF 204 X Q200=1"),
-    ("208", "CYCL DEF 208 X Q200=1"),
-    ("251", "CYCL DEF 251 X"),
-    ("262", "CYCL DEF 262 X"),
+    ("233", "CYCL DEF 233 X Q200=1"),
+    ("263", "CYCL DEF 263 X"),
+    ("270", "CYCL DEF 270 X"),
     ("APPR PLT", "APPR PLT PR+1"),
     ("VC", "TOOL CALL 1 Z S( VC = 100 )"),
     ("PREDEF", "CYCL DEF 200 X Q200=PREDEF"),
@@ -521,7 +569,7 @@ fn the_table_of_the_readme_is_true() {
             "{block}"
         );
     }
-    for g in ["G26", "G27", "G43", "G83", "G84", "G85", "G251", "G55", "G74"] {
+    for g in ["G26", "G27", "G43", "G83", "G84", "G85", "G271", "G55", "G74"] {
         assert!(refused.contains(g), "{g} is not in the table");
         assert_eq!(code(Dialect::HeidenhainIso, &format!("%A G71 *\nN10 {g} X+1 *\n")), "nc-unsupported-word", "{g}");
     }

@@ -31,6 +31,7 @@ fn machine() -> ReferencePoints {
         axes: 0b110111,
         first: values(&[('X', -365.0), ('Y', 224.0), ('Z', 610.0), ('B', 0.25)]),
         second: values(&[('X', -100.0), ('Y', 224.0), ('Z', 500.0), ('B', 0.25)]),
+        tool_change: values(&[]),
     }
 }
 
@@ -106,6 +107,24 @@ fn a_point_that_nobody_states_is_refused_by_name() {
         let error = read_with("G21 G90 G0 X1. Y2. Z3.\nG91 G28 Z0\n", &nowhere).unwrap_err();
         assert!(error.contains("no machine is named"), "{error}");
     }
+}
+
+/// The machine drives X and Y to its tool change position; Z, which it does not state, is unknown behind M6.
+#[test]
+fn the_tool_change_position_of_the_machine_is_known() {
+    let text = "G21 G90 G17 G54\nG0 X1. Y2. Z50.\nT1 M6\nG91 G0 X-10.\nG90 G3 X-115. Y229. I-5. J0. F100.\nM30\n";
+    let nothing = on_machine(Dialect::Fanuc);
+    let error = read_with(text, &nothing).unwrap_err();
+    assert!(error.contains("the position of `X` is not known"), "{error}");
+    let mut points = machine();
+    points.tool_change = values(&[('X', -100.0), ('Y', 224.0)]);
+    let ops = read_with(text, &Settings { reference_points: Some(points.clone()), ..nothing.clone() }).unwrap();
+    let ends: Vec<_> = motions(&ops).iter().map(|m| (m.end.get(0), m.end.get(1), m.end.get(2))).collect();
+    assert_eq!(ends[1..], [(Some(-110.0), Some(224.0), None)]);
+    assert!(ops.iter().any(|op| matches!(op, Op::Arc(a) if a.radius == 5.0 && a.motion.end.get(1) == Some(229.0))));
+    let z = "G21 G90 G17 G54\nT1 M6\nG91 G0 Z-10.\nM30\n";
+    let error = read_with(z, &Settings { reference_points: Some(points), ..nothing }).unwrap_err();
+    assert!(error.contains("the position of `Z` is not known"), "{error}");
 }
 
 /// Haas, *Mill operator's manual*, G28: "G28 cancels tool length offsets for the following lines of code".

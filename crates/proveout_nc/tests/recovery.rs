@@ -49,7 +49,7 @@ const LANGUAGES: [Language; 7] = [
     Language {
         folder: "linuxcnc",
         dialect: Dialect::LinuxCnc,
-        lines: &["G999", "X", "G71 P1", "#1=[1+", "X1.5.5", "M66 P1"],
+        lines: &["G999", "X", "G72 P1", "#1=[1+", "X1.5.5", "M66 P1"],
         run: &["o<nosuch> call", "M98 P8765"],
         tail: " X",
     },
@@ -115,7 +115,7 @@ fn cases(folder: &str) -> Vec<PathBuf> {
 /// A line may be put in front of this one, or something behind it, without cutting a block in two.
 fn is_whole(lines: &[String], at: usize) -> bool {
     let continued = |line: &str| line.trim_end().ends_with(['~', '$']);
-    let parameter = |line: &str| line.trim_start().starts_with('Q') && line.contains('=');
+    let parameter = |line: &str| line.trim_start().starts_with('Q') && (line.contains('=') || line.contains(" F"));
     let here = lines.get(at).map_or("", String::as_str);
     !continued(here)
         && at.checked_sub(1).is_none_or(|before| !continued(&lines[before]))

@@ -358,7 +358,6 @@ fn words_of_the_table_that_are_refused_are_refused_by_name() {
             "CYCLE81" => "CYCLE81(10,0,2,-5,,1,0,0)".to_owned(),
             "GMODE" | "DMODE" => continue,
             "CYCLE800" => "CYCLE800(0,\"T\",0,192,0,0,0,10,0,0,0,0,0,1)".to_owned(),
-            "DEF" | "AXIS" => "DEF AXIS _A".to_owned(),
             "$AA_IM[X]" => "R1=$AA_IM[X]".to_owned(),
             "$MA_" | "$MC_" => format!("R1={word}NAME[1]"),
             "$" => "R1=$XY".to_owned(),
@@ -395,6 +394,9 @@ fn words_of_the_table_that_are_read_are_neither_unknown_nor_refused() {
             | "GOTOB" | "GOTOS" | "LABEL" | "REPEATB" | "PROC" | "VAR" | "SAVE" | "L100" | "P3" | "CALL"
             | "\"NAME\"" | "EXTCALL" | "EXTERN" | "\"" | "Op::Note" | "TR" | "RT" | "P" | "R" => continue,
             "MSG" => "MSG(\"A\")".to_owned(),
+            "SD=2" | "POLY" => word.clone(),
+            "PW=" | "PL=" => format!("BSPLINE X1 {word}1"),
+            "PO[X]=(..)" => "POLY PO[X]=(1,2)".to_owned(),
             "GOTOC" => "GOTOC AB".to_owned(),
             "T=\"" => "T=\"A\"".to_owned(),
             word if word.starts_with('$') => {

@@ -138,6 +138,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
         changed_tiles: &[],
         patches: &[],
         changed_in_patches: &[],
+        loose: &[],
     };
     let verdict = support::verdict(1.0, 0.0, "a picture of a machine is no prove-out");
     let surface = SurfaceShape::default();

@@ -15,17 +15,15 @@ use std::path::Path;
 use proveout_surface::texture::HeightMap;
 
 use crate::{
+    canvas::{Canvas, width_of},
     color::{NEUTRAL_INK, height_color},
     error::RecordError,
-    font,
 };
 
 /// Points of the longer side of the map.
 const MAP_POINTS: f64 = 720.0;
 /// A shorter side is drawn no thinner than this.
 const LEAST_POINTS: usize = 48;
-/// Points of a font's point.
-const LETTER: usize = 2;
 const MARGIN: usize = 14;
 const BAR_WIDTH: usize = 26;
 /// Room to the right of the bar for its numbers.
@@ -35,75 +33,6 @@ const AXIS_ROOM: [usize; 2] = [84, 52];
 const TITLE_ROOM: usize = 40;
 /// Half of the line that shows the lay.
 const LAY_HALF: f64 = 34.0;
-
-/// A picture of 8-bit colors, x fastest from the upper left.
-struct Canvas {
-    width: usize,
-    height: usize,
-    colors: Vec<u8>,
-}
-
-impl Canvas {
-    fn new(width: usize, height: usize) -> Self {
-        Self { width, height, colors: vec![255; 3 * width * height] }
-    }
-
-    fn dot(&mut self, x: isize, y: isize, color: [u8; 3]) {
-        if (0..self.width as isize).contains(&x) && (0..self.height as isize).contains(&y) {
-            let at = 3 * (y as usize * self.width + x as usize);
-            self.colors[at..at + 3].copy_from_slice(&color);
-        }
-    }
-
-    fn fill(&mut self, [x, y]: [usize; 2], [width, height]: [usize; 2], color: [u8; 3]) {
-        for v in y..y + height {
-            for u in x..x + width {
-                self.dot(u as isize, v as isize, color);
-            }
-        }
-    }
-
-    /// The border of a rectangle, one point outside of it.
-    fn frame(&mut self, [x, y]: [usize; 2], [width, height]: [usize; 2]) {
-        self.fill([x - 1, y - 1], [width + 2, 1], NEUTRAL_INK);
-        self.fill([x - 1, y + height], [width + 2, 1], NEUTRAL_INK);
-        self.fill([x - 1, y - 1], [1, height + 2], NEUTRAL_INK);
-        self.fill([x + width, y - 1], [1, height + 2], NEUTRAL_INK);
-    }
-
-    fn text(&mut self, [x, y]: [usize; 2], text: &str) {
-        for (k, c) in text.chars().enumerate() {
-            for (j, row) in font::rows(c).into_iter().enumerate() {
-                for i in 0..font::SIZE[0] {
-                    if row >> (font::SIZE[0] - 1 - i) & 1 == 1 {
-                        let at = [x + LETTER * (k * font::ADVANCE + i), y + LETTER * j];
-                        self.fill(at, [LETTER, LETTER], NEUTRAL_INK);
-                    }
-                }
-            }
-        }
-    }
-
-    /// A thick line round a middle, at an angle from x upward.
-    fn line(&mut self, [x, y]: [f64; 2], half: f64, angle: f64) {
-        let (sin, cos) = angle.sin_cos();
-        let steps = (8.0 * half) as i32;
-        for k in -steps..=steps {
-            let t = half * f64::from(k) / f64::from(steps);
-            for w in [-1.0, -0.5, 0.0, 0.5, 1.0] {
-                self.dot(
-                    (x + t * cos + w * sin).round() as isize,
-                    (y - t * sin + w * cos).round() as isize,
-                    NEUTRAL_INK,
-                );
-            }
-        }
-    }
-}
-
-fn width_of(text: &str) -> usize {
-    text.chars().count() * font::ADVANCE * LETTER
-}
 
 /// Round numbers within an interval, about `count` of them, with the decimals that they need.
 fn ticks(low: f64, high: f64, count: f64) -> (Vec<f64>, usize) {
@@ -125,16 +54,7 @@ fn ticks(low: f64, high: f64, count: f64) -> (Vec<f64>, usize) {
 /// # Errors
 /// [`RecordError::Picture`] where the encoder refuses, which it does not for sizes like these.
 pub fn height_map_png(map: &HeightMap, title: &str, lay: Option<f64>) -> Result<Vec<u8>, RecordError> {
-    let canvas = draw(map, title, lay);
-    let fail = |e: png::EncodingError| RecordError::Picture { message: e.to_string() };
-    let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, canvas.width as u32, canvas.height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(fail)?;
-    writer.write_image_data(&canvas.colors).map_err(fail)?;
-    writer.finish().map_err(fail)?;
-    Ok(out)
+    draw(map, title, lay).png()
 }
 
 /// Writes a height map as PNG.

@@ -25,6 +25,10 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), RecordError
 /// What a run costs on its host (`run.json`): everything that may differ between two runs of the same inputs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RunInfo {
+    /// The scene, as an absolute path.
+    pub scene: String,
+    /// The call.
+    pub command: Vec<String>,
     /// Wall time from the call to the written files, s.
     pub wall_s: f64,
     /// Time of all processor cores, s; none where the host does not tell.
@@ -116,6 +120,8 @@ mod tests {
         assert_eq!(
             keys,
             [
+                "scene",
+                "command",
                 "wall_s",
                 "cpu_s",
                 "threads",

@@ -45,9 +45,11 @@
 //! [`Batch`]: proveout_sim::observer::Batch
 //! [`Outcome`]: proveout_sim::observer::Outcome
 
+mod canvas;
 mod classes;
 mod color;
 pub mod compare;
+mod contact;
 mod encode;
 mod envelope;
 mod error;
@@ -58,6 +60,7 @@ mod height_picture;
 mod json;
 mod map_files;
 mod mode;
+mod page_safety;
 mod part;
 mod picture;
 mod program;

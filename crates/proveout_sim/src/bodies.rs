@@ -91,8 +91,9 @@ impl<'a> BodyCheck<'a> {
             self.world.set_tool(state.tool.and_then(|t| self.prepared.tools.tools.get(t)));
         }
         let [from, to] = &piece.joints;
-        let slack = piece.deviation + self.errors;
-        let begun = self.world.check_piece(from, to, piece.time, slack);
+        // The bodies follow the joints straight, and leave that by the deviation of the joints; that of the tool is held as well.
+        let (slack, off) = (piece.deviation + self.errors, &piece.joint_deviation);
+        let begun = self.world.check_bent_piece([from, to], piece.time, slack, off);
         let hits = begun.map(|i| hit(i, &self.world.breaches()[i])).collect();
         let proved = self.world.proved_now();
         Checked { hits, clearance: proved.is_finite().then_some(proved) }

@@ -2,8 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use proveout_geom::{OutOfRange, check_quantities, read_regular_text};
 use serde::de::DeserializeOwned;
 use thiserror::Error;
+
+/// Largest text of a scene.
+const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// A fault in an input file, with its place.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -56,7 +60,8 @@ impl ConfigError {
 /// # Errors
 /// [`ConfigError`] with the path when it is missing or not UTF-8.
 pub fn read_text(file: &Path) -> Result<String, ConfigError> {
-    std::fs::read_to_string(file).map_err(|e| ConfigError::file(file, format!("cannot be read: {e}"), "check the path"))
+    read_regular_text(file, MAX_FILE_BYTES)
+        .map_err(|e| ConfigError::file(file, format!("cannot be read: {e}"), "check the path"))
 }
 
 /// Parses TOML; unknown keys are refused when the type says so.
@@ -64,12 +69,14 @@ pub fn read_text(file: &Path) -> Result<String, ConfigError> {
 /// # Errors
 /// [`ConfigError`] at the key or value, with the nearest known key as remedy.
 pub fn parse_toml<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, ConfigError> {
-    toml::from_str(text).map_err(|e| {
+    let value = toml::from_str(text).map_err(|e| {
         let offset = e.span().map_or(0, |s| s.start);
         let message = e.message().trim().to_owned();
         let help = help_for(&message);
         ConfigError::at(file, text, offset, message, help)
-    })
+    })?;
+    check_quantities(text).map_err(|e| ConfigError::at(file, text, e.span.start, e.to_string(), OutOfRange::REMEDY))?;
+    Ok(value)
 }
 
 /// The remedy for a message of the TOML reader.

@@ -21,7 +21,7 @@ use crate::{
     log::FindingLog,
     loose::LooseParts,
     memory::{ALLOWANCE, HISTORY_MEMORY},
-    observer::{BlockRow, SampleSignals},
+    observer::{BlockRow, LooseMotion, SampleSignals},
     plunge::{self, PlungeWatch},
     prepare::Prepared,
     process::{self, CuttingState, Sweeps},
@@ -40,6 +40,8 @@ pub(crate) struct Stretch {
     pub(crate) changed_tiles: Vec<TileId>,
     /// The same for each patch.
     pub(crate) changed_in_patches: Vec<Vec<TileId>>,
+    /// Parts that came off the stock and moved.
+    pub(crate) loose: Vec<LooseMotion>,
     pub(crate) time: f64,
 }
 
@@ -52,7 +54,11 @@ pub(crate) struct Facts {
     pub(crate) clearance: Clearance,
     pub(crate) removed: f64,
     /// What is not known since parts came off the stock.
-    pub(crate) loose: Option<String>,
+    pub(crate) loose: Vec<String>,
+    /// What is known of those parts.
+    pub(crate) loose_known: Option<String>,
+    /// Volume of those that are no longer stock, mm³.
+    pub(crate) fallen: f64,
     pub(crate) pieces: u64,
     /// The program told its end (M2, M30).
     pub(crate) ended: bool,
@@ -197,6 +203,7 @@ impl<'a> Engine<'a> {
             recorder.take(chunk, &states);
         }
         let first_id = self.block_of_piece.len() as u32;
+        self.follow_loose_parts(|loose, shop| loose.go_on(shop, chunk));
         let mut sweeps = Sweeps::default();
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             let id = first_id + i as u32;
@@ -208,7 +215,7 @@ impl<'a> Engine<'a> {
                     motion: SweepMotion { from, to },
                     tool: state.tool.map_or(u32::MAX, |t| t as u32),
                     feed: piece.kind == MoveKind::Feed,
-                    deviation: piece.deviation as f32,
+                    deviation: piece.edge_deviation as f32,
                 });
             }
             let Some((index, tool)) = state.tool.and_then(|t| Some((t, self.prepared.tools.tools.get(t)?))) else {
@@ -252,8 +259,15 @@ impl<'a> Engine<'a> {
             (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), self.axes(&at.commanded));
             self.log.push(f);
         }
-        if chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. })) {
-            self.look_for_loose_parts(Some((chunk, first_id)));
+        self.loose.watch(self.prepared, chunk, &states, &cut.reports);
+        let settled =
+            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
+        if self.removed == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
+            self.loose.moved(self.prepared, chunk);
+        } else {
+            self.looked_at = self.removed;
+            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
+            self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
         }
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
@@ -265,6 +279,7 @@ impl<'a> Engine<'a> {
             findings: self.log.all()[known..].to_vec(),
             changed_tiles: self.stock.take_changed_tiles(),
             changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
+            loose: self.loose.take_motions(),
             time: self.time,
         }
     }
@@ -298,7 +313,7 @@ impl<'a> Engine<'a> {
     /// Closes the run.
     pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
         self.tool_out(self.time);
-        self.look_for_loose_parts(None);
+        self.follow_loose_parts(LooseParts::finish);
         self.tell_at_rest();
         for (breach, finding) in std::mem::take(&mut self.stock_breaches) {
             if let Some(b) = self.stock_bodies.breach(breach) {
@@ -328,6 +343,8 @@ impl<'a> Engine<'a> {
             clearance: self.bodies.clearance(),
             removed: self.removed,
             loose: self.loose.left_out(),
+            loose_known: self.loose.checked(),
+            fallen: self.loose.fallen(),
             pieces: self.block_of_piece.len() as u64,
             ended: self.ended,
             block_of_piece: self.block_of_piece,
@@ -373,14 +390,19 @@ impl<'a> Engine<'a> {
                 self.state = CuttingState { tool, spindle: SpindleDirection::Off, speed_rpm: 0.0 };
                 if let Some(t) = self.tool(tool) {
                     let order = self.uses.len();
-                    let fresh = || (order, ToolUse { number: t.number, name: t.name.clone(), ..ToolUse::default() });
+                    let least = self.prepared.least_overhang_mm.get(&t.name).copied();
+                    let fresh = || {
+                        let name = t.name.clone();
+                        (order, ToolUse { number: t.number, name, min_overhang_mm: least, ..ToolUse::default() })
+                    };
                     self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
                 }
             }
             Event::Spindle { direction, speed_rpm, .. } => {
                 (self.state.spindle, self.state.speed_rpm) = (direction, speed_rpm);
             }
-            Event::End { .. } => self.ended = true,
+            // A program that the control ends has its finding.
+            Event::End { .. } | Event::Ended { .. } => self.ended = true,
             _ => {}
         }
     }

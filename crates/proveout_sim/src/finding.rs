@@ -130,7 +130,9 @@ codes! {
     PROBED = "process-probed", Process, Warning, "A probing motion runs to its end: what the probe finds is not known.";
     NECK_RUBS = "process-neck-rubs", Process, Error, "The neck above the flutes meets material.";
     SHANK_RUBS = "process-shank-rubs", Process, Error, "The shank meets material.";
-    LOOSE_PART = "process-loose-part", Process, Warning, "A part of the stock is cut off: where it falls is not known.";
+    LOOSE_PART = "process-loose-part", Process, Warning, "A part of the stock is cut off.";
+    LOOSE_PART_HITS = "process-loose-part-hits", Process, Warning, "A part that was cut off hits a body on its way.";
+    LOOSE_PART_CUT = "process-loose-part-cut", Process, Error, "The cutter cuts a part that was cut off and that nothing clamps.";
     HOLDER_IN_STOCK = "collision-holder-stock", Collision, Error, "The holder meets material.";
     STOCK_HIT = "collision-stock-body", Collision, Error, "A body of machine or setup meets the stock, or comes nearer to it than its rays can tell.";
     STOCK_AT_REST = "collision-stock-at-rest", Collision, Error, "A fixture or the table stands in the stock before anything moves.";

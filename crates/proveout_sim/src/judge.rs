@@ -9,7 +9,7 @@ use crate::{
     damage::judge_areas,
     engine::Facts,
     error::SimError,
-    finding::{self, Severity},
+    finding::{self, Finding, Severity},
     gates::{self, Coverage},
     inspect,
     kept_motion::Swept,
@@ -78,7 +78,12 @@ pub(crate) fn judge(
         digests: prepared.digests.clone(),
         verdict: gates::overall(&gates),
         gates,
-        findings: log.all().to_vec(),
+        findings: log
+            .all()
+            .iter()
+            .cloned()
+            .map(|f| Finding { file: f.file.map(|n| prepared.shown_as(&n)), ..f })
+            .collect(),
         time: Time {
             total_s: summary.total_s,
             cutting_s: summary.cutting_s,
@@ -101,6 +106,7 @@ pub(crate) fn judge(
             moves: facts.pieces,
             volume_mm3: facts.removed,
             stock_left_mm3: stock.volume(),
+            fallen_mm3: facts.fallen,
             sweep_bound_mm: stock.sweep_bound_mm(),
             cell_mm: stock.cell_mm(),
             cells_mm: stock.cells_mm(),
@@ -272,6 +278,7 @@ fn judge_gates(
     }));
     if let Some(checked) = &mut collision.checked {
         checked.push_str(&against_stock(facts, near_mm));
+        checked.push_str(facts.loose_known.as_deref().unwrap_or_default());
         let errors = prepared.machine.has_errors();
         checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
     }

@@ -11,7 +11,8 @@ pub fn with_machine(settings: Settings, machine: &Machine) -> Settings {
         tcp: listed.tcp,
         tilted_plane: listed.tilted_plane,
     });
-    let (mut axes, mut first, mut second) = (0, AxisValues::NONE, AxisValues::NONE);
+    let mut axes = 0;
+    let [mut first, mut second, mut tool_change] = [AxisValues::NONE; 3];
     for (index, letter) in AXIS_LETTERS.into_iter().enumerate() {
         let Some(joint) = machine.joint_for_letter(letter).and_then(|j| machine.joints.get(j)).filter(|j| !j.held)
         else {
@@ -25,9 +26,10 @@ pub fn with_machine(settings: Settings, machine: &Machine) -> Settings {
         };
         state(&mut first, Joint::first_reference);
         state(&mut second, Joint::second_reference);
+        state(&mut tool_change, |joint| joint.tool_change);
     }
     Settings {
-        reference_points: Some(ReferencePoints { machine: name(), axes, first, second }),
+        reference_points: Some(ReferencePoints { machine: name(), axes, first, second, tool_change }),
         kinematics,
         ..settings
     }

@@ -61,9 +61,10 @@ const PIECES_OF_STRAIGHT: f64 = 2.0;
 const PIECES_OF_CURVED: f64 = 12.0;
 
 const MIB: f64 = (1 << 20) as f64;
-/// Bodies for the collision check, look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few
-/// lines, and for as many as a stretch holds.
-const MOTION: [f64; 2] = [8.0 * MIB, 56.0 * MIB];
+/// Bodies for the collision check with their trees and, for neighbors, the skins that are checked (some 10 MiB for a machine of the tree),
+/// look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few lines, and for as many as a
+/// stretch holds.
+const MOTION: [f64; 2] = [18.0 * MIB, 66.0 * MIB];
 /// Page, tables and glTF files while they are written; the same with a recording; likewise.
 const FOLDER: [f64; 2] = [8.0 * MIB, 24.0 * MIB];
 const RECORDING: [f64; 2] = [34.0 * MIB, 44.0 * MIB];

@@ -100,6 +100,19 @@ pub struct BlockRow {
     pub engagement: Option<Engagement>,
 }
 
+/// The way of a part that came off the stock.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LooseMotion {
+    /// Name in findings.
+    pub name: String,
+    /// Its surface where it came off, table frame, mm.
+    pub mesh: TriMesh,
+    /// Time, s, and motion since then in the table frame: applied to the mesh it gives the part at that time. Rising times.
+    pub track: Vec<(f64, Pose)>,
+    /// It is no longer stock; otherwise it rests, or it is not known where it goes and this is one of its ways.
+    pub gone: bool,
+}
+
 /// A stretch of the run, in order of time.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
@@ -125,6 +138,8 @@ pub struct Batch<'a> {
     pub patches: &'a [Patch],
     /// Tiles of each patch that changed within the stretch.
     pub changed_in_patches: &'a [Vec<TileId>],
+    /// Parts that came off the stock, whose way was decided within the stretch.
+    pub loose: &'a [LooseMotion],
 }
 
 /// Some points of the surface of the cut part, in the fixed order of the stock, then of each patch. Workpiece frame, mm.

@@ -210,6 +210,8 @@ mod tests {
                 joints: [JointValues::ZERO; 2],
                 pose: [at(w[0]), at(w[1])],
                 deviation: 0.0,
+                edge_deviation: 0.0,
+                joint_deviation: JointValues::ZERO,
             };
             let (down, aside) = way_down(&piece.pose);
             let r = core.max_radius();
@@ -301,6 +303,8 @@ mod tests {
             joints: [JointValues::ZERO; 2],
             pose: [at(5.0), at(-3.0)],
             deviation: 0.0,
+            edge_deviation: 0.0,
+            joint_deviation: JointValues::ZERO,
         };
         let mut watch = PlungeWatch::default();
         assert_eq!(watch.follow((0, &head), &piece, None, &core, CONTACT), None);

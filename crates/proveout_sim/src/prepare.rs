@@ -3,6 +3,7 @@
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
+    sync::Arc,
     time::Instant,
 };
 
@@ -10,7 +11,8 @@ use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings
 use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{
-    Compensation, Dialect, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii, WorkOffset,
+    Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii,
+    WorkOffset,
 };
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
@@ -20,6 +22,7 @@ use crate::{
     digest,
     error::SimError,
     machine_data::with_machine,
+    manifest,
     memory::{Demand, Memory, Recorded},
     part_on_table::PartOnTable,
     program_survey, programs,
@@ -53,6 +56,10 @@ pub struct Choice {
     pub plant: Option<PlantFile>,
     /// What the observers of the run will hold, for the announcement of its memory.
     pub recorded: Recorded,
+    /// Tools, by name, that stand further out of their holder than the library says, mm; less far where negative.
+    pub clamped_out_mm: BTreeMap<String, f64>,
+    /// Least overhangs that were searched ([`crate::overhang`]), by name of the tool, mm.
+    pub least_overhang_mm: BTreeMap<String, f64>,
 }
 
 /// A program that was made from another one.
@@ -105,12 +112,19 @@ pub struct Prepared {
     pub fixtures: Vec<(String, TriMesh)>,
     /// Workpiece frame to table frame.
     pub table_from_work: Pose,
+    /// Least overhangs that were searched, by name of the tool, mm.
+    pub least_overhang_mm: BTreeMap<String, f64>,
     /// Which motion cuts.
     pub dynamics: Dynamics,
     /// What moves under the forces of the drives.
     pub plant: Plant,
     /// SHA-256 of the input files by role.
     pub digests: BTreeMap<String, String>,
+    /// The input files themselves.
+    pub inputs: Vec<digest::InputFile>,
+    /// Program files as findings and tables name them, from the folder of the scene, by the names under which they were opened: a
+    /// verdict does not depend on where the run was started.
+    pub shown: BTreeMap<String, Arc<str>>,
     /// What reading the program to its end has told: no fault, and the text that its run does not reach.
     pub survey: Survey,
     /// Wall time of reading, s.
@@ -149,7 +163,8 @@ impl Prepared {
         let mut machine = Machine::read(&machine_path)?;
         let described = machine.clone();
         let changed_limits = limit_joints(&scene, &mut machine)?;
-        let tools = ToolLibrary::read(&tools_path)?;
+        let mut tools = ToolLibrary::read(&tools_path)?;
+        clamp_out(&mut tools, choice, &tools_path)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
         let mut inputs = vec![
@@ -184,8 +199,20 @@ impl Prepared {
             textures: texture.as_ref().map_or(0, |t| t.memory(lines)),
         };
         let (stock, memory) = raw_stock::make(&scene, cells, MEMORY, &demand, &mut inputs, announce)?;
+        // The survey has run the program: called texts are inputs as the main program is.
+        for file in survey.files.iter().map(|name| PathBuf::from(&**name)).filter(|file| *file != program_path) {
+            inputs.push((format!("subprogram {}", manifest::relative(&scene.folder, &file)), file));
+        }
+        let shown = survey.files.iter().map(|n| n.to_string()).chain([program_path.display().to_string()]);
+        let shown = shown
+            .map(|n| (manifest::relative(&scene.folder, Path::new(&n)), n))
+            .map(|(to, n)| (n, Arc::from(to)))
+            .collect();
+        let mut input_files = Vec::new();
         for (role, path) in inputs {
-            digests.insert(role, digest::of_file(&path)?);
+            let file = digest::of_input(&role, &path)?;
+            digests.insert(role, file.sha256.clone());
+            input_files.push(file);
         }
 
         let reschedule = entry.and_then(|e| e.reschedule.as_ref()).filter(|_| choice.nc.is_none());
@@ -207,6 +234,7 @@ impl Prepared {
                 reference_points: nc_settings.reference_points,
                 kinematics: nc_settings.kinematics,
                 dialect: Dialect::Siemens840d,
+                limits: nc_settings.limits,
                 ..NcSettings::default()
             },
         };
@@ -242,6 +270,7 @@ impl Prepared {
             texture,
             fixtures,
             table_from_work,
+            least_overhang_mm: choice.least_overhang_mm.clone(),
             dynamics: match dynamics {
                 DynamicsFile::Ideal => Dynamics::Ideal,
                 DynamicsFile::Planned => Dynamics::Planned,
@@ -252,6 +281,8 @@ impl Prepared {
                 PlantFile::Rapier => Plant::Rapier,
             },
             digests,
+            inputs: input_files,
+            shown,
             scene,
             survey,
             read_time: start.elapsed().as_secs_f64(),
@@ -276,12 +307,19 @@ impl Prepared {
         let control = control_of(Some(scene), machine)?;
         let (on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
         let work_offsets = work_offsets(scene, entry);
-        Ok((NcSettings { compensation, work_offsets, ..with_machine(on_control, machine) }, note))
+        let limits = scene.file.limits.of_reader(on_control.limits);
+        Ok((NcSettings { compensation, work_offsets, limits, ..with_machine(on_control, machine) }, note))
     }
 
     /// The text that runs, as findings name it.
     pub fn running_file(&self) -> PathBuf {
-        self.made.as_ref().map_or_else(|| self.program_path.clone(), |made| PathBuf::from(&made.file))
+        let shown = || PathBuf::from(self.shown_as(&self.program_path.display().to_string()));
+        self.made.as_ref().map_or_else(shown, |made| PathBuf::from(&made.file))
+    }
+
+    /// A program file as findings name it.
+    pub(crate) fn shown_as(&self, opened: &str) -> String {
+        self.shown.get(opened).map_or_else(|| opened.to_owned(), |name| name.to_string())
     }
 
     /// Settings of a reader for a scene's offsets.
@@ -292,6 +330,7 @@ impl Prepared {
         Ok(NcSettings {
             dialect: dialect(scene, entry, false)?,
             work_offsets: work_offsets(scene, entry),
+            limits: scene.file.limits.of_reader(Limits::default()),
             ..NcSettings::default()
         })
     }
@@ -326,11 +365,26 @@ impl Prepared {
             plant: self.plant,
             default_tolerance: self.scene.file.control.path_tolerance_mm,
             pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
+            max_time: self.scene.file.limits.max_time(),
             length_active_after_change: length_active_after_change(dialect),
             length_in_machine_coordinates: length_in_machine_coordinates(dialect),
             ..defaults
         }
     }
+}
+
+/// Clamps tools as the call chooses.
+fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<(), ConfigError> {
+    for (name, by) in &choice.clamped_out_mm {
+        let refused = |message: String| {
+            ConfigError::file(path, message, "choose a tool with a holder and an overhang that it grips")
+        };
+        let tool = tools.tools.iter_mut().find(|t| t.name == *name);
+        let tool = tool.ok_or_else(|| refused(format!("there is no tool {name:?} to clamp otherwise")))?;
+        let moved = tool.clamped_out_by(*by);
+        *tool = moved.ok_or_else(|| refused(format!("{name} cannot be clamped {by} mm further out")))?;
+    }
+    Ok(())
 }
 
 /// Radii of the library as a control has them in its tool table; offset numbers are those of the tools.

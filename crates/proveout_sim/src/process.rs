@@ -89,6 +89,8 @@ pub(crate) fn fault(kind: MoveKind, state: &CuttingState, tool: &Tool) -> Option
     match state.spindle {
         _ if kind != MoveKind::Feed => Some(RAPID_IN_MATERIAL),
         SpindleDirection::Off => Some(SPINDLE_OFF),
+        // M3 without S, or S0: it is told to turn and does not.
+        _ if state.speed_rpm <= 0.0 => Some(SPINDLE_OFF),
         SpindleDirection::Clockwise if tool.left_handed => Some(SPINDLE_WRONG_WAY),
         SpindleDirection::CounterClockwise if !tool.left_handed => Some(SPINDLE_WRONG_WAY),
         _ => None,

@@ -18,7 +18,7 @@ use crate::{
     machine_data::with_machine,
     part_on_table::PartOnTable,
     prepare::Prepared,
-    scene::{HelixFile, MethodFile, ProgramFile, RescheduleFile, Scene},
+    scene::{MethodFile, ProgramFile, RescheduleFile, Scene},
     scene_limits::limit_joints,
 };
 
@@ -28,7 +28,7 @@ fn format() -> PostSettings {
 }
 
 /// The cutting end of a tool.
-fn tip(tool: &Tool) -> Option<&Profile> {
+pub(crate) fn tip(tool: &Tool) -> Option<&Profile> {
     tool.cutting().next().map(|body| &body.profile)
 }
 
@@ -89,7 +89,9 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
     let (Some(blade), Some(plan)) = (blade, &scene.file.plan) else {
         return Err(file("the scene has no blade or no [plan.helix]".into(), "describe both in the scene").into());
     };
-    let plan = &plan.helix;
+    let Some(plan) = &plan.helix else {
+        return Err(file("the scene has no [plan.helix]".into(), "describe the pass in the scene").into());
+    };
     let Some(tool) = tools.find(&ToolId::Name(plan.tool.clone())) else {
         return Err(file(format!("the tool library has no tool {:?}", plan.tool), "name one of its tools").into());
     };
@@ -101,18 +103,25 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
     let points = plan.pass(radius).points(&blade).map_err(|e| wrong(e.to_string()))?;
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(Vec::new()) };
     let table_from_work = scene.file.mount.table_from_work();
-    let Some(offset) = scene.file.work_offsets.get(&plan.work_offset).map(WorkOffset::from) else {
-        let known: Vec<&str> = scene.file.work_offsets.keys().map(String::as_str).collect();
-        let message =
-            format!("[plan.helix] wants the work offset {:?}, which the scene does not give", plan.work_offset);
-        return Err(file(message, &format!("add [work_offsets.{}], or name one of {known:?}", plan.work_offset)).into());
-    };
+    let offset = offset_of(scene, "helix", &plan.work_offset)?;
     let zero = machine.program_zero().map_or_else(Vector::zeros, |zero| zero.coords);
     let mut writer = Writer { commands: Vec::new(), line: 0, table_from_work, zero, offset };
     let start = machine.inverse_nearest(&first.pose.transformed(&table_from_work), tool.gauge_length, &machine.home());
     let start =
         start.map_err(|e| file(format!("the machine cannot reach the start of the pass: {e}"), "move the mount"))?;
-    writer.head(plan);
+    writer.head(Head {
+        notes: vec![
+            format!(
+                "Ball end mill on a helix round the blade, X {} to {}, pitch {}, tilt {} deg, lead {} deg",
+                plan.from_x_mm, plan.to_x_mm, plan.pitch_mm, plan.head_tilt_deg, plan.lead_deg
+            ),
+            "Written by: proveout plan SCENE --strategy helix. Feed: inverse time of the ball center".into(),
+        ],
+        tool: &plan.tool,
+        work_offset: &plan.work_offset,
+        spindle_rpm: plan.spindle_rpm,
+        tolerance: plan.tolerance_mm,
+    });
     writer.rotary(machine, &start.q);
     writer.push(Op::Tcp(Tcp { on: true, interpolation: OrientationInterpolation::GreatCircle }));
     let off = |p: &proveout_toolpath::PassPoint| ToolPose {
@@ -129,53 +138,65 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
     }
     writer.feed(plan.clearance_mm / rate);
     writer.motion(&off(last), false);
+    writer.push(Op::Tcp(Tcp { on: false, interpolation: OrientationInterpolation::GreatCircle }));
     writer.tail();
     Ok(writer.commands)
 }
 
+/// A work offset that a plan names.
+pub(crate) fn offset_of(scene: &Scene, strategy: &str, word: &str) -> Result<WorkOffset, ConfigError> {
+    scene.file.work_offsets.get(word).map(WorkOffset::from).ok_or_else(|| {
+        let known: Vec<&str> = scene.file.work_offsets.keys().map(String::as_str).collect();
+        let message = format!("[plan.{strategy}] wants the work offset {word:?}, which the scene does not give");
+        ConfigError::file(&scene.path, message, format!("add [work_offsets.{word}], or name one of {known:?}"))
+    })
+}
+
 /// Builds commands one after the other, each on a line of its own.
-struct Writer {
-    commands: Vec<Command>,
-    line: u32,
-    table_from_work: Pose,
+pub(crate) struct Writer {
+    pub(crate) commands: Vec<Command>,
+    pub(crate) line: u32,
+    pub(crate) table_from_work: Pose,
     /// Base coordinates with tool center point control count from here in K.
-    zero: Vector,
+    pub(crate) zero: Vector,
     /// The work offset that the program calls.
-    offset: WorkOffset,
+    pub(crate) offset: WorkOffset,
+}
+
+/// What a program begins with.
+pub(crate) struct Head<'a> {
+    pub(crate) notes: Vec<String>,
+    pub(crate) tool: &'a str,
+    pub(crate) work_offset: &'a str,
+    pub(crate) spindle_rpm: f64,
+    pub(crate) tolerance: f64,
 }
 
 impl Writer {
-    fn push(&mut self, op: Op) {
+    pub(crate) fn push(&mut self, op: Op) {
         self.line += 1;
         let location = Location { file: "plan".into(), line: self.line, column: 1, length: 0, depth: 0 };
         self.commands.push(Command { location, op });
     }
 
-    fn head(&mut self, plan: &HelixFile) {
-        self.push(Op::Note(format!(
-            "Ball end mill on a helix round the blade, X {} to {}, pitch {}, tilt {} deg, lead {} deg",
-            plan.from_x_mm, plan.to_x_mm, plan.pitch_mm, plan.head_tilt_deg, plan.lead_deg
-        )));
-        self.push(Op::Note(
-            "Written by: proveout plan SCENE --strategy helix. Feed: inverse time of the ball center".into(),
-        ));
+    pub(crate) fn head(&mut self, head: Head<'_>) {
+        for note in head.notes {
+            self.push(Op::Note(note));
+        }
         self.push(Op::Plane('Z'));
-        self.push(Op::Tool(ToolAction::Select(ToolName::Name(plan.tool.clone()))));
-        self.push(Op::Tool(ToolAction::Change(ToolName::Name(plan.tool.clone()))));
+        self.push(Op::Tool(ToolAction::Select(ToolName::Name(head.tool.to_owned()))));
+        self.push(Op::Tool(ToolAction::Change(ToolName::Name(head.tool.to_owned()))));
         self.push(Op::Offset(Offset::ToolEdge { edge: 1 }));
-        self.push(Op::Offset(Offset::Work { word: plan.work_offset.clone() }));
+        self.push(Op::Offset(Offset::Work { word: head.work_offset.to_owned() }));
         let direction = SpindleDirection::Clockwise;
-        self.push(Op::Spindle(Spindle { direction, speed_rpm: Some(plan.spindle_rpm) }));
+        self.push(Op::Spindle(Spindle { direction, speed_rpm: Some(head.spindle_rpm) }));
         self.push(Op::Coolant(Coolant { flood: true, mist: false }));
-        self.push(Op::PathMode(PathMode::Continuous {
-            tolerance: Some(plan.tolerance_mm),
-            orientation_tolerance: None,
-        }));
+        self.push(Op::PathMode(PathMode::Continuous { tolerance: Some(head.tolerance), orientation_tolerance: None }));
     }
 
     /// The rotary axes turn while the tool is clear of the part, before tool center point control: with it the slides would
     /// carry the tool round the table.
-    fn rotary(&mut self, machine: &Machine, q: &JointValues) {
+    pub(crate) fn rotary(&mut self, machine: &Machine, q: &JointValues) {
         let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
         let mut programmed = 0;
         for &joint in machine.rotary_joints() {
@@ -197,20 +218,19 @@ impl Writer {
         }));
     }
 
-    fn tail(&mut self) {
-        self.push(Op::Tcp(Tcp { on: false, interpolation: OrientationInterpolation::GreatCircle }));
+    pub(crate) fn tail(&mut self) {
         self.push(Op::Coolant(Coolant { flood: false, mist: false }));
         self.push(Op::Spindle(Spindle { direction: SpindleDirection::Off, speed_rpm: None }));
         self.push(Op::End);
     }
 
-    fn feed(&mut self, seconds: f64) {
+    pub(crate) fn feed(&mut self, seconds: f64) {
         self.push(Op::Feed(Feed::InverseTime(seconds)));
     }
 
     /// A motion to a pose of the workpiece frame. Base coordinates are those of the table; a work offset shifts, so that the
     /// programmed vector is that of the table too.
-    fn motion(&mut self, pose: &ToolPose, rapid: bool) {
+    pub(crate) fn motion(&mut self, pose: &ToolPose, rapid: bool) {
         let axis = self.table_from_work.vector(&pose.axis);
         let turned = self.table_from_work.rotation * pose.tip.coords;
         let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);

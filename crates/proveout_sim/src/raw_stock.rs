@@ -12,7 +12,9 @@ use serde_spanned::Spanned;
 
 use crate::{
     config::ConfigError,
+    digest,
     error::SimError,
+    manifest::{MANIFEST, Manifest},
     memory::{self, Demand, GROWTH, HISTORY_MEMORY, Memory},
     prepare::{blade_mesh, read_solid},
     scene::{PatchFile, Scene, StockFile},
@@ -226,6 +228,26 @@ fn formed(
     Ok(RawBody::mesh(read_solid(&path)?)?)
 }
 
+/// Refuses a stock that is not the one in the manifest beside it: the setup would go on from a part that nobody has cut. A file
+/// without a manifest was taken out of its run folder by hand, and stands for itself.
+fn as_the_run_left_it(path: &Path) -> Result<(), ConfigError> {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Ok(()) };
+    let name = name.to_string_lossy();
+    if !folder.join(MANIFEST).is_file() {
+        return Ok(());
+    }
+    let help =
+        "run the earlier setup again to write it anew, or take the file out of the run folder to use it as it is";
+    let refuse = |message: String| ConfigError::file(path, message, help);
+    let manifest = Manifest::read(folder).map_err(|e| refuse(e.to_string()))?;
+    let known = manifest.digest_of(&name).ok_or_else(|| refuse(format!("{MANIFEST} beside it does not name it")))?;
+    let (_, found) = digest::measure(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
+    if found == known {
+        return Ok(());
+    }
+    Err(refuse(format!("is not as the run left it: its SHA-256 is {found}, and {MANIFEST} beside it says {known}")))
+}
+
 /// What an earlier run has left, with those of its patches that this scene has too, by name.
 fn of_a_run(
     file: &StockFile,
@@ -239,6 +261,7 @@ fn of_a_run(
             let help = "run the earlier setup first, or correct the path of `from_run`";
             ConfigError::file(path, format!("cannot be read: {e}"), help)
         })?;
+        as_the_run_left_it(path)?;
         inputs.push((role, path.to_owned()));
         let refuse = |message: String, help: &str| SimError::from(ConfigError::file(path, message, help));
         let mut left = TriDexel::load(&mut BufReader::new(opened), limit_bytes)

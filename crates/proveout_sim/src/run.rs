@@ -3,11 +3,16 @@
 //! Stretch by stretch of simulated time the controller yields motion pieces; the stock is swept and the bodies are
 //! checked against each other at the same time on two workers, since neither needs the other (bodies against the stock are followed
 //! between the sweeps, see `stock_bodies`); reports are judged in order of time. The
-//! length of a stretch bounds memory and sets how often observers are called; it does not change any result.
+//! length of a stretch bounds memory and sets how often observers are called, and how often the twin looks whether a part has come
+//! off the stock; it does not change any other result.
 
-use std::{path::Path, sync::PoisonError, time::Instant};
+use std::{
+    path::Path,
+    sync::{Arc, PoisonError},
+    time::Instant,
+};
 
-use proveout_controller::{Chunk, Controller, RunError};
+use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
 use proveout_nc::Diagnostic;
 use proveout_stock::{Patch, TriDexel};
 
@@ -78,45 +83,10 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     }
     stages.record += told.elapsed().as_secs_f64();
 
-    let scene_path = prepared.scene.path.display().to_string();
-    let program = prepared.program()?;
-    let settings = prepared.control_settings(program.dialect());
-    let commands = program.map(|command| command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path)));
-    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
-    loop {
-        let planning = Instant::now();
-        let chunk = controller.next_chunk().map_err(from_run_error)?;
-        let servo = controller.servo_wall_s() - stages.servo;
-        stages.plan += planning.elapsed().as_secs_f64() - servo;
-        stages.servo += servo;
-        let Some(chunk) = chunk else { break };
-        for stretch in stretches(&chunk) {
-            let batch = engine.step(&stretch, &mut stages);
-            engine.check_memory()?;
-            let telling = Instant::now();
-            let batch = Batch {
-                samples: &stretch.samples,
-                signals: &batch.signals,
-                pieces: &stretch.pieces,
-                blocks: &batch.blocks,
-                events: &stretch.events,
-                findings: &batch.findings,
-                time: batch.time,
-                stock: engine.stock(),
-                changed_tiles: &batch.changed_tiles,
-                patches: engine.patches(),
-                changed_in_patches: &batch.changed_in_patches,
-            };
-            for observer in observers.iter_mut() {
-                observer.batch(&setup(&prepared, batch.stock, batch.patches), &batch)?;
-            }
-            stages.record += telling.elapsed().as_secs_f64();
-        }
-    }
+    let summary = drive(&prepared, &mut engine, &mut stages, observers)?;
 
     let judging = Instant::now();
     let recorded = stages.record;
-    let summary = controller.summary();
     let pieces = engine.pieces();
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
@@ -140,6 +110,66 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     let stock_memory =
         std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
     Ok(RunResult { verdict, stages, wall, pieces, announced_memory: prepared.memory.total(), stock_memory })
+}
+
+/// Takes the motion through stock and bodies without a judgement of the surface; the observers hear of the stretches alone.
+pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer>]) -> Result<(), SimError> {
+    let (stock, patches) = prepared.stock.take()?;
+    let prepared = prepared;
+    let mut engine = Engine::new(&prepared, stock, patches)?;
+    drive(&prepared, &mut engine, &mut Stages::default(), observers).map(|_| ())
+}
+
+/// Plans the motion of the program and takes it through the engine, stretch by stretch.
+fn drive(
+    prepared: &Prepared,
+    engine: &mut Engine<'_>,
+    stages: &mut Stages,
+    observers: &mut [Box<dyn Observer>],
+) -> Result<PathSummary, SimError> {
+    let scene_path = prepared.scene.path.display().to_string();
+    let program = prepared.program()?;
+    let settings = prepared.control_settings(program.dialect());
+    let commands = program.map(|command| {
+        let mut command = command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path))?;
+        if let Some(name) = prepared.shown.get(&*command.location.file) {
+            command.location.file = Arc::clone(name);
+        }
+        Ok(command)
+    });
+    let mut controller = Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?;
+    loop {
+        let planning = Instant::now();
+        let chunk = controller.next_chunk().map_err(|e| from_run_error(opened(prepared, e)))?;
+        let servo = controller.servo_wall_s() - stages.servo;
+        stages.plan += planning.elapsed().as_secs_f64() - servo;
+        stages.servo += servo;
+        let Some(chunk) = chunk else { break };
+        for stretch in stretches(chunk) {
+            let batch = engine.step(&stretch, stages);
+            engine.check_memory()?;
+            let telling = Instant::now();
+            let batch = Batch {
+                samples: &stretch.samples,
+                signals: &batch.signals,
+                pieces: &stretch.pieces,
+                blocks: &batch.blocks,
+                events: &stretch.events,
+                findings: &batch.findings,
+                time: batch.time,
+                stock: engine.stock(),
+                changed_tiles: &batch.changed_tiles,
+                patches: engine.patches(),
+                changed_in_patches: &batch.changed_in_patches,
+                loose: &batch.loose,
+            };
+            for observer in observers.iter_mut() {
+                observer.batch(&setup(prepared, batch.stock, batch.patches), &batch)?;
+            }
+            stages.record += telling.elapsed().as_secs_f64();
+        }
+    }
+    Ok(controller.summary())
 }
 
 /// The same, with the whole surface of the cut part in memory.
@@ -191,6 +221,17 @@ fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) 
     }
 }
 
+/// A fault of the control at the file that was opened, so that its line can be shown.
+fn opened(prepared: &Prepared, mut fault: RunError<Diagnostic>) -> RunError<Diagnostic> {
+    if let RunError::Control(control) = &mut fault
+        && let Some(location) = &mut control.location
+        && let Some((name, _)) = prepared.shown.iter().find(|(_, shown)| **shown == location.file)
+    {
+        location.file = Arc::from(name.as_str());
+    }
+    fault
+}
+
 pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
     match e {
         RunError::Program(d) => SimError::from(d),
@@ -199,36 +240,41 @@ pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
 }
 
 /// Cuts a chunk into stretches of at most [`STRETCH_S`] simulated seconds, at borders of pieces.
-fn stretches(chunk: &Chunk) -> Vec<Chunk> {
+fn stretches(chunk: Chunk) -> impl Iterator<Item = Chunk> {
     let start = [
         chunk.pieces.first().map(|p| p.time[0]),
         chunk.samples.first().map(|s| s.time),
         chunk.events.first().map(|e| e.time()),
         chunk.blocks.first().map(|b| b.end_time),
     ];
-    let Some(start) = start.into_iter().flatten().reduce(f64::min) else { return Vec::new() };
-    let (mut p, mut s, mut e, mut b) = (0, 0, 0, 0);
-    let mut out = Vec::new();
-    let mut until = start;
-    while p < chunk.pieces.len() || s < chunk.samples.len() || e < chunk.events.len() || b < chunk.blocks.len() {
-        until += STRETCH_S;
-        let next =
-            |from: usize, done: &dyn Fn(usize) -> bool, len: usize| (from..len).find(|&i| !done(i)).unwrap_or(len);
-        let p_end = next(p, &|i| chunk.pieces[i].time[0] < until, chunk.pieces.len());
-        let s_end = next(s, &|i| chunk.samples[i].time < until, chunk.samples.len());
-        let e_end = next(e, &|i| chunk.events[i].time() < until, chunk.events.len());
-        let b_end = next(b, &|i| chunk.blocks[i].end_time < until, chunk.blocks.len());
-        if (p, s, e, b) != (p_end, s_end, e_end, b_end) {
-            out.push(Chunk {
-                pieces: chunk.pieces[p..p_end].to_vec(),
-                samples: chunk.samples[s..s_end].to_vec(),
-                events: chunk.events[e..e_end].to_vec(),
-                blocks: chunk.blocks[b..b_end].to_vec(),
-            });
+    let mut until = start.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    // Handed over, not copied: a chunk may hold a million samples.
+    let mut pieces = chunk.pieces.into_iter().peekable();
+    let mut samples = chunk.samples.into_iter().peekable();
+    let mut events = chunk.events.into_iter().peekable();
+    let mut blocks = chunk.blocks.into_iter().peekable();
+    std::iter::from_fn(move || {
+        loop {
+            if pieces.peek().is_none() && samples.peek().is_none() && events.peek().is_none() && blocks.peek().is_none()
+            {
+                return None;
+            }
+            until += STRETCH_S;
+            let stretch = Chunk {
+                pieces: std::iter::from_fn(|| pieces.next_if(|p| p.time[0] < until)).collect(),
+                samples: std::iter::from_fn(|| samples.next_if(|s| s.time < until)).collect(),
+                events: std::iter::from_fn(|| events.next_if(|e| e.time() < until)).collect(),
+                blocks: std::iter::from_fn(|| blocks.next_if(|b| b.end_time < until)).collect(),
+            };
+            let empty = stretch.pieces.is_empty()
+                && stretch.samples.is_empty()
+                && stretch.events.is_empty()
+                && stretch.blocks.is_empty();
+            if !empty {
+                return Some(stretch);
+            }
         }
-        (p, s, e, b) = (p_end, s_end, e_end, b_end);
-    }
-    out
+    })
 }
 
 /// Does some work, and gives the wall time that it took, s.

@@ -1,13 +1,23 @@
 //! A run folder is written beside its place and moved there when it is complete.
+//!
+//! ```text
+//!   .NAME.partial-PID    what is being written; that of a process that is gone is removed by the next run
+//!   NAME                 a complete run with its manifest
+//!   .NAME.old            the run before, while the new one takes its place; left by a kill, it is taken back by the next run
+//! ```
+//!
+//! Only files that the manifest of the older run names are replaced. Whatever else lies in its folder is somebody's own: it is moved
+//! into the new folder, and told.
 
 use std::{
+    collections::BTreeSet,
+    ffi::OsString,
     fs,
     io::{Error, ErrorKind},
     path::{Path, PathBuf},
 };
 
-/// File that marks a folder as a run folder.
-const MARK: &str = "verdict.json";
+use crate::manifest::{MANIFEST, Manifest, names_below};
 
 /// A run folder being written; removed again when it is dropped before [`RunFolder::commit`].
 #[derive(Debug)]
@@ -17,41 +27,49 @@ pub struct RunFolder {
     done: bool,
 }
 
+/// A run folder in its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Committed {
+    /// Where it is.
+    pub place: PathBuf,
+    /// Files that lay there and are no run's: they stay.
+    pub kept: Vec<String>,
+}
+
 impl RunFolder {
     /// Makes the partial folder beside `place`.
     ///
     /// # Errors
-    /// When `place` holds something that is not a run folder (it is then left alone), or the system refuses.
+    /// When `place` holds something that is not a run folder with its manifest (it is then left alone), is a link to nothing, or
+    /// the system refuses.
     pub fn create(place: &Path) -> Result<Self, Error> {
-        Self::create_marked(place, MARK)
-    }
-
-    /// The same for a folder that another file marks.
-    ///
-    /// # Errors
-    /// As [`Self::create`].
-    pub fn create_marked(place: &Path, mark: &str) -> Result<Self, Error> {
-        let taken = match fs::read_dir(place) {
-            Ok(mut entries) => entries.next().is_some() && !place.join(mark).is_file(),
-            Err(e) if e.kind() == ErrorKind::NotFound => false,
-            Err(e) => return Err(e),
-        };
-        if taken {
-            let message =
-                format!("{} is not empty and not a run folder with {mark}: nothing is written over", place.display());
-            return Err(Error::new(ErrorKind::AlreadyExists, message));
-        }
+        let place = followed(place)?;
         let name =
             place.file_name().ok_or_else(|| Error::new(ErrorKind::InvalidInput, "the run folder has no name"))?;
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".partial-{}", std::process::id()));
-        let partial = place.with_file_name(hidden);
+        take_back(&place)?;
+        let taken = match fs::read_dir(&place) {
+            Ok(mut entries) => entries.next().is_some() && !place.join(MANIFEST).is_file(),
+            Err(e) if e.kind() == ErrorKind::NotFound => false,
+            Err(e) => return Err(Error::new(e.kind(), format!("{} cannot be a run folder: {e}", place.display()))),
+        };
+        if taken {
+            let message = format!(
+                "{} is not empty and not a run folder with {MANIFEST}: nothing is written over",
+                place.display()
+            );
+            return Err(Error::new(ErrorKind::AlreadyExists, message));
+        }
+        if place.join(MANIFEST).is_file() {
+            // Told before the run, not after it.
+            Manifest::read(&place).map_err(|e| Error::new(ErrorKind::InvalidData, e.to_string()))?;
+        }
+        remove_dead(&place, name);
+        let partial = beside(&place, &format!(".partial-{}", std::process::id()))?;
         if partial.exists() {
             fs::remove_dir_all(&partial)?;
         }
         fs::create_dir_all(&partial)?;
-        Ok(Self { place: place.into(), partial, done: false })
+        Ok(Self { place, partial, done: false })
     }
 
     /// Where to write for now.
@@ -59,12 +77,12 @@ impl RunFolder {
         &self.partial
     }
 
-    /// Moves the complete folder into place; an older run there goes.
+    /// Moves the complete folder into place. The files of an older run there go, all others stay.
     ///
     /// # Errors
     /// When the system refuses; the older run is then still there or beside its place.
-    pub fn commit(mut self) -> Result<PathBuf, Error> {
-        let old = self.partial.with_extension("old");
+    pub fn commit(mut self) -> Result<Committed, Error> {
+        let old = beside(&self.place, ".old")?;
         let had_old = self.place.exists();
         if had_old {
             fs::rename(&self.place, &old)?;
@@ -76,10 +94,8 @@ impl RunFolder {
             return Err(e);
         }
         self.done = true;
-        if had_old {
-            fs::remove_dir_all(&old)?;
-        }
-        Ok(self.place.clone())
+        let kept = if had_old { empty_into(&old, &self.place)? } else { Vec::new() };
+        Ok(Committed { place: self.place.clone(), kept })
     }
 }
 
@@ -92,32 +108,173 @@ impl Drop for RunFolder {
     }
 }
 
+/// The folder that is meant, where `place` is a link.
+fn followed(place: &Path) -> Result<PathBuf, Error> {
+    if !fs::symlink_metadata(place).is_ok_and(|about| about.file_type().is_symlink()) {
+        return Ok(place.to_owned());
+    }
+    let gone = |e: Error| {
+        let to = fs::read_link(place).unwrap_or_default();
+        Error::new(e.kind(), format!("{} is a link to {}, which is not there: {e}", place.display(), to.display()))
+    };
+    place.canonicalize().map_err(gone)
+}
+
+/// `.NAME` with an ending, beside a place.
+fn beside(place: &Path, ending: &str) -> Result<PathBuf, Error> {
+    let name = place.file_name().ok_or_else(|| Error::new(ErrorKind::InvalidInput, "the run folder has no name"))?;
+    let mut hidden = OsString::from(".");
+    hidden.push(name);
+    hidden.push(ending);
+    Ok(place.with_file_name(hidden))
+}
+
+/// What a kill between the two moves of a commit has left: the older run, or what had stayed in its folder.
+fn take_back(place: &Path) -> Result<(), Error> {
+    let old = beside(place, ".old")?;
+    match (old.is_dir(), place.exists()) {
+        (false, _) => Ok(()),
+        (true, false) => fs::rename(&old, place),
+        (true, true) => empty_into(&old, place).map(|_| ()),
+    }
+}
+
+/// Removes the files of a run from its old folder and moves all others into the new one; gives their names. One whose place is taken
+/// by a file of the new run gets `.kept` behind its name.
+fn empty_into(old: &Path, new: &Path) -> Result<Vec<String>, Error> {
+    let own: BTreeSet<String> = Manifest::read(old).map(|m| m.names().map(str::to_owned).collect()).unwrap_or_default();
+    let mut kept = Vec::new();
+    for name in names_below(old)?.into_iter().filter(|name| !own.contains(name)) {
+        let mut to = new.join(&name);
+        while fs::symlink_metadata(&to).is_ok() {
+            to.as_mut_os_string().push(".kept");
+        }
+        if let Some(parent) = to.parent() {
+            fs::create_dir_all(parent)?;
+        }
+        fs::rename(old.join(&name), &to)?;
+        kept.push(to.strip_prefix(new).unwrap_or(&to).display().to_string());
+    }
+    fs::remove_dir_all(old)?;
+    Ok(kept)
+}
+
+/// Removes what processes that are gone have left of their partial folders; only where the system tells which are there.
+fn remove_dead(place: &Path, name: &std::ffi::OsStr) {
+    let processes = Path::new("/proc");
+    if !processes.join("self").exists() {
+        return;
+    }
+    let Some(Ok(entries)) =
+        place.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p }).map(fs::read_dir)
+    else {
+        return;
+    };
+    let begin = format!(".{}.partial-", name.to_string_lossy());
+    for entry in entries.flatten() {
+        let found = entry.file_name();
+        let Some(id) = found.to_str().and_then(|n| n.strip_prefix(&begin)).and_then(|id| id.parse::<u32>().ok()) else {
+            continue;
+        };
+        if !processes.join(id.to_string()).exists() {
+            // Nothing depends on it; the next run tries again.
+            fs::remove_dir_all(entry.path()).ok();
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn write_run(folder: &RunFolder, text: &str) {
+        fs::write(folder.path().join("verdict.json"), text).expect("written");
+        Manifest::of(folder.path(), &[], Path::new("")).expect("listed").write(folder.path()).expect("written");
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        names_below(folder).unwrap_or_default()
+    }
 
     #[test]
     fn complete_runs_replace_and_broken_ones_leave_no_trace() {
         let root = tempfile::tempdir().expect("temporary folder");
         let place = root.path().join("out/run");
-        let names = || fs::read_dir(root.path().join("out")).map_or(0, Iterator::count);
         drop(RunFolder::create(&place).expect("new"));
-        assert_eq!(names(), 0);
+        assert!(names(&root.path().join("out")).is_empty());
         for text in ["first", "second"] {
             let folder = RunFolder::create(&place).expect("new or older run");
-            fs::write(folder.path().join(MARK), text).expect("written");
-            folder.commit().expect("moved");
-            assert_eq!(fs::read_to_string(place.join(MARK)).expect("read"), text);
-            assert_eq!(names(), 1);
+            write_run(&folder, text);
+            assert_eq!(folder.commit().expect("moved").kept, Vec::<String>::new());
+            assert_eq!(fs::read_to_string(place.join("verdict.json")).expect("read"), text);
+            assert_eq!(names(&root.path().join("out")), ["run/manifest.json", "run/verdict.json"]);
         }
+    }
+
+    #[test]
+    fn files_that_are_no_runs_stay_and_are_told() {
+        let root = tempfile::tempdir().expect("temporary folder");
+        let place = root.path().join("run");
+        let folder = RunFolder::create(&place).expect("new");
+        write_run(&folder, "first");
+        folder.commit().expect("moved");
+        fs::create_dir(place.join("photos")).expect("made");
+        fs::write(place.join("photos/part.jpg"), "mine").expect("written");
+        fs::write(place.join("later.csv"), "mine").expect("written");
+        let folder = RunFolder::create(&place).expect("older run");
+        fs::write(folder.path().join("later.csv"), "the run's").expect("written");
+        write_run(&folder, "second");
+        assert_eq!(folder.commit().expect("moved").kept, ["later.csv.kept", "photos/part.jpg"]);
+        assert_eq!(fs::read_to_string(place.join("photos/part.jpg")).expect("kept"), "mine");
+        assert_eq!(fs::read_to_string(place.join("later.csv.kept")).expect("kept"), "mine");
+        assert_eq!(fs::read_to_string(place.join("later.csv")).expect("new"), "the run's");
+        assert!(!root.path().join(".run.old").exists());
+    }
+
+    #[test]
+    fn what_a_kill_has_left_is_taken_back() {
+        let root = tempfile::tempdir().expect("temporary folder");
+        let place = root.path().join("run");
+        let folder = RunFolder::create(&place).expect("new");
+        write_run(&folder, "first");
+        folder.commit().expect("moved");
+        // Killed after the first move.
+        fs::rename(&place, root.path().join(".run.old")).expect("moved");
+        let id = u32::MAX;
+        fs::create_dir(root.path().join(format!(".run.partial-{id}"))).expect("made");
+        let folder = RunFolder::create(&place).expect("older run");
+        assert_eq!(fs::read_to_string(place.join("verdict.json")).expect("taken back"), "first");
+        assert!(!root.path().join(format!(".run.partial-{id}")).exists(), "no process has this number");
+        // Killed after the second one.
+        fs::create_dir(root.path().join(".run.old")).expect("made");
+        fs::write(root.path().join(".run.old/mine.txt"), "mine").expect("written");
+        write_run(&folder, "second");
+        drop(folder);
+        drop(RunFolder::create(&place).expect("older run"));
+        assert_eq!(names(root.path()), ["run/manifest.json", "run/mine.txt", "run/verdict.json"]);
     }
 
     #[test]
     fn a_folder_with_other_things_is_left_alone() {
         let root = tempfile::tempdir().expect("temporary folder");
         fs::write(root.path().join("thesis.txt"), "work of years").expect("written");
+        fs::write(root.path().join("verdict.json"), "of another program").expect("written");
         let error = RunFolder::create(root.path()).expect_err("taken");
         assert!(error.to_string().contains("not a run folder"));
-        assert!(root.path().join("thesis.txt").exists());
+        assert_eq!(names(root.path()), ["thesis.txt", "verdict.json"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_those_to_nothing_refused() {
+        let root = tempfile::tempdir().expect("temporary folder");
+        let (link, real) = (root.path().join("link"), root.path().join("real"));
+        std::os::unix::fs::symlink(&real, &link).expect("linked");
+        assert!(RunFolder::create(&link).expect_err("to nothing").to_string().contains("is not there"));
+        fs::create_dir(&real).expect("made");
+        let folder = RunFolder::create(&link).expect("to a folder");
+        write_run(&folder, "through the link");
+        folder.commit().expect("moved");
+        assert!(real.join("verdict.json").is_file() && link.join("verdict.json").is_file());
     }
 }

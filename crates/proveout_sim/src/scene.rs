@@ -11,10 +11,13 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
-pub use crate::scene_blade::{BladeFile, HelixFile, MethodFile, PlanFile, PlatformFile, RescheduleFile, ThetaUnitFile};
+use crate::names;
+pub use crate::scene_blade::{BladeFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
+pub use crate::scene_plan::{AxisFile, GivenAxisFile, HelixFile, ParameterFile, PathFile, PlanFile, StrategyFile};
+pub use crate::scene_run_limits::RunLimitsFile;
 pub use crate::scene_surface::{
     ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
     SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
@@ -54,6 +57,9 @@ pub struct SceneFile {
     /// Control and dynamics.
     #[serde(default)]
     pub control: ControlFile,
+    /// Where a run ends that would not end by itself.
+    #[serde(default)]
+    pub limits: RunLimitsFile,
     /// Bounds of the gates.
     #[serde(default)]
     pub tolerances: Tolerances,
@@ -132,9 +138,22 @@ pub struct StockFile {
     #[serde(default)]
     #[schemars(with = "Vec<PatchFile>")]
     pub patch: Vec<Spanned<PatchFile>>,
+    /// Density of the material, for the weight of parts that come off; that of steel, 7850, when left out.
+    #[schemars(with = "Option<f64>")]
+    pub density_kg_m3: Option<Spanned<f64>>,
     /// Where the numbers come from.
     #[serde(default)]
     pub source: String,
+}
+
+/// Density of steel, kg/m³: taken where a scene states none.
+const STEEL_KG_M3: f64 = 7850.0;
+
+impl StockFile {
+    /// Density of the material, kg/m³.
+    pub(crate) fn density(&self) -> f64 {
+        self.density_kg_m3.as_ref().map_or(STEEL_KG_M3, |d| *d.get_ref())
+    }
 }
 
 /// Axis-parallel box, mm.
@@ -433,6 +452,15 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let at = file.resolution_mm.span().start;
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
     }
+    // These become names of files and folders.
+    let patches = file.stock.get_ref().patch.iter().map(|p| &p.get_ref().name);
+    let programs = file.program.iter().map(|p| &p.name);
+    for name in std::iter::once(&file.name).chain(programs).chain(patches) {
+        if let Some(message) = names::fault(name) {
+            let at = text.find(&format!("\"{name}\"")).unwrap_or(0);
+            return fault(at, message, names::REMEDY);
+        }
+    }
     let stock = file.stock.get_ref();
     let forms = [
         stock.block.is_some(),
@@ -454,6 +482,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     if of_a_run && stock.from_run.is_none() || stock.repair && stock.mesh.is_none() {
         let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };
         return fault(file.stock.span().start, key.into(), "leave it out, or give the stock in that form");
+    }
+    if let Some(told) = stock.density_kg_m3.as_ref().filter(|d| !(100.0..=25_000.0).contains(d.get_ref())) {
+        let message = format!("density_kg_m3 = {} is no density of a material that is cut", told.get_ref());
+        let help = "write it in kg/m3, 100 to 25000: 7850 for steel, 2700 for aluminum";
+        return Err(ConfigError::at(path, text, told.span().start, message, help));
     }
     if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {
         let message = format!("intervals_per_ray = {} is no number of intervals", told.get_ref());

@@ -1,10 +1,9 @@
-//! Blades, passes over them and re-scheduling, as they stand in a scene.
+//! Blades and re-scheduling, as they stand in a scene.
 
 use std::f64::consts::TAU;
 
 use proveout_geom::blade::{Blade, BladeError, BladeSpec, CamberSection, Platform};
 use proveout_geom::rad;
-use proveout_toolpath::HelicalPass;
 use proveout_toolpath::reschedule::{Method, Quaternion, STheta, ThetaUnit};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -81,66 +80,6 @@ impl BladeFile {
         });
         Blade::new(BladeSpec { section, length: self.length_mm, twist: rad(self.twist_deg_per_mm), platform })
     }
-}
-
-/// A pass of a ball end mill round the blade, as `proveout plan --strategy helix` writes it.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct HelixFile {
-    /// Name of the ball end mill in the tool library.
-    pub tool: String,
-    /// Spindle speed, 1/min.
-    pub spindle_rpm: f64,
-    /// Feed of the ball center, mm/min; written as inverse time, so that it does not depend on the tool axis.
-    pub feed_mm_min: f64,
-    /// Word of the work offset.
-    pub work_offset: String,
-    /// Material left on the blade, mm.
-    #[serde(default)]
-    pub allowance_mm: f64,
-    /// Inclination of the tool axis towards +X, degrees.
-    pub head_tilt_deg: f64,
-    /// Lean of the tool axis from the outward normal towards the travel, degrees.
-    pub lead_deg: f64,
-    /// X of the first contact, mm.
-    pub from_x_mm: f64,
-    /// X of the last contact, mm.
-    pub to_x_mm: f64,
-    /// Advance for each turn, mm.
-    pub pitch_mm: f64,
-    /// Distance of the points on the path of the ball center, mm.
-    pub step_mm: f64,
-    /// Where on the section the pass begins, part of its perimeter from the leading end of the pressure side.
-    pub start: f64,
-    /// Distance of approach and retract from the blade along its normal, mm.
-    pub clearance_mm: f64,
-    /// Corner tolerance that the program asks the control for (CYCLE832), mm.
-    pub tolerance_mm: f64,
-}
-
-impl HelixFile {
-    /// The pass for a ball of this radius, mm.
-    pub fn pass(&self, ball_radius: f64) -> HelicalPass {
-        HelicalPass {
-            ball_radius,
-            allowance: self.allowance_mm,
-            head_tilt: rad(self.head_tilt_deg),
-            lead: rad(self.lead_deg),
-            from_x: self.from_x_mm,
-            to_x: self.to_x_mm,
-            pitch: self.pitch_mm,
-            step: self.step_mm,
-            start: self.start,
-        }
-    }
-}
-
-/// What `proveout plan` makes; one strategy so far.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PlanFile {
-    /// A ball end mill on a helix round the blade.
-    pub helix: HelixFile,
 }
 
 /// A program that is made from another one.

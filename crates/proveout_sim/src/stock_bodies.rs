@@ -86,7 +86,12 @@ impl StockBodies {
 
     /// Cuts a stretch, and follows the bodies through it.
     pub(crate) fn cut(&mut self, cutting: Cutting<'_>, sweeps: &Sweeps<'_>, pieces: &[Piece]) -> Cut {
-        let motion = |p: &Piece| JointMotion { joints: p.joints, time: p.time, slack: p.deviation + self.errors };
+        let motion = |p: &Piece| JointMotion {
+            joints: p.joints,
+            time: p.time,
+            off: p.joint_deviation,
+            slack: p.deviation + self.errors,
+        };
         let motions: Vec<JointMotion> = pieces.iter().map(motion).collect();
         let mut out = Cut::default();
         let (mut piece, mut sweep) = (0, 0);

@@ -179,6 +179,9 @@ pub struct Removal {
     pub volume_mm3: f64,
     /// Stock that is left, mm³.
     pub stock_left_mm3: f64,
+    /// Volume of the parts that were cut off and fell out of the stock, mm³; it is not in `volume_mm3`.
+    #[serde(default)]
+    pub fallen_mm3: f64,
     /// Bound on the distance of a dexel end from the exact swept surface, mm.
     pub sweep_bound_mm: f64,
     /// Distance of neighboring rays, mm: the largest of `cells_mm`.
@@ -458,7 +461,8 @@ pub struct ToolUse {
     pub length_mm: f64,
     /// Removed volume, mm³.
     pub volume_mm3: f64,
-    /// Length of tool that must stand out of the holder so that the holder stays clear of the stock, mm, as far as probed.
+    /// Least length of tool that must stand out of the holder so that nothing comes too near while the tool is in the spindle, mm, found
+    /// by runs of its own (`run --overhang`); null where it was not searched, or where no overhang is clear.
     pub min_overhang_mm: Option<f64>,
 }
 

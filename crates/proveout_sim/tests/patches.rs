@@ -231,14 +231,18 @@ fn a_patch_that_cannot_be_is_one_error_with_its_place() {
         &["engraving", "holds nothing", "along x", "min_mm must be below"],
     );
     assert_eq!(line, 7);
-    refused("1.0", &change("max_mm = [6.3, 8.1, 1]", "max_mm = [6.3, nan, 1]"), &["holds nothing", "along y"]);
+    refused(
+        "1.0",
+        &change("max_mm = [6.3, 8.1, 1]", "max_mm = [6.3, nan, 1]"),
+        &["stock.patch.max_mm", "out of range"],
+    );
     let line =
         refused("1.0", &two(&change("engraving", "second")), &["second", "overlaps", "engraving", "-6.7 to 6.3"]);
     assert_eq!(line, 12);
     let apart = change("-6.7, -4.2, -4", "6.3, -4.2, -4").replace("[6.3, 8.1, 1]", "[9, 8.1, 1]");
     refused("1.0", &two(&apart), &["two patches are named", "engraving"]);
-    refused("1.0", &change("engraving", "../up"), &["../up", "no name", "letters"]);
-    refused("1.0", &change("engraving", ""), &["no name"]);
+    refused("1.0", &change("engraving", "../up"), &["../up", "begins with a point", "letters"]);
+    refused("1.0", &change("engraving", ""), &["is empty"]);
     let out = change("-6.7, -4.2, -4", "30, -4.2, -4").replace("6.3, 8.1, 1", "40, 8.1, 1");
     assert_eq!(refused("1.0", &out, &["outside of the stock", "30", "40", "-20 to 20", "move the box"]), 7);
     refused("1.0", &change("0.0625", "2.0"), &["2 mm", "not finer", "1 mm"]);

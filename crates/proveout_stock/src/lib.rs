@@ -16,6 +16,8 @@
 //! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
 //!   [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
+//! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] – what no longer hangs together, its
+//!   removal, its moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
 //! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
@@ -91,10 +93,12 @@ pub use keeping::file::StockFileError;
 pub use keeping::history::HistoryError;
 pub use keeping::patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use keeping::regrid::Regrid;
+pub use keeping::taken::TakenPart;
 pub use looking::bands::MeshBand;
 pub use looking::contact::Contact;
 pub use looking::depth::{Depths, Measure};
 pub use looking::measure::{Nearest, Outline, Probe, Wall};
+pub use looking::moments::Moments;
 pub use looking::overlap::SolidOverlap;
 pub use looking::parts::StockPart;
 pub use looking::rows::{MeshRows, RayEnd, RayPlace, RaySpan, RowMaterial};

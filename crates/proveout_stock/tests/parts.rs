@@ -6,7 +6,7 @@ mod common;
 use std::f64::consts::{PI, TAU};
 
 use common::{GIB, cuboid, flat, pose, remove};
-use proveout_stock::TriDexel;
+use proveout_stock::{Cells, Interval, TriDexel};
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -77,4 +77,109 @@ fn nothing_is_no_part() {
     let tool = flat(5.0, 30.0);
     stock.sweep(&[remove(0, &tool, pose([-9.0, 1.0, -1.0], UP), pose([9.0, 1.0, -1.0], UP))]);
     assert!(stock.parts().is_empty());
+}
+
+/// All intervals of all rays, set by set.
+fn rays(stock: &TriDexel) -> Vec<Vec<Interval>> {
+    let n = stock.counts();
+    let set = |a: usize| {
+        let [u, v] = [n[(a + 1) % 3], n[(a + 2) % 3]];
+        (0..u * v).map(move |k| stock.ray_intervals(a, k % u, k / u))
+    };
+    (0..3).flat_map(set).collect()
+}
+
+/// A plate that is cut into pieces by slots in several directions, some of them tilted; the cells are no cubes.
+fn pieces() -> (TriDexel, u32) {
+    let bounds = cuboid([0.0; 3], [30.0, 24.0, 6.0]);
+    let mut stock = TriDexel::from_box(&bounds, Cells([0.5, 0.4, 0.3]), GIB).unwrap();
+    stock.keep_history();
+    let tool = flat(0.8, 30.0);
+    let tilted = |c: f64, s: f64| [s, 0.0, c];
+    let moves = [
+        remove(0, &tool, pose([8.0, -3.0, -1.0], UP), pose([8.0, 27.0, -1.0], UP)),
+        remove(1, &tool, pose([20.0, -3.0, -1.0], UP), pose([22.0, 27.0, -1.0], UP)),
+        remove(2, &tool, pose([-3.0, 11.0, -1.0], UP), pose([33.0, 13.0, -1.0], UP)),
+        remove(3, &tool, pose([13.0, -3.0, -1.0], tilted(0.8, 0.6)), pose([13.0, 27.0, -1.0], tilted(0.8, 0.6))),
+        // A shelf: material that hangs over.
+        remove(4, &tool, pose([-3.0, 18.0, 3.0], [0.0, 1.0, 0.0]), pose([33.0, 18.0, 3.0], [0.0, 1.0, 0.0])),
+    ];
+    stock.sweep(&moves);
+    (stock, 4)
+}
+
+#[test]
+fn a_part_is_taken_without_touching_the_rest_and_put_back_bit_for_bit() {
+    let (mut stock, last) = pieces();
+    let (whole, parts) = (rays(&stock), stock.parts());
+    assert!(parts.len() >= 6, "{}", parts.len());
+    assert_eq!(stock.parts_apart(0.0), parts[1..]);
+    let middle = parts[parts.len() / 2].volume_mm3;
+    let large: Vec<_> = parts[1..].iter().filter(|p| p.volume_mm3 >= middle).cloned().collect();
+    assert_eq!(stock.parts_apart(middle), large);
+    assert!(stock.parts_apart(1e9).is_empty());
+    let mut left = parts.len();
+    for part in parts.iter().rev() {
+        let before = rays(&stock);
+        let volumes = [0, 1, 2].map(|a| stock.volume_along(a));
+        let taken = stock.take_part(part, last, 3).unwrap();
+        left -= 1;
+        assert_eq!(stock.parts().len(), left);
+        // Every interval is in one of the two, as it was.
+        let (rest, n) = (rays(&stock), stock.counts());
+        let alone = taken.stock();
+        let mut gone = 0;
+        for (k, (was, is)) in before.iter().zip(&rest).enumerate() {
+            assert!(is.iter().all(|i| was.contains(i)), "ray {k}: {was:?} {is:?}");
+            gone += was.len() - is.len();
+        }
+        assert!(gone > 10 && n == stock.counts());
+        for (a, volume) in volumes.into_iter().enumerate() {
+            let both = stock.volume_along(a) + alone.volume_along(a);
+            assert!((both - volume).abs() < 1e-9 * volume, "{a}: {both} {volume}");
+        }
+        assert!((alone.volume_along(2) - part.volume_mm3).abs() < 1e-9 * part.volume_mm3);
+        assert!(part.lies_in(alone) && alone.parts().len() == 1, "{} parts", alone.parts().len());
+        // The part's surface is closed and holds its volume.
+        let mesh = alone.surface().mesh;
+        assert!((mesh.volume() / part.volume_mm3 - 1.0).abs() < 0.05, "{} {}", mesh.volume(), part.volume_mm3);
+        // Back: the same stock, with the same history.
+        let out = rays(&stock);
+        stock.put_back(taken);
+        assert_eq!(rays(&stock), before);
+        assert_eq!(rays(&stock.after(last).unwrap()), before);
+        stock.take_part(part, last, 3).unwrap();
+        assert_eq!(rays(&stock), out);
+    }
+    assert!(stock.is_empty());
+    // The history knows the way: before the last item nothing was taken.
+    assert_eq!(rays(&stock.after(last).unwrap()), rays(&stock));
+    let earlier = rays(&stock.after(last - 1).unwrap());
+    assert!(earlier.iter().flatten().count() > 0);
+    let raw = rays(&stock.before_all().unwrap());
+    assert!(raw.iter().all(|r| r.len() == 1));
+    assert_ne!(whole, earlier);
+}
+
+#[test]
+fn moments_are_those_of_a_box_and_of_a_cylinder() {
+    let bounds = cuboid([1.0, -4.0, 100.0], [11.0, 2.0, 104.0]);
+    let m = TriDexel::from_box(&bounds, 0.5, GIB).unwrap().moments().unwrap();
+    let size = bounds.size();
+    assert!((m.volume - size.product()).abs() < 1e-9 && (m.center - bounds.center()).norm() < 1e-9);
+    for c in 0..3 {
+        let (u, v) = (size[(c + 1) % 3], size[(c + 2) % 3]);
+        let want = m.volume * (u * u + v * v) / 12.0;
+        assert!((m.inertia[(c, c)] / want - 1.0).abs() < 1e-9, "{c}: {} {want}", m.inertia[(c, c)]);
+        assert!(m.inertia[(c, (c + 1) % 3)].abs() < 1e-9 * want);
+    }
+    let (r, h) = (6.0, 4.0);
+    let stock = plug(0.0);
+    let part = stock.parts()[1].clone();
+    let alone = stock.clone().take_part(&part, 179, 179).unwrap();
+    let m = alone.stock().moments().unwrap();
+    assert!((m.volume / (PI * r * r * h) - 1.0).abs() < 0.005, "{}", m.volume);
+    assert!((m.inertia[(2, 2)] / (0.5 * m.volume * r * r) - 1.0).abs() < 0.01);
+    let across = m.volume * (3.0 * r * r + h * h) / 12.0;
+    assert!((m.inertia[(0, 0)] / across - 1.0).abs() < 0.01 && (m.inertia[(1, 1)] / across - 1.0).abs() < 0.01);
 }

@@ -46,6 +46,8 @@ pub struct Tool {
     pub gauge_length: f64,
     /// Length of the flutes from the tip, mm.
     pub flute_length: f64,
+    /// Length of the cutting tool without holder, mm, where known.
+    pub overall_length: Option<f64>,
     /// Number of flutes, where known.
     pub flutes: Option<u32>,
     /// Whether the cutting edges reach the center, so that it may plunge, where known.

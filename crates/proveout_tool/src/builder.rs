@@ -50,6 +50,7 @@ impl ToolBuilder {
             bodies: Vec::new(),
             gauge_length,
             flute_length,
+            overall_length: None,
             flutes: None,
             center_cutting: None,
             max_ramp_angle: None,
@@ -150,6 +151,7 @@ impl ToolBuilder {
             if overall < nose - JOIN_MM {
                 return refuse("overall_length_mm", overall, format!("must be at least {nose} mm to reach the holder"));
             }
+            self.tool.overall_length = Some(overall);
         }
         let cutter_radius = if own_neck.end()[0] > 0.0 { own_neck.end()[0] } else { flutes.end()[0] };
         self.add(Role::Cutting, &flutes)?;

@@ -16,16 +16,6 @@ pub enum ToolError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file is larger than any library is.
-    #[error("the tool library {} has {bytes} bytes; at most {limit} are read", file.display())]
-    TooLarge {
-        /// The file.
-        file: PathBuf,
-        /// Its size.
-        bytes: u64,
-        /// The largest size read.
-        limit: u64,
-    },
     /// Something in it is wrong.
     #[error(transparent)]
     Defect(Box<Defect>),

@@ -21,6 +21,7 @@
 
 mod assembly;
 mod builder;
+mod clamping;
 mod cutter;
 mod edges;
 mod entry;

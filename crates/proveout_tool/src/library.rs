@@ -1,8 +1,9 @@
 //! Tool libraries and their files.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
+
+use proveout_geom::{OutOfRange, check_quantities, read_regular_text};
 
 use crate::cutter::ShapeError;
 use crate::entry::{schema, tool_of};
@@ -44,14 +45,8 @@ impl ToolLibrary {
     /// # Errors
     /// The first defect with file, line, column, key, value and remedy; nothing is filled in silently.
     pub fn read(path: &Path) -> Result<Self, ToolError> {
-        let fail = |source| ToolError::Read { file: path.to_owned(), source };
-        let file = std::fs::File::open(path).map_err(fail)?;
-        let bytes = file.metadata().map_err(fail)?.len();
-        if bytes > LARGEST_FILE_BYTES {
-            return Err(ToolError::TooLarge { file: path.to_owned(), bytes, limit: LARGEST_FILE_BYTES });
-        }
-        let mut text = String::new();
-        file.take(LARGEST_FILE_BYTES).read_to_string(&mut text).map_err(fail)?;
+        let text = read_regular_text(path, LARGEST_FILE_BYTES)
+            .map_err(|source| ToolError::Read { file: path.to_owned(), source })?;
         Self::from_text(path, &text)
     }
 
@@ -87,6 +82,11 @@ impl ToolLibrary {
         let file: LibraryFile = toml::from_str(text).map_err(|e| {
             let message = format!("is not accepted: {}", e.message());
             places.defect(&e.span().unwrap_or(0..0), "", message, String::new())
+        })?;
+        check_quantities(text).map_err(|e| {
+            let key = e.key.rsplit('.').next().unwrap_or_default();
+            let message = format!("is out of range: {} to {}", e.least, e.most);
+            places.defect(&e.span, key, message, OutOfRange::REMEDY.to_owned())
         })?;
         let mut library = Self { file: name.to_owned(), description: file.description, ..Self::default() };
         let mut numbers = BTreeMap::new();

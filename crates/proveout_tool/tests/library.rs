@@ -101,7 +101,8 @@ fn each_defect_is_refused_at_its_line_and_key() {
     refused(&with("", "diameter_mm"), 1, "diameter_mm", "kind \"flat\" needs diameter_mm");
     refused(&with("diameter_mm = -10.0", "diameter_mm"), 5, "diameter_mm", "= -10.0 must be above 0");
     refused(&with("diameter_mm = nan", "diameter_mm"), 5, "diameter_mm", "finite");
-    refused(&with("diameter_mm = 2e5", "diameter_mm"), 5, "diameter_mm", "at most 10000 mm");
+    refused(&with("diameter_mm = 2e5", "diameter_mm"), 5, "diameter_mm", "out of range: -100000 to 100000");
+    refused(&with("diameter_mm = 2e4", "diameter_mm"), 5, "diameter_mm", "at most 10000 mm");
     refused(&with("diameter_mm = \"10\"", "diameter_mm"), 5, "diameter_mm", "must be a number");
     refused(&with("kind = \"bal\"", "kind"), 4, "kind", "did you mean \"ball\"");
     refused(&with("kind = \"ball_bearing_factory\"", "kind"), 4, "kind", "must be one of ball, flat");

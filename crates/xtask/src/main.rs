@@ -11,6 +11,7 @@ mod cone_frustum;
 mod experiments;
 mod figures;
 mod files;
+mod jobs;
 mod machine_models;
 #[cfg(feature = "schemas")]
 mod schemas;
@@ -40,6 +41,7 @@ cargo xtask COMMAND
   deps             which crate uses which
   cone-frustum     write the programs of scenes/cone-frustum
   machine-models   write the glTF models of machines/ and the body tables of their machine.toml
+  jobs DIR         write scenes that stand for what a user waits for, to be timed with `proveout run`
   schemas          write docs/schemas
   experiments DIR  write docs/experiments.md from the compare.json of these folders, made by `proveout compare`
   figures          make the runs of docs/figures.toml and fill the figures of the pages; --run NAME: that run (also a long one),
@@ -72,6 +74,12 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             let workspace = workspace::Workspace::read(&root)?;
             print!("{}", checks::layers::table(&workspace));
             checks::layers::check(&workspace).map(|_| ())
+        }
+        ["jobs", out] => {
+            for scene in jobs::write(&root, Path::new(out))? {
+                println!("{}", scene.display());
+            }
+            Ok(())
         }
         ["schemas", options @ ..] => schemas(&root, options),
         ["experiments", words @ ..] if words.iter().any(|w| *w != "--check") => experiments(&root, words),

@@ -19,16 +19,17 @@ use proveout_sim::{
 
 use crate::{
     args::CompareArgs,
-    commands::run::{dynamics, pool, recorder, word},
+    commands::run::{check_viewer, complete, dynamics, pool, recorder, word},
     failure::Failure,
     host::run_info,
     progress::Progress,
 };
 
-/// Compares the programs of a scene; true when all of them and all criteria pass.
-pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
+/// Compares the programs of a scene; the verdict over all of them and all criteria.
+pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
     let begin = Instant::now();
     let (threads, pool) = pool(args.resolution_mm, args.threads)?;
+    check_viewer(args.rerun)?;
     let choice = CompareChoice {
         baseline: args.baseline.clone(),
         resolution_mm: args.resolution_mm,
@@ -37,7 +38,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
     let failure = |e: SimError| Failure::from(&e);
     let mut comparing = pool.install(|| Comparing::read(&args.scene, &choice)).map_err(failure)?;
     let place = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-compare", comparing.scene())));
-    let folder = RunFolder::create_marked(&place, "compare.json").map_err(|e| failure(SimError::Folder(e)))?;
+    let folder = RunFolder::create(&place).map_err(|e| failure(SimError::Folder(e)))?;
 
     let bar = motion_bar();
     let plain = bar.is_hidden();
@@ -51,9 +52,13 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
     pool.install(|| comparing.vary(&told)).map_err(failure)?;
     bar.finish_and_clear();
 
+    let (mut inputs, mut scene_folder) = (Vec::new(), PathBuf::new());
     let mut traces: Vec<(String, Arc<Mutex<Trace>>)> = Vec::new();
     for name in comparing.order() {
         let Some(prepared) = comparing.take(&name) else { continue };
+        inputs.extend(prepared.inputs.iter().cloned());
+        let scene = prepared.scene.clone();
+        scene_folder.clone_from(&scene.folder);
         let place = folder.path().join(comparing.folder(&name));
         fs::create_dir_all(&place).map_err(|e| failure(SimError::Folder(e)))?;
         let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
@@ -64,7 +69,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
             traces.push((name.clone(), trace));
         }
         let (result, surface) = pool.install(|| prove(prepared, watchers, &place)).map_err(failure)?;
-        write_run_json(&place, &run_info(&result, threads, false))
+        write_run_json(&place, &run_info(&result, &scene.path, threads, false))
             .map_err(|e| Failure::new(format!("run.json: {e}")))?;
         pool.install(|| comparing.add(&name, result, &surface));
     }
@@ -77,9 +82,9 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<bool, Failure> {
     };
     let traces: Vec<Trace> = compared.comparison.order.iter().map(trace).collect();
     write_comparison(folder.path(), &compared, &traces).map_err(Failure::new)?;
-    let place = folder.commit().map_err(|e| failure(SimError::Folder(e)))?;
+    let place = complete(folder, &inputs, &scene_folder)?;
     print_summary(&compared, &place, begin.elapsed().as_secs_f64());
-    Ok(compared.comparison.verdict == State::Pass)
+    Ok(compared.comparison.verdict)
 }
 
 fn motion_bar() -> ProgressBar {

@@ -68,6 +68,7 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
     number("path.max_axis_error_deg", a.path.max_axis_error_deg, b.path.max_axis_error_deg);
     number("removal.volume_mm3", Some(a.removal.volume_mm3), Some(b.removal.volume_mm3));
     number("removal.stock_left_mm3", Some(a.removal.stock_left_mm3), Some(b.removal.stock_left_mm3));
+    number("removal.fallen_mm3", Some(a.removal.fallen_mm3), Some(b.removal.fallen_mm3));
     number("deviation.gouge_max_mm", a.deviation.gouge_max_mm, b.deviation.gouge_max_mm);
     number("deviation.excess_max_mm", a.deviation.excess_max_mm, b.deviation.excess_max_mm);
     number("deviation.mean_mm", a.deviation.mean_mm, b.deviation.mean_mm);

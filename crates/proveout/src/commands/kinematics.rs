@@ -5,7 +5,11 @@ use std::{
 
 use proveout_machine::{Direction, Machine, kinematics_csv};
 
-use crate::{args::KinematicsArgs, commands::plan::write, failure::Failure};
+use crate::{
+    args::KinematicsArgs,
+    commands::output_file::{check, put_bytes},
+    failure::Failure,
+};
 
 /// Converts joint positions and tool poses, CSV to CSV.
 pub(crate) fn kinematics(args: &KinematicsArgs) -> Result<(), Failure> {
@@ -32,8 +36,9 @@ pub(crate) fn kinematics(args: &KinematicsArgs) -> Result<(), Failure> {
         let output = BufWriter::new(io::stdout().lock());
         return kinematics_csv(&machine, input, output, direction, length).map(|_| ()).map_err(wrong);
     };
+    check(file, args.force)?;
     // A file is written when the whole table is good.
     let mut table = Vec::new();
     kinematics_csv(&machine, input, &mut table, direction, length).map_err(wrong)?;
-    write(file, &table)
+    put_bytes(file, args.force, &table)
 }

@@ -3,7 +3,10 @@ use std::path::Path;
 use proveout_record::{write_json, write_section_csv, write_section_svg};
 use proveout_sim::measure::{Answers, Questions, measure as ask};
 
-use super::texture;
+use super::{
+    output_file::{check, put},
+    texture,
+};
 use crate::{args::MeasureArgs, failure::Failure};
 
 /// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a texture stays unchecked.
@@ -41,15 +44,18 @@ fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
             .with_help("add --section z=12.5, --distance 10,0,5 or --wall 0,-3,-1,0,1,0"));
     }
     let ending = args.out.as_deref().map(|out| ending(out, questions.section.is_some())).transpose()?;
+    args.out.as_deref().map_or(Ok(()), |out| check(out, args.force))?;
     let answers = ask(&questions).map_err(|e| Failure::from(&e))?;
     print(&answers);
     let (Some(out), Some(ending)) = (&args.out, ending) else { return Ok(()) };
-    let written = match (ending, &answers.section) {
-        (Ending::Svg, Some(section)) => write_section_svg(out, section),
-        (Ending::Csv, Some(section)) => write_section_csv(out, section),
-        _ => write_json(out, &answers),
-    };
-    written.map_err(Failure::new)?;
+    put(out, args.force, |out| {
+        let written = match (ending, &answers.section) {
+            (Ending::Svg, Some(section)) => write_section_svg(out, section),
+            (Ending::Csv, Some(section)) => write_section_csv(out, section),
+            _ => write_json(out, &answers),
+        };
+        written.map_err(Failure::new)
+    })?;
     say!("written: {}", out.display());
     Ok(())
 }

@@ -12,6 +12,9 @@ use proveout_tool::{ToolId, ToolLibrary};
 use super::reader::{self, dialect_of};
 use crate::{args::NcArgs, failure::Failure};
 
+/// Text that leaves at once: some hundred lines, so that the time of a call to the system does not count.
+const OUTPUT_BYTES: usize = 1 << 16;
+
 /// Where the commands go.
 enum Sink<'a, W> {
     Json(JsonWriter, W),
@@ -97,7 +100,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
         _ => settings,
     };
     let program = Program::open(&args.program, &settings).map_err(|e| Failure::from(&SimError::from(e)))?;
-    let mut out = BufWriter::new(io::stdout().lock());
+    let mut out = BufWriter::with_capacity(OUTPUT_BYTES, io::stdout().lock());
     let mut sink = match target {
         None => Sink::Json(JsonWriter::new(), out),
         Some(to) => Sink::Post(post_for(to, format(args, program.dialect(), to), &mut out).map_err(unsaid)?),

@@ -1,39 +1,90 @@
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
 use proveout_sim::{
-    Prepared, SimError,
+    Prepared, SimError, planning,
     programs::{self, Rescheduling},
-    scene::{MethodFile, Scene},
+    scene::{MethodFile, Scene, StrategyFile},
 };
 use proveout_tool::ToolLibrary;
 
 use crate::{
     args::{PlanArgs, RescheduleArgs, StrategyArg},
+    commands::output_file::{check, put_bytes},
     failure::Failure,
 };
 
-/// Writes a program for the blade of a scene.
+/// Writes a program for the blade of a scene, or compares its plans.
 pub(crate) fn plan(args: &PlanArgs) -> Result<(), Failure> {
-    let work = || -> Result<String, SimError> {
-        let scene = Scene::read(&args.scene)?;
-        let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
-        let commands = match args.strategy {
-            StrategyArg::Helix => {
-                let machine = Machine::read(&scene.resolve(&scene.file.machine))?;
-                programs::helix(&scene, &machine, &tools)?
-            }
-        };
-        let settings = Prepared::reader_settings(&scene, None)?;
-        programs::text(&commands, language(&args.output), &settings)
+    for file in args.output.iter().chain(&args.report) {
+        check(file, args.force)?;
+    }
+    let failure = |e: SimError| Failure::from(&e);
+    let scene = Scene::read(&args.scene).map_err(|e| failure(e.into()))?;
+    let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| failure(e.into()))?;
+    let machine = Machine::read(&scene.resolve(&scene.file.machine)).map_err(|e| failure(e.into()))?;
+    let (Some(strategy), Some(output)) = (args.strategy, &args.output) else {
+        return study(&scene, &machine, &tools);
     };
-    let text = work().map_err(|e| Failure::from(&e))?;
-    write(&args.output, &text)
+    let commands = match strategy_file(strategy) {
+        None => {
+            if args.report.is_some() {
+                return Err(Failure::new("--report does not go with --strategy helix")
+                    .with_help("compare `proveout run`, which tells what the program asks of the joints"));
+            }
+            programs::helix(&scene, &machine, &tools).map_err(failure)?
+        }
+        Some(strategy) => {
+            let planned = planning::plan(&scene, &machine, &tools, strategy).map_err(failure)?;
+            tell!("{}", planned.report.text().trim_end());
+            if let Some(path) = &args.report {
+                let json = serde_json::to_string_pretty(&planned.report);
+                let json = json.map_err(|e| Failure::new(format!("the report cannot be written: {e}")))?;
+                put_bytes(path, args.force, json)?;
+            }
+            planned.commands
+        }
+    };
+    let settings = Prepared::reader_settings(&scene, None).map_err(|e| failure(e.into()))?;
+    let text = programs::text(&commands, language(output), &settings).map_err(failure)?;
+    put_bytes(output, args.force, &text)
+}
+
+fn strategy_file(strategy: StrategyArg) -> Option<StrategyFile> {
+    match strategy {
+        StrategyArg::Helix => None,
+        StrategyArg::Transverse => Some(StrategyFile::Transverse),
+        StrategyArg::IsoParametric => Some(StrategyFile::IsoParametric),
+        StrategyArg::IsoPlanar => Some(StrategyFile::IsoPlanar),
+        StrategyArg::Pocket => Some(StrategyFile::Pocket),
+        StrategyArg::ConstantScallop => Some(StrategyFile::ConstantScallop),
+        StrategyArg::QuasiCircle => Some(StrategyFile::QuasiCircle),
+        StrategyArg::Row => Some(StrategyFile::Row),
+        StrategyArg::PointRoughing => Some(StrategyFile::PointRoughing),
+    }
+}
+
+/// All plans of a scene side by side.
+fn study(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<(), Failure> {
+    let plans = scene.file.plan.as_ref();
+    let given = StrategyFile::NAMES.into_iter().filter(|(_, s)| plans.is_some_and(|p| s.of(p).is_some()));
+    let mut reports = Vec::new();
+    for (_, strategy) in given {
+        let planned = planning::plan(scene, machine, tools, strategy).map_err(|e| Failure::from(&e))?;
+        reports.push(planned.report);
+    }
+    if reports.is_empty() {
+        return Err(Failure::new(format!("{}: the scene has no plan by contacts to compare", scene.path.display()))
+            .with_help("add tables such as [plan.quasi-circle] and [plan.iso-parametric]"));
+    }
+    tell!("{}", planning::PlanReport::table(&reports).trim_end());
+    Ok(())
 }
 
 /// Writes a program of a scene with new tool axes.
 pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
+    check(&args.output, args.force)?;
     let Some(&(_, method)) = MethodFile::NAMES.iter().find(|(name, _)| *name == args.method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
         return Err(Failure::new(format!("method {:?} is not known", args.method))
@@ -50,7 +101,7 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         work.file.set(key.trim(), value.trim()).map_err(wrong)?;
     }
     let text = work.text(&scene, language(&args.output)).map_err(failure)?;
-    write(&args.output, &text)?;
+    put_bytes(&args.output, args.force, &text)?;
     tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source.name, options(&work));
     Ok(())
 }
@@ -73,16 +124,4 @@ fn language(path: &Path) -> Dialect {
         (Dialect::Auto, _) => Dialect::Siemens840d,
         (dialect, _) => dialect,
     }
-}
-
-/// Writes a file beside its place and moves it there.
-pub(super) fn write(path: &Path, text: impl AsRef<[u8]>) -> Result<(), Failure> {
-    let fail = |e: std::io::Error| {
-        Failure::new(format!("{} cannot be written: {e}", path.display())).with_help("name another file")
-    };
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    std::fs::write(&beside, text).map_err(fail)?;
-    std::fs::rename(&beside, path).map_err(fail)
 }

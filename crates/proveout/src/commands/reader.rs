@@ -70,6 +70,13 @@ pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &P
         }
         settings.subprogram_folders.push(folder.clone());
     }
+    if let Some(reason) = &args.without_subprograms {
+        if reason.trim().is_empty() {
+            return Err(Failure::new("--without-subprograms has no reason")
+                .with_help("write why what they do may be left out of the proof"));
+        }
+        settings.missing_subprogram = Some(reason.clone());
+    }
     Ok(match machine {
         Some(machine) => with_machine(settings, machine),
         None => settings,

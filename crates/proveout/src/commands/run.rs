@@ -1,8 +1,10 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
-    Choice, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
+    Choice, Committed, Manifest, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
+    digest::InputFile,
+    overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
     run::{RunResult, run as prove},
     scene::{DynamicsFile, PlantFile},
     verdict::{State, Verdict},
@@ -15,10 +17,17 @@ use crate::{
     progress::Progress,
 };
 
-/// Runs a scene; true when the verdict is pass.
-pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
+/// Most worker threads: above the number of processors they only take memory.
+const MAX_THREADS: usize = 512;
+/// Where a viewer listens (its own default), and how long it may take to answer.
+const VIEWER_PORT: u16 = 9876;
+const VIEWER_ANSWERS: std::time::Duration = std::time::Duration::from_millis(500);
+
+/// Runs a scene; the verdict, with what the call accepts.
+pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     let (threads, pool) = pool(args.resolution_mm, args.threads)?;
-    let choice = Choice {
+    check_viewer(args.rerun)?;
+    let mut choice = Choice {
         program: args.program.clone(),
         nc: args.nc.clone(),
         resolution_mm: args.resolution_mm,
@@ -31,7 +40,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
             RerunArg::Off => Recorded::Folder,
             _ => Recorded::Recording,
         },
+        ..Choice::default()
     };
+    let overhangs = if args.overhang {
+        let search = || least_overhangs(&args.scene, &choice, &mut |run| tell!("overhang: {run}"));
+        pool.install(search).map_err(|e| Failure::from(&e))?
+    } else {
+        Vec::new()
+    };
+    choice.least_overhang_mm = by_tool(&overhangs);
     let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
     let prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
     if let Some(note) = &prepared.control_note {
@@ -41,15 +58,55 @@ pub(crate) fn run(args: &RunArgs) -> Result<bool, Failure> {
         PathBuf::from("out").join(format!("{}-{}", prepared.scene.file.name, prepared.program_name))
     });
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
+    let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
     watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
     let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
     drop(watchers);
-    write_run_json(folder.path(), &run_info(&result, threads, true))
+    write_run_json(folder.path(), &run_info(&result, &scene.path, threads, true))
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
-    let place = folder.commit().map_err(|e| Failure::from(&SimError::Folder(e)))?;
+    let place = complete(folder, &inputs, &scene.folder)?;
     print_summary(&result, &place);
-    Ok(result.verdict.verdict == State::Pass)
+    if args.overhang {
+        print_overhangs(&overhangs);
+    }
+    Ok(accepted(&result.verdict, &args.accept_unchecked))
+}
+
+/// Writes the manifest and moves a folder into its place; tells what stays there.
+pub(super) fn complete(folder: RunFolder, inputs: &[InputFile], scene_folder: &Path) -> Result<PathBuf, Failure> {
+    let failure = |e: std::io::Error| Failure::from(&SimError::Folder(e));
+    Manifest::of(folder.path(), inputs, scene_folder).and_then(|m| m.write(folder.path())).map_err(failure)?;
+    let Committed { place, kept } = folder.commit().map_err(failure)?;
+    for name in &kept {
+        tell!("note: {} is of no run and stays", place.join(name).display());
+    }
+    Ok(place)
+}
+
+/// The verdict of a run; unchecked gates that the call accepts count as passed, and are told.
+fn accepted(verdict: &Verdict, gates: &[String]) -> State {
+    let unchecked: Vec<&str> =
+        verdict.gates.iter().filter(|g| g.state == State::Unchecked).map(|g| g.name.as_str()).collect();
+    if verdict.verdict != State::Unchecked || unchecked.is_empty() {
+        return verdict.verdict;
+    }
+    let open: Vec<&str> = unchecked.iter().copied().filter(|name| !gates.iter().any(|g| g == name)).collect();
+    if open.is_empty() {
+        say!("\n  unchecked, and accepted by the call: {}", unchecked.join(", "));
+        return State::Pass;
+    }
+    State::Unchecked
+}
+
+/// Refuses a call that wants a running viewer where none answers, before the run takes its time.
+pub(super) fn check_viewer(rerun: RerunArg) -> Result<(), Failure> {
+    let RerunArg::Connect = rerun else { return Ok(()) };
+    let address = std::net::SocketAddr::from(([127, 0, 0, 1], VIEWER_PORT));
+    std::net::TcpStream::connect_timeout(&address, VIEWER_ANSWERS).map(|_| ()).map_err(|e| {
+        Failure::new(format!("--rerun connect: no viewer answers at {address}: {e}"))
+            .with_help("start it with `rerun` before, or let `--rerun spawn` start it")
+    })
 }
 
 /// Tells what the run will hold, before the stock is made.
@@ -81,6 +138,10 @@ pub(super) fn pool(cell: Option<f64>, threads: Option<usize>) -> Result<(usize, 
     if threads == 0 {
         return Err(Failure::new("--threads 0: at least one is needed"));
     }
+    if threads > MAX_THREADS {
+        return Err(Failure::new(format!("--threads {threads}: at most {MAX_THREADS} are started"))
+            .with_help("leave it out: one thread a processor is the fastest"));
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|e| Failure::new(format!("{threads} threads cannot be started: {e}")))?;
     Ok((threads, pool))
@@ -103,7 +164,7 @@ pub(super) fn recorder(argument: RerunArg) -> RerunMode {
     }
 }
 
-fn print_summary(result: &RunResult, place: &std::path::Path) {
+fn print_summary(result: &RunResult, place: &Path) {
     let v: &Verdict = &result.verdict;
     say!("\n{}: {}  (program {})\n", word(v.verdict).to_uppercase(), v.scene, v.program);
     for gate in &v.gates {
@@ -163,6 +224,37 @@ fn print_summary(result: &RunResult, place: &std::path::Path) {
         place.join("report.html").display(),
         place.display()
     );
+}
+
+fn print_overhangs(found: &[Overhang]) {
+    say!("\n  overhang: the least that is clear, to {STEP_MM} mm; each was run");
+    for o in found {
+        let now = o.now_mm;
+        match (o.least_mm, &o.too_short) {
+            (Some(least), Some((short, fault))) => {
+                let change = least - now;
+                let words = if change > 0.0 { "too short by" } else { "not needed" };
+                let change = change.abs();
+                say!(
+                    "    {:<24} {least:>8.1} mm; clamped {now:.1} mm, {words} {change:.1} mm; at {short:.1} mm: {fault}",
+                    o.tool
+                );
+            }
+            (Some(least), None) => {
+                say!(
+                    "    {:<24} {least:>8.1} mm; clamped {now:.1} mm; the shortest that the holder grips is clear",
+                    o.tool
+                );
+            }
+            (None, Some((short, fault))) => {
+                say!("    {:<24} none up to {short:.1} mm is clear: {fault}", o.tool);
+            }
+            (None, None) => {}
+        }
+    }
+    if found.is_empty() {
+        say!("    no tool of the program has a holder that grips a cylinder");
+    }
 }
 
 fn bound(seconds: Option<f64>) -> String {

@@ -80,7 +80,7 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
         say!("{}", report.to_string().trim_end());
     }
     if let (Some(out), Some(ending)) = (&args.out, ending) {
-        write(out, ending, &answer, &read.measured)?;
+        super::output_file::put(out, args.force, |beside| write(beside, ending, &answer, &read.measured))?;
         if !args.json {
             say!("written: {}", out.display());
         }

@@ -59,6 +59,8 @@ const NOISE: &[(&str, &str)] = &[
     (r"computed in [0-9.]+ s", "computed in [time]"),
     (r"together [0-9.]+ of", "together [n] of"),
     (r"[0-9.]+ MiB", "[n] MiB"),
+    // The folder of the sandbox.
+    (r"(?m)^/\S+/part: ", "[sandbox]/part: "),
 ];
 
 #[test]

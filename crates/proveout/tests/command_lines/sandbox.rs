@@ -98,7 +98,7 @@ pub(crate) fn sandbox() -> TempDir {
     // In place of the viewer.
     write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
-    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks"] {
+    for name in ["cone-frustum", "li-2022-s-theta", "axis-cross", "face-mill-marks", "planned-blade"] {
         smaller(&root.join("scenes").join(name), &to.join("scenes").join(name));
     }
     folder

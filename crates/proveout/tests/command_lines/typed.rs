@@ -30,6 +30,7 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("measure", "--wall", "X,Y,Z,DX,DY,DZ", "0,-30,-1,0,1,0"),
     ("diff", "", "RUN_A", "out/part-main"),
     ("diff", "", "RUN_B", "out/part-other"),
+    ("verify", "", "RUN", "out/part-main"),
     ("view", "", "RUN", "out/part-main"),
 ];
 

@@ -93,14 +93,16 @@ pub struct StockBreach {
     pub end_time: Option<f64>,
 }
 
-/// A straight motion of the joints.
+/// A motion of the joints, straight but for a little.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointMotion {
     /// Joints at both ends.
     pub joints: [JointValues; 2],
     /// Begin and end, s.
     pub time: [f64; 2],
-    /// By how much the true motion of any point may leave the straight one, mm.
+    /// By how much each joint may leave the straight motion, mm and radian: at every moment all of them are so near to one place of it.
+    pub off: JointValues,
+    /// By how much a point may be elsewhere than its joints say, mm.
     pub slack: f64,
 }
 

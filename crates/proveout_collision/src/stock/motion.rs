@@ -17,9 +17,12 @@ const SLACK_MM: f64 = 2e-4;
 const TOLERANCE_MM: f64 = 5e-3;
 /// Motion of a body that stands in the stock between two looks at its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
-/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last.
-const FIRST_REACH_MM: f64 = 100.0;
-const LAST_REACH_MM: f64 = 3200.0;
+/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last. Short: a search among the rays
+/// that ends nearby is cheap, and one that finds the very nearest of far ones is not.
+const FIRST_REACH_MM: f64 = 20.0;
+const LAST_REACH_MM: f64 = 80.0;
+/// Where the box of the raw stock is farther than the wanted clearance and this, mm, the rays are not asked: it is almost as near.
+const BOX_ENOUGH_MM: f64 = 10.0;
 /// A jump between motions up to this length counts as rounding, mm.
 const JOIN_MM: f64 = 1e-3;
 
@@ -129,14 +132,16 @@ impl StockCheck {
 
     fn one(&mut self, stock: &TriDexel, motion: &JointMotion, exact: bool) -> bool {
         let [from, to] = motion.joints;
-        if !(from.is_finite() && to.is_finite() && motion.slack.is_finite()) {
+        if !(from.is_finite() && to.is_finite() && motion.off.is_finite() && motion.slack.is_finite()) {
             self.fail_all(motion.time[0]);
             self.motions += 1;
             return true;
         }
         self.join(&from);
-        let low = self.envelope.include(&self.machine, &from);
-        if self.envelope.include(&self.machine, &to) || low {
+        let low = from.zip_map(to, f64::min).zip_map(motion.off, |q, e| q - e);
+        let high = from.zip_map(to, f64::max).zip_map(motion.off, |q, e| q + e);
+        let grown = self.envelope.include(&self.machine, &low);
+        if self.envelope.include(&self.machine, &high) || grown {
             self.recompute_weights();
         }
         let mut way = [0.0; MAX_JOINTS];
@@ -144,7 +149,8 @@ impl StockCheck {
             *m = (b - a).abs();
         }
         let used = dot(&self.largest_weights, &way);
-        if self.spent + used + motion.slack < self.budget {
+        let aside = motion.slack + dot(&self.largest_weights, &motion.off.0);
+        if self.spent + used + aside < self.budget {
             self.spent += used;
             self.walk(&way);
         } else if !self.examine(&Step { stock, motion, way, exact }) {
@@ -160,7 +166,7 @@ impl StockCheck {
         let mut before: Vec<(usize, Known)> = Vec::new();
         for i in 0..self.bodies.len() {
             let body = &self.bodies[i];
-            let left = body.lower(&self.path) - dot(&body.known.weights, &step.way) - step.motion.slack;
+            let left = body.lower(&self.path) - dot(&body.known.weights, &step.way) - self.slack(i, step);
             if left > self.threshold(i) {
                 continue;
             }
@@ -179,6 +185,12 @@ impl StockCheck {
         true
     }
 
+    /// By how much a body may be nearer than the straight motion of the joints says, mm: with weights w (how far it moves against the stock
+    /// for a unit of each joint) joints that are off by e bring it nearer by at most `sum w_j e_j`.
+    fn slack(&self, i: usize, step: &Step<'_>) -> f64 {
+        step.motion.slack + dot(&self.bodies[i].known.weights, &step.motion.off.0)
+    }
+
     /// Distance above which nothing needs to be known of a body, mm.
     fn threshold(&self, i: usize) -> f64 {
         match self.bodies[i].known.state {
@@ -191,7 +203,7 @@ impl StockCheck {
     /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a stock that is too old.
     fn follow_body(&mut self, i: usize, step: &Step<'_>) -> bool {
         let mu = dot(&self.bodies[i].known.weights, &step.way);
-        let slack = step.motion.slack;
+        let slack = self.slack(i, step);
         if self.bodies[i].known.fresh {
             if let Some(point) = self.inside(i, step, 0.0) {
                 if !step.exact {
@@ -214,6 +226,7 @@ impl StockCheck {
                 self.leave_near(i, limit, step, t);
                 return true;
             };
+            self.bodies[i].known.reach = FIRST_REACH_MM;
             if found.lower > floor + TOLERANCE_MM {
                 self.keep(i, found.lower, step, t);
                 self.leave_near(i, found.lower, step, t);
@@ -237,7 +250,7 @@ impl StockCheck {
 
     /// A body in the stock at the end of a motion: how deep, or apart again.
     fn follow_contact(&mut self, i: usize, step: &Step<'_>) {
-        let touching = SLACK_MM + step.motion.slack + TOLERANCE_MM;
+        let touching = SLACK_MM + self.slack(i, step) + TOLERANCE_MM;
         let limit = touching + self.clearance + self.bodies[i].known.reach;
         let q = step.joints(1.0);
         let distance = self.gap(i, step.stock, &q, limit).map_or(limit, |g| g.lower);
@@ -264,7 +277,7 @@ impl StockCheck {
     }
 
     fn leave_near(&mut self, i: usize, distance: f64, step: &Step<'_>, t: f64) {
-        let apart = distance > self.clearance + SLACK_MM + step.motion.slack + 2.0 * TOLERANCE_MM;
+        let apart = distance > self.clearance + SLACK_MM + self.slack(i, step) + 2.0 * TOLERANCE_MM;
         let known = &mut self.bodies[i].known;
         let Some(b) = known.near.and_then(|k| self.breaches.get_mut(k)) else { return };
         if apart {
@@ -399,6 +412,11 @@ impl StockCheck {
         let body = &self.bodies[i];
         // The box of a layer cut off is not known to be one; the rays do alone.
         let from_box = if body.flush { 0.0 } else { self.box_gap(i, &pose, limit)? };
+        if from_box > self.clearance + BOX_ENOUGH_MM {
+            let middle = pose.point(&body.part.shape.ball().0);
+            let near = NearRay { distance: from_box, on_body: middle, on_ray: middle };
+            return (from_box < limit).then_some(StockGap { lower: from_box, near });
+        }
         let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
         let lower = (near.distance - self.unseen).max(from_box).max(0.0);
         (lower < limit).then_some(StockGap { lower, near })
@@ -411,8 +429,8 @@ impl StockCheck {
         if mesh.shells.iter().any(|p| self.raw_box.contains(&work_from_body.point(p))) {
             return Some(0.0);
         }
-        match gap(&body.part.shape, &self.raw.shape, work_from_body, limit, &mut None) {
-            Gap::Beyond(_) => None,
+        match gap(&body.part.shape, &self.raw.shape, work_from_body, [limit; 2], &mut None) {
+            Gap::Beyond(_) | Gap::Between(..) => None,
             Gap::At(d, ..) if d.is_finite() => Some((d - SLACK_MM).max(0.0)),
             Gap::At(..) | Gap::Meeting(_) => Some(0.0),
         }

@@ -9,7 +9,6 @@ use proveout_nc::{
 use super::{Controller, scope};
 use crate::{
     error::ControlError,
-    mapping::Mapping,
     motion::Context,
     output::{BlockKind, Event, MoveKind},
     path::PathBlock,
@@ -64,6 +63,9 @@ where
             let message = format!("a dwell of {duration} s");
             let help = "program a time of zero or more";
             return Err(Box::new(ControlError::at(location, "control-dwell", message, help)));
+        }
+        if self.ends_before_standstill(duration, location) {
+            return Ok(());
         }
         self.stop_run();
         let time = self.out.clock;
@@ -148,7 +150,7 @@ where
         self.out.meter.summary.tool_change_s += duration;
         let block = self.action(location, BlockKind::ToolChange, duration);
         self.state.tool = tool;
-        self.mapping.tool_length = self.tool_length();
+        self.mapping = self.mapping_with(self.mapping.tcp_length);
         self.state.edge_on |= self.settings.length_active_after_change;
         self.forget_linear();
         self.out.chunk.events.push(Event::ToolChange { time: self.out.clock, block, tool: self.state.tool });
@@ -176,7 +178,7 @@ where
             if (to - from).max_abs() <= 1e-9 {
                 continue;
             }
-            self.mapping = Mapping { tcp_length: None, tool_length: self.tool_length() };
+            self.mapping = self.mapping_with(None);
             let context = Context {
                 machine,
                 rig: None,

@@ -10,6 +10,7 @@ pub(super) fn check_settings(settings: &Settings) -> Result<(), Box<ControlError
         ("default_orientation_tolerance", settings.default_orientation_tolerance.unwrap_or(1.0), true),
         ("pole_cone", settings.pole_cone.unwrap_or(0.0), true),
         ("piece_tolerance", settings.piece_tolerance, false),
+        ("piece_body_tolerance", settings.piece_body_tolerance, false),
         ("piece_length", settings.piece_length, false),
         ("piece_angle", settings.piece_angle, false),
         ("sample_time", settings.sample_time.unwrap_or(1.0), false),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use proveout_machine::{JointValues, RapidMode};
 use proveout_nc::Command;
 
-use super::{Begin, Controller, scope};
+use super::{Begin, Controller, bounds::WINDOW_SAMPLES, scope};
 use crate::{
     output::{BlockKind, BlockRecord, MoveKind},
     path::{Path, PathBlock},
@@ -15,6 +15,12 @@ use crate::{
     shape::{Shape, Timed},
     stretch::{self, Outcome, Stretch},
 };
+
+/// Time of a block at its feed, s.
+fn time_of(block: &PathBlock) -> f64 {
+    let time = block.length / block.feed;
+    if time.is_finite() { time } else { 0.0 }
+}
 
 impl<E, I> Controller<'_, I>
 where
@@ -28,6 +34,7 @@ where
             self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
             return;
         }
+        let time = time_of(&block);
         let frame = self.device.frame(self.mapping);
         self.out.meter.tube.block(&frame, &block);
         let independent = self.device.machine.control.rapid_mode == RapidMode::IndependentJoints
@@ -47,9 +54,15 @@ where
                 self.path.push(&frame, block);
             }
         }
-        if self.path.blocks.len() >= self.window {
+        self.window_time.0 += time;
+        if self.path.blocks.len() >= self.window || self.window_time.0 > self.window_time.1 {
             self.commit_window();
         }
+    }
+
+    /// Time of the known part of a run at which it is planned, whatever the number of its blocks, s.
+    fn most_time(&self) -> f64 {
+        WINDOW_SAMPLES * self.out.cycle
     }
 
     /// Plans and emits all of the run; the machine then stands.
@@ -67,6 +80,7 @@ where
         self.path = Path::starting_with(number);
         self.begin = Begin::default();
         self.window = self.settings.look_ahead_blocks;
+        self.window_time = (0.0, self.most_time());
         self.out.release(number, self.out.clock);
     }
 
@@ -85,7 +99,10 @@ where
         match stretch::plan(&mut self.path, &frame, grid, self.begin.speed, &self.begin.entry, finish) {
             Outcome::Planned(stretch) => self.emit(*stretch, open),
             // Tried again when there is more to see, so that the cost stays linear.
-            Outcome::NotYet => self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1,
+            Outcome::NotYet => {
+                self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1;
+                self.window_time.1 = self.window_time.0 * 1.25;
+            }
             Outcome::Failed => return false,
         }
         true
@@ -115,6 +132,7 @@ where
         self.path.drop_before(stretch.s_end, stretch.cells);
         self.begin = Begin { speed: stretch.v_end, entry: stretch.entry, reserve: stretch.reserve, halted: false };
         self.window = self.settings.look_ahead_blocks;
+        self.window_time = (self.path.blocks.iter().map(time_of).sum(), self.most_time());
         self.ready = true;
     }
 

@@ -227,7 +227,7 @@ impl<'m> ServoStage<'m> {
         match self.last {
             None => {
                 self.states_at(&sample.commanded);
-                self.push_knot(sample.time, sample.block, 0.0);
+                self.push_knot(sample.time, sample.block, 0.0, JointValues::ZERO);
             }
             Some(last) => self.run_to(&last, sample)?,
         }
@@ -286,7 +286,7 @@ impl<'m> ServoStage<'m> {
         // Drives at rest stay there: the trail goes on to the cycle before the next sample.
         let before = next.time - self.cycle;
         if last.time + (k - 0.5) * self.cycle < before {
-            self.push_knot(before, next.block, 0.0);
+            self.push_knot(before, next.block, 0.0, JointValues::ZERO);
         }
         let now = Sample { commanded: next.commanded, time: next.time, block: next.block, ..hold };
         let mut references = [Reference::default(); MAX_JOINTS];
@@ -350,7 +350,7 @@ impl<'m> ServoStage<'m> {
             };
             bound = (0..self.bank.models.len()).map(|j| bounds[j] * column(j)).sum();
         }
-        self.push_knot(to.time, to.block, bound);
+        self.push_knot(to.time, to.block, bound, bounds);
         Ok(())
     }
 
@@ -362,10 +362,11 @@ impl<'m> ServoStage<'m> {
         }
     }
 
-    fn push_knot(&mut self, time: f64, block: u32, bound: f64) {
+    fn push_knot(&mut self, time: f64, block: u32, bound: f64, joint_bound: JointValues) {
         self.pose = self.machine.actual_forward(&self.actual[0], self.sample_length);
         let (tool_length, pose) = (self.sample_length, self.pose);
-        self.trail.push(Knot { time, q: self.actual[0], v: self.actual[1], block, bound, tool_length, pose });
+        let [q, v] = [self.actual[0], self.actual[1]];
+        self.trail.push(Knot { time, q, v, block, bound, joint_bound, tool_length, pose });
     }
 
     fn saturation(&mut self, joint: usize, demand: f64, at: &Sample) {

@@ -19,6 +19,7 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use crate::{
     output::{MoveKind, Piece},
     settings::Settings,
+    straightness::Straightness,
 };
 
 /// The joints at a control sample.
@@ -31,6 +32,8 @@ pub(crate) struct Knot {
     pub(crate) block: u32,
     /// Bound of the cubic's deviation since the knot before, at the tool, mm.
     pub(crate) bound: f64,
+    /// The same of each joint.
+    pub(crate) joint_bound: JointValues,
     /// Pose of a tool of this length, mm.
     pub(crate) tool_length: f64,
     pub(crate) pose: ToolPose,
@@ -179,7 +182,7 @@ impl Trail {
                 worst * between + bound <= tolerance
             });
             if fits {
-                put(a, b, worst * between + bound, of, emit);
+                self.put(a, b, worst * between + bound, of, emit);
                 return;
             }
         }
@@ -197,12 +200,48 @@ impl Trail {
         }
         let (small, between) = (parts_by_size(a, b, of) <= 1.0, between(a, b, of));
         if depth >= DEEPEST || small && worst * between <= of.settings.piece_tolerance {
-            put(a, b, worst * between + bound, of, emit);
+            self.put(a, b, worst * between + bound, of, emit);
             return;
         }
         let middle = at(0.5);
         self.cut_interval(a, &middle, of, depth + 1, emit);
         self.cut_interval(&middle, b, of, depth + 1, emit);
+    }
+
+    fn put(&self, a: &Stance, b: &Stance, deviation: f64, of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
+        let moved = (b.pose.tip - a.pose.tip).norm() + of.tool_length * (b.pose.axis - a.pose.axis).norm();
+        let joint_deviation = self.joint_deviation(a, b, of.machine);
+        let still = moved <= STANDS && deviation <= STANDS;
+        if still && (b.q - a.q).max_abs() <= STANDS && joint_deviation.max_abs() <= STANDS {
+            return;
+        }
+        emit(Piece {
+            time: [a.time, b.time],
+            block: of.block,
+            kind: of.kind,
+            joints: [a.q, b.q],
+            pose: [a.pose, b.pose],
+            deviation,
+            edge_deviation: deviation,
+            joint_deviation,
+        });
+    }
+
+    /// How far each joint leaves the straight motion: the cubics at the quarters and at the knots within, and what they are off.
+    fn joint_deviation(&self, a: &Stance, b: &Stance, machine: &Machine) -> JointValues {
+        let mut straightness = Straightness::new(machine, &a.q, &b.q);
+        for part in [0.25, 0.5, 0.75] {
+            straightness.look(&self.position(a.time + (b.time - a.time) * part, self.at));
+        }
+        let mut off = JointValues::ZERO;
+        for knot in self.knots.iter().skip(self.interval(a.time, self.at) + 1) {
+            off = off.zip_map(knot.joint_bound, f64::max);
+            if knot.time >= b.time {
+                break;
+            }
+            straightness.look(&knot.q);
+        }
+        straightness.bound() + off
     }
 
     /// Largest bound of the intervals between two times.
@@ -254,21 +293,6 @@ fn deviation(a: &Stance, b: &Stance, x: &Stance, tool_length: f64) -> f64 {
     };
     let on = a.pose.interpolated(&b.pose, t.clamp(0.0, 1.0));
     (x.pose.tip - on.tip).norm() + tool_length * (x.pose.axis - on.axis).norm()
-}
-
-fn put(a: &Stance, b: &Stance, deviation: f64, of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
-    let moved = (b.pose.tip - a.pose.tip).norm() + of.tool_length * (b.pose.axis - a.pose.axis).norm();
-    if moved <= STANDS && deviation <= STANDS && (b.q - a.q).max_abs() <= STANDS {
-        return;
-    }
-    emit(Piece {
-        time: [a.time, b.time],
-        block: of.block,
-        kind: of.kind,
-        joints: [a.q, b.q],
-        pose: [a.pose, b.pose],
-        deviation,
-    });
 }
 
 /// Bound of the cubic's deviation over a cycle `h` of one joint, from way, velocities and the extremes of acceleration.

@@ -15,7 +15,7 @@ fn machine() -> Machine {
 }
 
 fn frame<'a>(machine: &'a Machine, limits: &'a JointLimits) -> Frame<'a> {
-    let mapping = Mapping { tcp_length: None, tool_length: 0.0 };
+    let mapping = Mapping { tcp_length: None, tool_length: 0.0, edge_length: 0.0 };
     Frame { kinematics: Kinematics { machine, rig: None, mapping }, limits }
 }
 

@@ -60,6 +60,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         max_ramp_angle: None,
         max_speed_rpm: None,
         left_handed: false,
+        overall_length: None,
         has_holder: false,
         edges: None,
         residual: None,

@@ -1,11 +1,38 @@
-//! Blades with closed forms: a section as the envelope of circles on a circular camber line, extruded, twisted, on a platform.
+//! Blades and faces with closed forms, one kind a file, each a map S(u, v) that can be asked through [`ParametricSurface`].
+//!
+//! * [`Blade`] – circles on a circular camber line, extruded, twisted, on a platform; its airfoil is [`CamberSide`].
+//! * [`SkinnedBlade`] – a bicubic spline through sections of points.
+//! * [`Lu`], [`Sine`], [`Dong`], [`Cui`] – formulas on which published methods are tried, through [`ClosedSurface`].
 
+mod bicubic;
 mod body;
+mod camber;
+mod cells;
+mod closed_form;
+mod cui;
 mod discs;
+mod dong;
+mod lu;
 mod mesh;
 mod nearest;
+pub mod scalar;
 mod section;
+mod section_file;
+mod sections;
+mod sine;
+mod spline;
+mod surface;
 
 pub use body::{Blade, BladeError, BladeSpec, Platform, SurfacePoint};
+pub use camber::CamberSide;
+pub use cells::FOOT_ERROR_MM;
+pub use closed_form::{ClosedForm, ClosedSurface};
+pub use cui::Cui;
+pub use dong::Dong;
+pub use lu::{AlongSpan, Lu, SectionLength};
 pub use nearest::{NEAREST_ERROR_MM, NearestOnBlade};
 pub use section::{CamberSection, SectionCurve, SectionError, SectionPoint};
+pub use section_file::{PointedSection, SectionFileError, SectionPart, read_sections};
+pub use sections::{SectionsError, SkinnedBlade};
+pub use sine::Sine;
+pub use surface::{Domain, Local, ParametricSurface};

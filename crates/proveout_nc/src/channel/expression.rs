@@ -5,8 +5,12 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
-/// Nesting of brackets, signs and functions in one formula.
+/// Nesting of brackets, signs, functions and rising priorities in one formula. Operators of one nesting stand side by side in
+/// [`Expr::Chain`], so that the depth of a formula is bounded and its length is not.
 pub(crate) const MAX_DEPTH: u32 = 60;
+
+/// Bytes of a text.
+const MAX_TEXT: usize = 1000;
 
 /// A formula. `P` is a numbered parameter of the language.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +25,16 @@ pub(crate) enum Expr<P> {
     /// `NAME(a, , b)`.
     Call(String, Vec<Option<Self>>),
     Unary(Function, Box<Self>),
-    Binary(Operator, Box<Self>, Box<Self>),
+    /// Operands with the operators before them, from left to right. Not a pair of two: a sum of ten thousand terms would be a
+    /// tree ten thousand deep, and whoever walks it needs a stack as deep.
+    Chain(Box<Self>, Vec<(Operator, Self)>),
+}
+
+impl<P> Expr<P> {
+    /// One operator between two operands.
+    pub(crate) fn pair(operator: Operator, left: Self, right: Self) -> Self {
+        Self::Chain(Box::new(left), vec![(operator, right)])
+    }
 }
 
 /// A parameter whose number is itself a formula: `R[R1+1]`, `#[#2+1]`.
@@ -101,6 +114,15 @@ pub(crate) enum Operator {
 /// A calculation without a result.
 pub(crate) fn arithmetic(message: impl Into<String>, span: Span) -> Fault {
     Fault::new(codes::ARITHMETIC, span, message).help("check the values of the calculation")
+}
+
+/// A text that was put together, refused where it grows without end: doubled forty times it would fill the memory.
+pub(crate) fn short_text(text: String, span: Span) -> Result<String, Fault> {
+    if text.len() <= MAX_TEXT {
+        return Ok(text);
+    }
+    let message = format!("the text has {} bytes; the limit is {MAX_TEXT}", text.len());
+    Err(Fault::new(codes::BAD_VALUE, span, message).help("join fewer texts"))
 }
 
 pub(crate) fn truth(holds: bool) -> f64 {

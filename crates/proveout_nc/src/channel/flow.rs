@@ -106,7 +106,7 @@ impl<L: Language> Channel<L> {
         }
         let message = format!("{what} at depth {}; the limit is {limit}", self.stack.len());
         Err(Fault::new(codes::NESTING_LIMIT, span, message)
-            .help("check for a subprogram that calls itself, or raise max_call_depth"))
+            .help("check for a subprogram that calls itself; controls allow 8 to 16 levels"))
     }
 
     /// Enters a subprogram at its first line.

@@ -27,7 +27,7 @@ impl<L: Language> Channel<L> {
     /// A subprogram is called and not there: left out, where the control says that it may be. Where the tool then stands is not
     /// known.
     pub(crate) fn leave_out(&mut self, name: &str) -> bool {
-        let Some(text) = left_out(&self.settings.control, name) else { return false };
+        let Some(text) = left_out(&self.settings, name) else { return false };
         self.note(text);
         if let Some(level) = self.stack.last() {
             self.missing.push(call_not_run(&level.loaded.source, self.location.line, name));
@@ -41,7 +41,7 @@ impl<L: Language> Channel<L> {
     pub(crate) fn default_feed(&mut self) -> Option<f64> {
         let mm_min = self.settings.default_feed_mm_per_min?;
         self.assume(format!(
-            "no F stands before the motion: its feed is taken as {mm_min} mm/min, which the settings or the control state"
+            "no F stands before the motion: its feed is taken as {mm_min} mm/min, as --feed or the control file says"
         ));
         self.technology.feed = Some(Feed::PerTime(mm_min / 60.0));
         Some(mm_min)

@@ -6,16 +6,20 @@
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
-//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), what is
+//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), motions that wait for the
+//! next one ([`corners`]), what is
 //! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which lines have run
-//! ([`coverage`]). Formulas of all languages are one tree ([`expression`]); [`listed`] does what a control file says. A
+//! ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with
+//! one parser ([`formula`]); [`listed`] does what a control file says. A
 //! language is a type with [`Language`]: it says how one block is read and executed, and keeps in [`Channel::own`] what no
 //! other language has. Everything is resolved when it is compiled; nothing is boxed for a block.
 
+pub(crate) mod corners;
 pub(crate) mod coverage;
 pub(crate) mod doubt;
 pub(crate) mod expression;
 mod flow;
+pub(crate) mod formula;
 mod holes;
 mod listed;
 mod motion;
@@ -34,7 +38,7 @@ use crate::dialect::Reader;
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
 use crate::state::Position;
-use crate::{ASSUMED, Command, Location, Op, Settings};
+use crate::{ASSUMED, Command, Location, Op, Settings, codes};
 
 use coverage::Coverage;
 use doubt::Doubt;
@@ -159,6 +163,8 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) recovery: Recovery<L::Index>,
     pub(crate) coverage: Coverage,
     pub(crate) passes: Passes,
+    /// Blocks so far.
+    blocks: u64,
     pub(crate) variables: L::Variables,
     pub(crate) modal: L::Modal,
     pub(crate) technology: Technology,
@@ -209,6 +215,7 @@ impl<L: Language> Channel<L> {
             recovery: Recovery::default(),
             coverage: Coverage::default(),
             passes: Passes::default(),
+            blocks: 0,
             variables,
             modal,
             technology: Technology::default(),
@@ -242,6 +249,26 @@ impl<L: Language> Channel<L> {
         self.location.move_to(file, at.line, column, length, depth);
     }
 
+    /// Counts a block and refuses one too many, at the one before.
+    fn room_for_block(&mut self) -> Result<(), Box<Diagnostic>> {
+        self.blocks += 1;
+        let limit = self.settings.limits.max_blocks;
+        if self.blocks <= limit {
+            return Ok(());
+        }
+        let Location { file, line, column, length, .. } = self.location.clone();
+        Err(Box::new(Diagnostic {
+            code: codes::LOOP_LIMIT,
+            message: format!("the program has run {limit} blocks, which is the limit, and has not ended"),
+            source_line: self.line_of(&file, line).unwrap_or_default(),
+            file,
+            line,
+            column,
+            length,
+            help: Some("end the loop, split the program, or raise the limit (blocks under [limits] of a scene)".into()),
+        }))
+    }
+
     /// The files that were read so far, the main program first.
     pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded<L::Index>>> {
         std::iter::once(&self.main).chain(self.files.values())
@@ -266,7 +293,7 @@ impl<L: Language> Reader for Channel<L> {
             if self.done {
                 return None;
             }
-            if let Err(diagnostic) = L::step(self) {
+            if let Err(diagnostic) = self.room_for_block().and_then(|()| L::step(self)) {
                 // Commands of the block before the fault stay in the queue and are given out first.
                 self.done = true;
                 self.failure = Some(diagnostic);

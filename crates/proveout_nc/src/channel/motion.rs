@@ -7,6 +7,7 @@ use crate::arc::{ArcFault, PlaneArc};
 use crate::codes;
 use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
+use crate::machine_data::ReferencePoints;
 use crate::state::MissingAxes;
 use crate::{AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, SpindleDirection, ThreadMotion};
 
@@ -122,6 +123,36 @@ impl<L: Language> Channel<L> {
         L::moving(self);
         self.emit(Op::Arc(op));
         Ok(())
+    }
+
+    /// Where the machine's reference point `points` (home, or the second one) has an axis that `word` sends there.
+    pub(crate) fn stated_reference(
+        points: &ReferencePoints,
+        second: bool,
+        axis: usize,
+        word: &str,
+        span: Span,
+    ) -> Result<f64, Fault> {
+        let (letter, machine) = (AXIS_LETTERS[axis], &points.machine);
+        if machine.is_empty() {
+            let message =
+                format!("{word} sends {letter} to its reference point, and no machine is named that states it");
+            return Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
+                .help("name the machine (--machine), or program the position in machine coordinates"));
+        }
+        if points.axes >> axis & 1 == 0 {
+            let message = format!("{word} names {letter}, and machine \"{machine}\" has no axis of this letter");
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("take the axis out"));
+        }
+        let stated = if second { &points.second } else { &points.first };
+        stated.get(axis).ok_or_else(|| {
+            let message =
+                format!("{word} sends {letter} to its reference point, and machine \"{machine}\" states none for it");
+            let key = if (3..6).contains(&axis) { "home_deg" } else { "home_mm" };
+            Fault::new(codes::POSITION_UNKNOWN, span, message).help(format!(
+                "add {key} to joint {letter} of the machine file, or program the position in machine coordinates"
+            ))
+        })
     }
 
     /// Start of an arc in the plane of the first two axes ([`crate::state::Position::arc_start`]).

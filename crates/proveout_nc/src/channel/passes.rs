@@ -22,15 +22,15 @@ impl Passes {
         self.total += 1;
         self.idle += 1;
         if self.total > limits.max_loop_passes {
-            let message =
-                format!("the program has jumped back {} times, the limit of the settings", limits.max_loop_passes);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the conditions of the loops, or raise max_loop_passes"));
+            let message = format!("the program has jumped back {} times, which is the limit", limits.max_loop_passes);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help(
+                "check the conditions of the loops: does this one ever end? Else split the program, or raise limits.passes in a control file",
+            ));
         }
         if self.idle > limits.max_idle_passes {
             let message = format!("the loop has run {} times without a motion", limits.max_idle_passes);
             return Err(Fault::new(codes::LOOP_LIMIT, span, message)
-                .help("check the condition of the loop, or raise max_idle_passes"));
+                .help("check the condition of the loop: is its variable changed inside? a control file may raise limits.idle_passes"));
         }
         Ok(())
     }

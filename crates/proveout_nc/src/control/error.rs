@@ -17,3 +17,6 @@ pub struct ControlFileError {
     /// What to do about it.
     pub remedy: String,
 }
+
+/// What a part of a file says, or what is wrong with it.
+pub(super) type Checked<T> = Result<T, Box<ControlFileError>>;

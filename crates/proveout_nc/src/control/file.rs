@@ -29,6 +29,12 @@ pub(crate) struct ControlFile {
     /// How drilling cycles are read.
     #[serde(default)]
     pub(crate) cycles: CyclesFile,
+    /// What a tool change does besides.
+    #[serde(default)]
+    pub(crate) tool_change: ToolChangeFile,
+    /// Tool length.
+    #[serde(default)]
+    pub(crate) tool_length: ToolLengthFile,
     /// What the words of a dwell count, by their letter: G4 P500, and P in drilling cycles.
     #[serde(default)]
     pub(crate) dwell: BTreeMap<String, DwellFile>,
@@ -51,6 +57,9 @@ pub(crate) struct ControlFile {
     /// Lines around a program.
     #[serde(default)]
     pub(crate) program: ProgramFile,
+    /// What stops a program that never ends by itself.
+    #[serde(default)]
+    pub(crate) limits: LimitsFile,
     /// M words that neither the language nor this file knows.
     #[serde(default)]
     pub(crate) unlisted: UnlistedFile,
@@ -220,6 +229,56 @@ pub(crate) enum CentersFile {
 pub(crate) struct CyclesFile {
     /// G76.
     pub(crate) g76: Option<FineBoringFile>,
+    /// What says where cycles come back to.
+    pub(crate) returns: Option<CycleReturnFile>,
+    /// The word with the depth.
+    pub(crate) depth: Option<CycleDepthFile>,
+}
+
+/// The word with the depth of a cycle.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+pub(crate) enum CycleDepthFile {
+    /// Z is the depth and R the plane above the hole.
+    Z,
+    /// I is the depth, Z the plane above the hole and K the dwell (Fagor).
+    I,
+}
+
+/// What says where cycles come back to.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CycleReturnFile {
+    /// G98: the initial level; G99: the R plane.
+    G98,
+    /// G71 Z sets a level; M53 comes back to it, M54 to the R plane; G80 stops the spindle too (Okuma OSP).
+    M53,
+}
+
+/// Tool length.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ToolLengthFile {
+    /// G43 without H.
+    pub(crate) without_h: Option<WithoutHFile>,
+}
+
+/// G43 without H.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum WithoutHFile {
+    /// It is refused where no H is in force.
+    Refuse,
+    /// It takes the length of the tool in the spindle.
+    Tool,
+}
+
+/// What a tool change does besides.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ToolChangeFile {
+    /// Where M6 leaves linear axes, by their letter: machine coordinates. Behind M6 they go there at rapid rate.
+    #[serde(default)]
+    pub(crate) position_mm: BTreeMap<String, f64>,
 }
 
 /// What G76 does.
@@ -326,6 +385,18 @@ pub(crate) struct ProgramFile {
     pub(crate) trailer: Option<Vec<String>>,
 }
 
+/// What stops a program that never ends by itself.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LimitsFile {
+    /// Subprogram calls within each other; 32 where nobody says it.
+    pub(crate) call_depth: Option<u32>,
+    /// Jumps back to an earlier block in the whole run: passes of loops and of subprograms; 100 million where nobody says it.
+    pub(crate) passes: Option<u64>,
+    /// Jumps back without a motion between them; one million where nobody says it.
+    pub(crate) idle_passes: Option<u64>,
+}
+
 /// M words that neither the language nor the file knows.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -344,7 +415,7 @@ pub(crate) enum UnlistedMFile {
     Refuse,
 }
 
-/// Meaning of a word: exactly one of does, kinematics, call, macro, message, note, ignore and refuse.
+/// Meaning of a word: exactly one of the keys but values and source.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WordFile {
@@ -354,7 +425,8 @@ pub(crate) struct WordFile {
     pub(crate) kinematics: Option<KinematicsWordFile>,
     /// It calls the subprogram of this number or name.
     pub(crate) call: Option<String>,
-    /// It calls the macro of this number, with the words of the block as arguments.
+    /// It calls the macro of this number, with the words of the block as arguments; on a `LinuxCNC` the O word subprogram of this
+    /// name, with the words of `values` as its named parameters.
     #[serde(rename = "macro")]
     pub(crate) macro_call: Option<String>,
     /// It tells the operator this text.
@@ -365,6 +437,10 @@ pub(crate) struct WordFile {
     pub(crate) ignore: Option<String>,
     /// It is refused; what to do instead.
     pub(crate) refuse: Option<String>,
+    /// It calls the work offset whose number this word gives, the first one (G54) with 1, the seventh (G54.1 P1) with 7: "H".
+    pub(crate) offset: Option<String>,
+    /// As `offset`, for its block alone; 0 is the machine.
+    pub(crate) offset_once: Option<String>,
     /// Letters of the words of the block that belong to it: "PQ".
     pub(crate) values: Option<String>,
     /// Where the statement comes from.

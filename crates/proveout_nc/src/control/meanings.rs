@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use super::error::ControlFileError;
+use super::error::Checked;
+use super::family::Family;
 use super::file::{KinematicsWordFile, WordFile};
 use super::model::Control;
 use super::place::Text;
-use super::resolve::Family;
 use super::words::{Builtin, Listed, Meaning, WordKey, word_key};
 use crate::dialect::does_word;
 use crate::settings::Dialect;
-
-type Checked<T> = Result<T, Box<ControlFileError>>;
 
 /// Most words of one file.
 const MOST_WORDS: usize = 10_000;
@@ -44,11 +42,14 @@ fn key(word: &str, dialect: Dialect, text: &Text<'_>) -> Checked<WordKey> {
     let wanted = match Family::of(dialect) {
         Some(Family::Apt) => "a major word of APT, such as INSERT",
         Some(Family::Siemens) => "an M or G word, or a name: M25, G187, CYCLE999",
-        Some(Family::Heidenhain | Family::HeidenhainIso) => "an M word: M25",
+        Some(Family::Heidenhain | Family::HeidenhainIso) => {
+            "an M word, M25, or a cycle of the machine builder, CYCL392"
+        }
         _ => "an M or G word: M25, G187, G38.2",
     };
     let fits = match (&key, Family::of(dialect)) {
         (Some(WordKey::Name(_)), Some(Family::Siemens | Family::Apt)) => true,
+        (Some(WordKey::Name(name)), Some(Family::Heidenhain | Family::HeidenhainIso)) => builder_cycle(name),
         (Some(WordKey::Name(_)) | None, _) | (Some(_), Some(Family::Apt)) => false,
         (Some(WordKey::G(_)), Some(Family::Heidenhain | Family::HeidenhainIso)) => false,
         (Some(WordKey::G(code)), Some(Family::Siemens)) => code.is_multiple_of(10),
@@ -72,11 +73,19 @@ fn key(word: &str, dialect: Dialect, text: &Text<'_>) -> Checked<WordKey> {
     }
 }
 
+/// `CYCL300` to `CYCL399`: cycles of the machine builder on a TNC.
+fn builder_cycle(name: &str) -> bool {
+    let number = name.strip_prefix("CYCL").unwrap_or_default();
+    number.len() == 3 && number.starts_with('3') && number.bytes().all(|b| b.is_ascii_digit())
+}
+
 fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Checked<Meaning> {
     let texts = [
         ("does", file.does.as_ref()),
         ("call", file.call.as_ref()),
         ("macro", file.macro_call.as_ref()),
+        ("offset", file.offset.as_ref()),
+        ("offset_once", file.offset_once.as_ref()),
         ("message", file.message.as_ref()),
         ("note", file.note.as_ref()),
         ("ignore", file.ignore.as_ref()),
@@ -96,7 +105,7 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
         ));
     }
     let [key] = stated[..] else {
-        let choices = "does, kinematics, call, macro, message, note, ignore or refuse";
+        let choices = "does, kinematics, call, macro, offset, offset_once, message, note, ignore or refuse";
         let message = match &stated[..] {
             [] => format!("{word} has no meaning"),
             several => format!("{word} has several meanings: {}", several.join(", ")),
@@ -111,9 +120,12 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
     let path = ["words", word, key];
     let effect = match Family::of(dialect) {
         Some(Family::Apt) => matches!(key, "note" | "ignore" | "message" | "refuse"),
-        Some(Family::Siemens) => key != "macro",
-        Some(Family::Heidenhain | Family::HeidenhainIso) => key != "macro" && key != "call",
-        Some(Family::LinuxCnc) => key != "macro",
+        Some(Family::Heidenhain | Family::HeidenhainIso) if builder_cycle(&word.trim().to_ascii_uppercase()) => {
+            matches!(key, "note" | "ignore" | "message" | "refuse")
+        }
+        Some(Family::Siemens) => !matches!(key, "macro" | "offset" | "offset_once"),
+        Some(Family::LinuxCnc) => !matches!(key, "offset" | "offset_once"),
+        Some(Family::Heidenhain | Family::HeidenhainIso) => !matches!(key, "macro" | "call" | "offset" | "offset_once"),
         _ => true,
     };
     if !effect {
@@ -138,7 +150,10 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
     Ok(match key {
         "does" => Meaning::Does(builtins(&value, dialect, &path, text)?),
         "call" => Meaning::Call(program(&value, dialect, &path, text)?),
+        "macro" if dialect == Dialect::LinuxCnc => Meaning::Macro(o_name(&value, &path, text)?),
         "macro" => Meaning::Macro(program(&value, dialect, &path, text)?),
+        "offset" => Meaning::Offset(letter(&value, &path, text)?),
+        "offset_once" => Meaning::OffsetOnce(letter(&value, &path, text)?),
         "message" => Meaning::Message(value),
         "note" => Meaning::Note(value),
         "ignore" => Meaning::Ignore(value),
@@ -193,10 +208,45 @@ fn program(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Che
     Err(text.error("control-value", path, format!("{value:?} is no program number"), "write O9001"))
 }
 
+/// Name of an O word subprogram, as its label is kept: `<bore>`, `100`.
+fn o_name(value: &str, path: &[&str], text: &Text<'_>) -> Checked<String> {
+    let name = value.trim().to_ascii_lowercase();
+    let bare = name.strip_prefix('o').filter(|rest| rest.starts_with('<')).unwrap_or(&name);
+    let bare = bare.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')).unwrap_or(bare);
+    if !bare.is_empty() && bare.bytes().all(|b| b.is_ascii_digit()) && bare.len() <= 9 {
+        let number = bare.trim_start_matches('0');
+        return Ok(if number.is_empty() { "0" } else { number }.to_owned());
+    }
+    let good = bare.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-'));
+    if good && !bare.is_empty() {
+        return Ok(format!("<{bare}>"));
+    }
+    Err(text.error(
+        "control-value",
+        path,
+        format!("{value:?} is no name of an O word subprogram"),
+        "write its name: \"bore\" for o<bore> sub",
+    ))
+}
+
+/// The letter of a word with a number.
+fn letter(value: &str, path: &[&str], text: &Text<'_>) -> Checked<u8> {
+    match value.trim().to_ascii_uppercase().as_bytes() {
+        [letter] if letter.is_ascii_uppercase() && !b"GMNO".contains(letter) => Ok(*letter),
+        _ => Err(text.error(
+            "control-value",
+            path,
+            format!("{value:?} is no letter of a word"),
+            "write one letter: \"H\"",
+        )),
+    }
+}
+
 fn values(word: &str, file: &WordFile, meaning: &Meaning, dialect: Dialect, text: &Text<'_>) -> Checked<Vec<u8>> {
     let Some(letters) = &file.values else { return Ok(Vec::new()) };
     let path = ["words", word, "values"];
-    let taken = matches!(meaning, Meaning::Message(_) | Meaning::Note(_) | Meaning::Ignore(_) | Meaning::Call(_));
+    let taken = matches!(meaning, Meaning::Message(_) | Meaning::Note(_) | Meaning::Ignore(_) | Meaning::Call(_))
+        || dialect == Dialect::LinuxCnc && matches!(meaning, Meaning::Macro(_));
     if !taken || !matches!(Family::of(dialect), Some(Family::MacroB | Family::LinuxCnc)) {
         let message = "letters that belong to the word have no effect here";
         return Err(text.error("control-no-effect", &path, message, "take them out"));

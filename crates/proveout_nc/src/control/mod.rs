@@ -5,20 +5,23 @@
 //! language. Nothing that a file does not say is taken from anywhere else: what the reader of the language does alone holds.
 //!
 //! [`file`] is the text with its schema, [`place`] finds lines and columns for errors, [`inherit`] follows the parents,
-//! [`resolve`] and [`meanings`] turn files into a [`Control`], [`words`] is its table of words, [`builtin`] lists the files that
+//! [`resolve`] with [`start`], [`values`] and [`meanings`] turns files into a [`Control`], [`family`] says who uses a key, [`words`] is its table of words, [`builtin`] lists the files that
 //! come with the program. [`unknown`] collects the words of a program that a control has no meaning for.
 
 mod builtin;
 mod error;
+mod family;
 mod file;
 mod inherit;
 mod meanings;
 mod model;
 mod place;
 mod resolve;
+mod start;
 #[cfg(test)]
 mod tests;
 mod unknown;
+mod values;
 pub(crate) mod words;
 
 pub use builtin::builtin_controls;

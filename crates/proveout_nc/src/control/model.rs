@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::words::WordTable;
-use crate::settings::Dialect;
+use crate::settings::{Dialect, Limits};
 use crate::{AxisValues, OrientationInterpolation};
 
 /// How numbers without a decimal point are read.
@@ -150,6 +150,14 @@ pub struct Control {
     pub(crate) arc_tolerance: Option<ArcTolerance>,
     pub(crate) centers: Centers,
     pub(crate) fine_boring: FineBoring,
+    /// G71 and M53, M54 say where cycles come back to, and not G98 and G99.
+    pub(crate) stated_returns: bool,
+    /// I is the depth of a cycle, Z the plane above the hole, K the dwell.
+    pub(crate) depth_in_i: bool,
+    /// G43 without H takes the length of the tool in the spindle.
+    pub(crate) length_of_tool: bool,
+    /// Where M6 leaves the axes, machine coordinates, mm.
+    pub(crate) tool_change: AxisValues,
     /// By the letter of the word, A to Z.
     pub(crate) dwell: [Option<DwellUnit>; 26],
     /// Feed of a motion before the first F, mm/min; none: refused.
@@ -162,6 +170,7 @@ pub struct Control {
     pub(crate) files: Vec<PathBuf>,
     /// Why a subprogram that is missing may be left out; none: it is refused.
     pub(crate) missing_subprogram: Option<String>,
+    pub(crate) limits: Limits,
     /// Patterns of lines before and behind the program.
     pub(crate) header: Vec<String>,
     pub(crate) trailer: Vec<String>,
@@ -180,6 +189,10 @@ impl Default for Control {
             arc_tolerance: None,
             centers: Centers::Incremental,
             fine_boring: FineBoring::NeedsShift,
+            stated_returns: false,
+            depth_in_i: false,
+            length_of_tool: false,
+            tool_change: AxisValues::NONE,
             dwell: [None; 26],
             missing_feed_mm_min: None,
             orientation: OrientationInterpolation::GreatCircle,
@@ -188,6 +201,7 @@ impl Default for Control {
             folders: Vec::new(),
             files: Vec::new(),
             missing_subprogram: None,
+            limits: Limits::default(),
             header: Vec::new(),
             trailer: Vec::new(),
         }

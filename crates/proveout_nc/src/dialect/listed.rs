@@ -7,6 +7,7 @@ use crate::control::Control;
 use crate::control::words::WordKey;
 use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
 use crate::not_run::{NotRun, NotRunKind};
+use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
 /// A word that the control file refuses.
@@ -26,13 +27,16 @@ pub(crate) fn ignored(control: &Control, word: &str, reason: &str) -> String {
     format!("{word} is without effect on the control \"{}\": {reason}", control.name)
 }
 
-/// A subprogram that is not there, where the control says that it may be left out.
-pub(crate) fn left_out(control: &Control, name: &str) -> Option<String> {
-    let reason = control.missing_subprogram.as_deref()?;
-    Some(format!(
-        "the subprogram {name} is not there and is left out, as the control \"{}\" says: {reason}",
-        control.name
-    ))
+/// A subprogram that is not there, where the control or the call says that it may be left out.
+pub(crate) fn left_out(settings: &Settings, name: &str) -> Option<String> {
+    let reason = settings.missing_subprogram.as_deref()?;
+    let control = &settings.control;
+    let who = if control.missing_subprogram.as_deref() == Some(reason) {
+        format!("the control \"{}\" says", control.name)
+    } else {
+        "the call of the reader says".to_owned()
+    };
+    Some(format!("the subprogram {name} is not there and is left out, as {who}: {reason}"))
 }
 
 /// The call of a subprogram that was left out.
@@ -43,6 +47,20 @@ pub(crate) fn call_not_run(source: &Source, line: u32, name: &str) -> NotRun {
         kind: NotRunKind::MissingSubprogram(name.to_owned()),
         moves: true,
         text: source.text_of(line).unwrap_or_default().to_owned(),
+    }
+}
+
+/// Reads the lines of a file one by one; `take` is told what each one is.
+pub(crate) fn each_line<B: Default>(
+    source: &Source,
+    parse: impl Fn(&str, &mut B) -> Result<(), Fault>,
+    mut take: impl FnMut(Mark, &str, Result<&B, Fault>),
+) {
+    let (mut block, mut at) = (B::default(), Mark::START);
+    while let Some((line, next)) = source.line(at) {
+        let parsed = parse(line, &mut block);
+        take(at, line, parsed.map(|()| &block));
+        at = next;
     }
 }
 
@@ -62,6 +80,19 @@ impl<'a> Unlisted<'a> {
 
     pub(crate) fn word(&mut self, key: WordKey, span: Span, at: Mark, line: &str, now: &'static str) {
         self.words.push((key, column_and_length(line, span).0, at.line, line.to_owned(), now));
+    }
+
+    /// A block whose words are told with what the reader does with them.
+    pub(crate) fn block(
+        &mut self,
+        at: Mark,
+        line: &str,
+        words: Result<impl Iterator<Item = (WordKey, Span, &'static str)>, Fault>,
+    ) {
+        match words {
+            Err(fault) => self.fault(fault, at, line),
+            Ok(words) => words.for_each(|(key, span, now)| self.word(key, span, at, line, now)),
+        }
     }
 
     pub(crate) fn fault(&mut self, fault: Fault, at: Mark, line: &str) {

@@ -317,17 +317,9 @@ impl<W: Write> AptPost<W> {
 
     fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
         let before = std::mem::replace(&mut self.coolant, coolant);
-        let off = before.flood && !coolant.flood || before.mist && !coolant.mist;
-        if off || !coolant.flood && !coolant.mist {
-            self.out.plain("COOLNT/OFF")?;
-        }
-        if coolant.flood && (off || !before.flood) {
-            self.out.plain("COOLNT/FLOOD")?;
-        }
-        if coolant.mist && (off || !before.mist) {
-            self.out.plain("COOLNT/MIST")?;
-        }
-        Ok(())
+        super::tell_coolant(before, coolant, ["COOLNT/OFF", "COOLNT/FLOOD", "COOLNT/MIST"], |words| {
+            self.out.plain(words)
+        })
     }
 }
 

@@ -198,16 +198,7 @@ impl<W: Write> HeidenhainPost<W> {
     }
 
     fn coordinates(&mut self, motion: &Motion, forced: u16) -> Result<String, Unsaid> {
-        let tilted = self.tilted && !motion.machine_coordinates && motion.programmed & 0b111 != 0;
-        for axis in 0..9 {
-            let lost = motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none();
-            if lost || tilted && motion.end_base.xyz().is_none() {
-                return Err(Unsaid::new(
-                    "a point in a turned frame of which not all coordinates are known",
-                    "program X, Y and Z in the first block behind the frame",
-                ));
-            }
-        }
+        super::must_be_known(motion, self.tilted, |axis| self.value(motion, axis))?;
         let turned = if self.flat && motion.programmed & 0b111 != 0 { 0b111 } else { 0 };
         let wanted = motion.programmed | turned | forced;
         let mut words = String::new();
@@ -509,17 +500,7 @@ impl<W: Write> HeidenhainPost<W> {
 
     fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
         let before = std::mem::replace(&mut self.coolant, coolant);
-        let off = before.flood && !coolant.flood || before.mist && !coolant.mist;
-        if off || !coolant.flood && !coolant.mist {
-            self.block("M9")?;
-        }
-        if coolant.flood && (off || !before.flood) {
-            self.block("M8")?;
-        }
-        if coolant.mist && (off || !before.mist) {
-            self.block("M7")?;
-        }
-        Ok(())
+        super::tell_coolant(before, coolant, ["M9", "M8", "M7"], |words| self.block(words))
     }
 }
 

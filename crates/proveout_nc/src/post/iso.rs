@@ -430,17 +430,7 @@ impl<W: Write> IsoPost<W> {
 
     fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
         let before = std::mem::replace(&mut self.coolant, coolant);
-        let off = before.flood && !coolant.flood || before.mist && !coolant.mist;
-        if off || !coolant.flood && !coolant.mist {
-            self.out.block("M9")?;
-        }
-        if coolant.flood && (off || !before.flood) {
-            self.out.block("M8")?;
-        }
-        if coolant.mist && (off || !before.mist) {
-            self.out.block("M7")?;
-        }
-        Ok(())
+        super::tell_coolant(before, coolant, ["M9", "M8", "M7"], |words| self.out.block(words))
     }
 }
 

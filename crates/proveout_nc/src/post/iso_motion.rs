@@ -42,16 +42,7 @@ impl<W: Write> IsoPost<W> {
 
     /// Coordinates of a motion, `forced` axes also where they have not changed.
     fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) -> Result<(), Unsaid> {
-        let tilted = self.tilted && !motion.machine_coordinates && motion.programmed & 0b111 != 0;
-        for axis in 0..9 {
-            let lost = motion.programmed >> axis & 1 == 1 && self.value(motion, axis).is_none();
-            if lost || tilted && motion.end_base.xyz().is_none() {
-                return Err(Unsaid::new(
-                    "a point in a turned frame of which not all coordinates are known",
-                    "program X, Y and Z in the first block behind the frame",
-                ));
-            }
-        }
+        super::must_be_known(motion, self.tilted, |axis| self.value(motion, axis))?;
         let wanted = self.wanted(motion) | forced;
         let first = words.len();
         let mut kept = None;

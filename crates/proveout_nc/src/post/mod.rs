@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use crate::settings::Dialect;
-use crate::{Command, Location, Op, WorkOffset};
+use crate::{Command, Coolant, Location, Motion, Op, WorkOffset};
 
 pub use apt::AptPost;
 pub use heidenhain::HeidenhainPost;
@@ -53,6 +53,39 @@ pub fn post_for<'a, W: io::Write + 'a>(
         Dialect::Apt => Box::new(AptPost::new(sink, settings)),
         Dialect::HeidenhainIso | Dialect::Auto => return Err(PostError::NoPost { dialect: dialect.name() }),
     })
+}
+
+/// Writes what a change of the coolant takes, with the words of a language for off, flood and mist.
+fn tell_coolant(
+    before: Coolant,
+    now: Coolant,
+    [off, flood, mist]: [&str; 3],
+    mut write: impl FnMut(&str) -> Result<(), Unsaid>,
+) -> Result<(), Unsaid> {
+    let less = before.flood && !now.flood || before.mist && !now.mist;
+    if less || !now.flood && !now.mist {
+        write(off)?;
+    }
+    if now.flood && (less || !before.flood) {
+        write(flood)?;
+    }
+    if now.mist && (less || !before.mist) {
+        write(mist)?;
+    }
+    Ok(())
+}
+
+/// Refuses a motion of which a programmed axis has no value, or whose end in a tilted frame is not known.
+fn must_be_known(motion: &Motion, tilted: bool, value: impl Fn(usize) -> Option<f64>) -> Result<(), Unsaid> {
+    let lost = (0..9).any(|axis| motion.programmed >> axis & 1 == 1 && value(axis).is_none());
+    let tilted = tilted && !motion.machine_coordinates && motion.programmed & 0b111 != 0;
+    if lost || tilted && motion.end_base.xyz().is_none() {
+        return Err(Unsaid::new(
+            "a point in a turned frame of which not all coordinates are known",
+            "program X, Y and Z in the first block behind the frame",
+        ));
+    }
+    Ok(())
 }
 
 /// The post of a control, which takes no motion in feed before a feed: CL data may have one.

@@ -296,17 +296,7 @@ impl<W: Write> SiemensPost<W> {
 
     fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
         let before = std::mem::replace(&mut self.coolant, coolant);
-        let off = before.flood && !coolant.flood || before.mist && !coolant.mist;
-        if off || !coolant.flood && !coolant.mist {
-            self.line("M9")?;
-        }
-        if coolant.flood && (off || !before.flood) {
-            self.line("M8")?;
-        }
-        if coolant.mist && (off || !before.mist) {
-            self.line("M7")?;
-        }
-        Ok(())
+        super::tell_coolant(before, coolant, ["M9", "M8", "M7"], |words| self.line(words))
     }
 
     fn tcp(&mut self, tcp: Tcp) -> Result<(), Unsaid> {

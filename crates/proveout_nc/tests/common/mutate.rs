@@ -32,7 +32,13 @@ impl Random {
 pub fn settings(dialect: Dialect) -> Settings {
     Settings {
         dialect,
-        limits: Limits { max_call_depth: 8, max_loop_passes: 500, max_idle_passes: 100, max_array_elements: 1000 },
+        limits: Limits {
+            max_call_depth: 8,
+            max_loop_passes: 500,
+            max_idle_passes: 100,
+            max_blocks: 1_000_000,
+            max_array_elements: 1000,
+        },
         ..Settings::default()
     }
 }

@@ -12,6 +12,7 @@ use super::{
     part,
     rows::{self, judged},
 };
+use crate::page_safety::{policy, without_steering};
 use crate::{
     error::RecordError,
     report::{format::fixed, rows::symbol},
@@ -74,6 +75,7 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "css": CSS,
         "more_css": MORE_CSS,
         "viewer": VIEWER,
+        "policy": policy(&[VIEWER, MAPS]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
         "scene": c.scene,
         "experiment": c.experiment.trim().trim_end_matches('.'),
@@ -108,7 +110,7 @@ pub(crate) fn render(compared: &Compared, traces: &[Trace]) -> Result<String, Re
         "legend_low": view.as_ref().map(|v| v.low.as_str()),
         "legend_high": view.as_ref().map(|v| v.high.as_str()),
     });
-    template.render(Serde(&data)).map_err(fault)
+    template.render(Serde(&data)).map(without_steering).map_err(fault)
 }
 
 fn keys(c: &Comparison) -> Vec<Key> {

@@ -65,6 +65,7 @@ pub(crate) fn send(
             "- /machine/table/work/part/**",
             "+ /machine/tool/**",
             "+ /machine/table/fixtures/**",
+            "+ /machine/table/loose/**",
         ])
         .into();
     let mut eyes = Vec::new();

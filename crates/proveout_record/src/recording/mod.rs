@@ -7,6 +7,7 @@
 //!   /tool                       pose of the tip frame T over time; cutting, neck, shank, holder as of each tool change
 //!   /table                      pose of the table frame K over time
 //!     /fixtures/<name>
+//!     /loose/<n>                a part that came off the stock, from then on; pose over time
 //!     /work                     workpiece frame W, fixed on the table
 //!       /stock/<i_j_k>          tiles of the stock, logged again when they change
 //!       /stock/patch_<name>/<i_j_k>  the same of a patch, in its window instead of the stock

@@ -50,6 +50,7 @@ const FEED_COLOR: Rgba = [64, 148, 232, 255];
 const RAPID_COLOR: Rgba = [236, 150, 60, 255];
 const FINDING_COLOR: Rgba = [230, 60, 70, 255];
 const FIXTURE_COLOR: Rgba = [120, 128, 140, 255];
+const LOOSE_COLOR: Rgba = [200, 120, 70, 255];
 const PART_COLOR: Rgba = [110, 170, 130, 255];
 /// Lines of plots: six hues of about the same lightness.
 const LINES: [Rgba; 6] = [
@@ -231,7 +232,7 @@ impl Open {
             }
         }
         let process = ["feed", "feed_programmed", "removal", "clearance"].map(|s| Signal::new(["process", s, ""]));
-        let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "clearance, mm"];
+        let names = ["feed reached, mm/min", "feed programmed, mm/min", "removal, mm³/s", "proved clearance, mm"];
         for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
             sink.signal_style(signal.path(), name, color, name != names[0])?;
         }
@@ -302,6 +303,12 @@ impl Open {
         }
         for event in events {
             self.event(setup, event)?;
+        }
+        for part in batch.loose {
+            let entity = path(["machine", "table", "loose", &part.name]);
+            let picture = Picture::creased(&part.mesh, CREASE).reduced(SURFACE_TRIANGLES).0;
+            self.sink.mesh(entity.clone(), part.track.first().map(|row| row.0), &picture, LOOSE_COLOR, &[])?;
+            self.sink.poses(entity, &part.track)?;
         }
         for finding in batch.findings {
             self.finding(finding, finding.time_s.unwrap_or(batch.time))?;

@@ -2,7 +2,9 @@
 
 use proveout_sim::verdict::Verdict;
 
-use crate::{color::DeviationMap, envelope::Envelope, picture::Picture, texture::ShownTexture};
+use crate::{
+    color::DeviationMap, contact::ContactPicture, envelope::Envelope, picture::Picture, texture::ShownTexture,
+};
 
 /// Signals of one joint over the run, mm or degrees, seconds.
 #[derive(Clone, Debug, Default)]
@@ -78,4 +80,5 @@ pub(crate) struct Page<'a> {
     pub(crate) process: &'a ProcessSignals,
     pub(crate) part: &'a PartView,
     pub(crate) textures: &'a [ShownTexture],
+    pub(crate) contacts: &'a [ContactPicture],
 }

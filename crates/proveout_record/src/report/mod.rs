@@ -22,6 +22,7 @@ use proveout_sim::{
 use self::data::{JointSignals, Page, PartView, ProcessSignals};
 use crate::{
     color::DeviationMap,
+    contact::ContactPictures,
     error::RecordError,
     gather::{ShownSurface, SurfacePicture},
     part::range_floor,
@@ -44,6 +45,7 @@ pub struct ReportObserver {
     process: ProcessSignals,
     surface: Option<SurfacePicture>,
     textures: Vec<ShownTexture>,
+    contacts: ContactPictures,
 }
 
 impl ReportObserver {
@@ -72,10 +74,12 @@ impl Observer for ReportObserver {
         self.process = ProcessSignals::default();
         self.surface = None;
         self.textures.clear();
+        self.contacts = ContactPictures::default();
         Ok(())
     }
 
     fn batch(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) -> Result<(), ObserverError> {
+        self.contacts.take(setup, batch)?;
         for (i, s) in batch.samples.iter().enumerate() {
             for (k, (joint, unit)) in self.joints.iter_mut().zip(&self.units).enumerate() {
                 let values = [s.commanded[k], s.velocity[k], s.acceleration[k], s.jerk[k]];
@@ -154,6 +158,7 @@ impl Observer for ReportObserver {
             process: &self.process,
             part: &part,
             textures: &self.textures,
+            contacts: self.contacts.all(),
         })?;
         let path = outcome.folder.join("report.html");
         fs::write(&path, text).map_err(RecordError::io(&path))?;

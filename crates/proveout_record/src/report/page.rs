@@ -1,11 +1,16 @@
 //! Fills the page's template.
 
 use minijinja::{Environment, value::Serde};
-use proveout_sim::verdict::{State, Verdict};
+use proveout_sim::{
+    finding::Finding,
+    verdict::{State, Verdict},
+};
 use serde::Serialize;
 
+use crate::page_safety::{policy, without_steering};
 use crate::{
     color::{DeviationMap, STEEL},
+    contact::{ContactPicture, FIRST, SECOND},
     encode::{base64, pack_mesh},
     envelope::Envelope,
     error::RecordError,
@@ -59,6 +64,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
     let data = serde_json::json!({
         "css": CSS,
         "viewer": VIEWER,
+        "policy": policy(&[VIEWER, TEXTURE]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
         "program": v.program,
         "scene": v.scene,
@@ -68,6 +74,8 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "figures": figures(v),
         "gates": gates(v),
         "groups": groups(&v.findings, &order),
+        "contacts": contacts(page),
+        "contact_colors": contact_colors(),
         "mesh": mesh,
         "view_data": view_data(page),
         "mesh_notes": mesh_notes(page.part),
@@ -94,7 +102,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "method": page.method.iter().map(|(n, value)| entry(n, value.clone(), "")).collect::<Vec<_>>(),
         "digests": v.digests.iter().map(|(n, d)| entry(n, d.clone(), "")).collect::<Vec<_>>(),
     });
-    template.render(Serde(&data)).map_err(fault)
+    template.render(Serde(&data)).map(without_steering).map_err(fault)
 }
 
 /// What the script of the maps reads; nothing in it comes from a text of the user.
@@ -107,6 +115,38 @@ struct VerdictWords {
     class: &'static str,
     word: &'static str,
     meaning: &'static str,
+}
+
+#[derive(Serialize)]
+struct ContactRow {
+    png: String,
+    id: String,
+    number: usize,
+    bodies: [String; 2],
+    words: String,
+}
+
+fn contact_colors() -> [String; 2] {
+    [FIRST, SECOND].map(|[r, g, b]| css([r, g, b, 255]))
+}
+
+/// Pictures of contacts with the rows of the findings that they show.
+fn contacts(page: &Page<'_>) -> Vec<ContactRow> {
+    let row = |p: &ContactPicture| {
+        let findings = &page.verdict.findings;
+        let of = |f: &Finding| f.code == p.code && f.bodies.as_slice() == p.bodies.as_slice() && f.time_s == p.time_s;
+        let index = findings.iter().position(of)?;
+        let f = &findings[index];
+        let place = f.line.map_or_else(String::new, |line| format!(", line {line}"));
+        Some(ContactRow {
+            png: base64(&p.png),
+            id: format!("finding-{}", index + 1),
+            number: index + 1,
+            bodies: p.bodies.clone(),
+            words: format!("{}{place}", p.time_s.map_or_else(String::new, duration)),
+        })
+    };
+    page.contacts.iter().filter_map(row).collect()
 }
 
 fn verdict_words(state: State) -> VerdictWords {
@@ -125,14 +165,17 @@ fn figures(v: &Verdict) -> Vec<Entry> {
     let further =
         if rest == 1 { "and 1 warning or note".into() } else { format!("and {} warnings and notes", count(rest)) };
     out.push(entry("Errors", count(errors), if rest == 0 { String::new() } else { further }));
-    out.push(entry("Removed", volume(v.removal.volume_mm3), format!("{} left", volume(v.removal.stock_left_mm3))));
+    let fallen = v.removal.fallen_mm3;
+    let fallen = if fallen > 0.0 { format!(", {} fallen off", volume(fallen)) } else { String::new() };
+    let left = format!("{} left{fallen}", volume(v.removal.stock_left_mm3));
+    out.push(entry("Removed", volume(v.removal.volume_mm3), left));
     let d = &v.deviation;
     if d.gouge_max_mm.is_some() || d.excess_max_mm.is_some() {
         out.push(entry("Deepest gouge", length_or_dash(d.gouge_max_mm), ""));
         out.push(entry("Most material left", length_or_dash(d.excess_max_mm), ""));
     }
     let pair = v.clearance.pair.as_ref().map_or_else(String::new, |[a, b]| format!("{a} to {b}"));
-    out.push(entry("Least clearance", length_or_dash(v.clearance.min_mm), pair));
+    out.push(entry("Least clearance proved", length_or_dash(v.clearance.min_mm), pair));
     if let Some(ratio) = v.path.min_feed_ratio {
         out.push(entry("Lowest feed", format!("{} %", fixed(100.0 * ratio, 0)), "of the programmed feed"));
     }

@@ -130,6 +130,7 @@ fn page(message: &str) -> String {
         process: &process,
         part: &part,
         textures: &[],
+        contacts: &[],
     };
     render(&page).expect("the template fits its data")
 }
@@ -230,6 +231,7 @@ fn drives_have_their_table_and_strips_and_saturation_is_marked() {
             process: &process,
             part: &part,
             textures: &[],
+            contacts: &[],
         };
         render(&page).expect("the template fits its data")
     };

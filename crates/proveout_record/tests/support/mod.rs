@@ -159,6 +159,7 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
             changed_tiles: &changed,
             patches: &[],
             changed_in_patches: &[],
+            loose: &[],
         };
         for o in observers.iter_mut() {
             o.batch(&setup, &seen).expect("batch");
@@ -270,6 +271,8 @@ fn step(
             joints: [last_q, state.q],
             pose,
             deviation: 1e-3,
+            edge_deviation: 0.0,
+            joint_deviation: JointValues::ZERO,
         });
         (last, last_q) = (to, state.q);
     }

@@ -90,6 +90,7 @@ impl TwinVariation {
         match self.change {
             Change::Pieces(f) => {
                 out.settings.piece_tolerance *= f;
+                out.settings.piece_body_tolerance *= f;
                 out.settings.piece_length *= f;
                 out.settings.piece_angle *= f;
             }

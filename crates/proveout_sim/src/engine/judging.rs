@@ -13,6 +13,7 @@ use crate::{
     engagement::Engagement,
     finding::{self, Finding},
     log::FindingLog,
+    loose::{LooseParts, Shop, Told},
     plunge::Judgement,
     process::{self, CuttingState, SweepPart, Swept, judge_sweep},
 };
@@ -143,23 +144,15 @@ impl Engine<'_> {
         joints.map(|(i, j)| (j.name.clone(), j.kind.in_unit(q[i]))).collect()
     }
 
-    /// Tells parts that have come off; the chunk under way, with the id of its first piece, gives them their time.
-    pub(super) fn look_for_loose_parts(&mut self, now: Option<(&Chunk, u32)>) {
-        if self.removed == self.looked_at {
-            return;
-        }
-        self.looked_at = self.removed;
-        for part in self.loose.look(&self.stock) {
-            let mut f = wording::loose_part(&part);
-            let piece = now
-                .zip(part.last_made_by)
-                .and_then(|((chunk, first), id)| chunk.pieces.get(id.checked_sub(first)? as usize));
-            let block = part.last_made_by.and_then(|id| self.block_of_piece.get(id as usize).copied());
-            f = match piece {
-                Some(piece) => self.at_piece(f, piece, piece.time[1]),
-                None => Finding { block, time_s: Some(self.time), ..f },
-            };
-            self.log.push(f);
+    /// Lets the loose parts do something, and tells what comes of it.
+    pub(super) fn follow_loose_parts(&mut self, what: impl FnOnce(&mut LooseParts, &mut Shop<'_>) -> Vec<Told>) {
+        let Some(last_piece) = (self.block_of_piece.len() as u32).checked_sub(1) else { return };
+        let (prepared, stock, patches) = (self.prepared, &mut self.stock, &mut self.patches[..]);
+        let told = what(&mut self.loose, &mut Shop { prepared, stock, patches, last_piece });
+        for Told { mut finding, at } in told {
+            finding.block = at.piece.and_then(|id| self.block_of_piece.get(id as usize).copied());
+            (finding.time_s, finding.axes) = (Some(at.time), self.axes(&at.joints));
+            self.log.push(finding);
         }
     }
 

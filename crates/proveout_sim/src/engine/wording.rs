@@ -6,7 +6,7 @@ use proveout_collision::{Severity, StockBreach};
 use proveout_controller::{Event, LimitKind};
 use proveout_machine::{Joint, JointKind, Machine};
 use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight};
-use proveout_stock::{StockPart, SweepReport};
+use proveout_stock::SweepReport;
 use proveout_tool::{Role, Tool};
 
 use super::UnknownPlunge;
@@ -83,14 +83,17 @@ pub(super) fn stock_breach(breach: &StockBreach, near: f64, unseen: f64) -> Find
     let how = if breach.severity == Severity::QueryFailed {
         format!("{body} is not proved clear of the stock: joints that are no numbers")
     } else if near_miss {
-        format!("{body} comes nearer to the stock than the wanted {near:.3} mm: {least:.3} to {rays:.3} mm are left")
+        format!("{body} comes nearer to the stock than the wanted {near:.3} mm")
     } else if breach.inside {
         format!("{body} holds a part of the stock inside")
     } else if rays <= TOUCH_MM {
-        format!("{body} hits the stock: it meets material, told to {:.3} mm, half the diagonal of a cell", 0.5 * unseen)
+        format!(
+            "{body} hits the stock: it meets material, known to within {:.3} mm, half the diagonal of a cell",
+            0.5 * unseen
+        )
     } else {
         format!(
-            "{body} hits the stock or misses it by less than {rays:.3} mm: between rays material is known to {:.3} mm, half the diagonal of a \
+            "{body} hits the stock or misses it by less than {rays:.3} mm: between rays material is known to within {:.3} mm, half the diagonal of a \
              cell",
             0.5 * unseen
         )
@@ -120,20 +123,6 @@ pub(super) fn at_rest(standing: &AtRest) -> Finding {
     f
 }
 
-/// A part that has come off the stock.
-pub(super) fn loose_part(part: &StockPart) -> Finding {
-    let size = part.bounds.size();
-    let message = format!(
-        "{:.1} mm3 no longer hang together with the rest of the stock: {:.1} x {:.1} x {:.1} mm; the twin leaves them in their place",
-        part.volume_mm3, size.x, size.y, size.z
-    );
-    let mut f = FindingLog::of(&finding::LOOSE_PART, message);
-    f.bodies = vec!["stock".into()];
-    f.point_mm = Some(part.center.coords.into());
-    (f.value, f.unit) = (Some(part.volume_mm3), Some("mm3".into()));
-    f
-}
-
 /// What an event of the control says; none where it is no finding. A place where the compensated path enters its own contour
 /// has its own words ([`overcut`]), since it was told behind the stretch.
 pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
@@ -153,6 +142,11 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
             );
             let mut f = FindingLog::of(code, message);
             (f.value, f.unit) = (Some(angle), Some("deg".into()));
+            f
+        }
+        Event::Ended { location, reason, .. } => {
+            let mut f = FindingLog::of(&finding::STOPPED, reason.clone());
+            (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
             f
         }
         Event::Probe { .. } => FindingLog::of(

@@ -6,3 +6,4 @@ pub(crate) mod file;
 pub(crate) mod history;
 pub(crate) mod patch;
 pub(crate) mod regrid;
+pub(crate) mod taken;

@@ -4,6 +4,7 @@ pub(crate) mod bands;
 pub(crate) mod contact;
 pub(crate) mod depth;
 pub(crate) mod measure;
+pub(crate) mod moments;
 pub(crate) mod overlap;
 pub(crate) mod parts;
 pub(crate) mod qef;

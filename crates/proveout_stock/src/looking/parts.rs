@@ -18,6 +18,7 @@ use proveout_geom::{Aabb, Point};
 
 use crate::{
     TriDexel,
+    field::grid::Grid,
     field::span::{INITIAL, Span},
 };
 
@@ -32,14 +33,63 @@ pub struct StockPart {
     pub bounds: Aabb,
     /// The last sweep item that made an end of its rays, of all three sets; none where it is as it was at first.
     pub last_made_by: Option<u32>,
+    /// A point on a ray along z, in the middle of one of its intervals.
+    pub(crate) seed: Point,
+}
+
+/// Which part each interval of the rays along z belongs to.
+pub(crate) struct Labels {
+    /// Number of the first interval of each column, x fastest; the last entry is the number of intervals.
+    first: Vec<usize>,
+    /// Part of each interval, counted in the order of the columns.
+    number: Vec<usize>,
+}
+
+impl Labels {
+    /// Part of interval `k` of column `(i, j)` of a stock with `nx` columns along x.
+    pub(crate) fn of(&self, nx: usize, [i, j]: [usize; 2], k: usize) -> usize {
+        self.number[self.first[j * nx + i] + k]
+    }
+}
+
+impl StockPart {
+    /// Whether a point of it lies in the material of another stock in the same frame, as the nearest ray along z tells.
+    pub fn lies_in(&self, other: &TriDexel) -> bool {
+        let (_, spans) = other.intervals_on(2, self.seed.x, self.seed.y);
+        spans.iter().any(|s| s.lo <= self.seed.z && self.seed.z <= s.hi)
+    }
 }
 
 impl TriDexel {
     /// Parts that hang together, the largest first. Frame: that of the stock.
     pub fn parts(&self) -> Vec<StockPart> {
+        let labels = self.labels();
+        let mut parts = self.collect(&labels);
+        self.add_makers(&labels, &mut parts, |_| true);
+        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
+        parts
+    }
+
+    /// The parts of [`Self::parts`] but the largest, as far as they have a volume (mm³): costs a pass over the rays along z where
+    /// there are none.
+    pub fn parts_apart(&self, least_volume: f64) -> Vec<StockPart> {
+        let labels = self.labels();
+        let mut parts = self.collect(&labels);
+        // The first of equals, as sorting keeps it.
+        let most = parts.iter().map(|p| p.volume_mm3).fold(f64::NEG_INFINITY, f64::max);
+        let Some(largest) = parts.iter().position(|p| p.volume_mm3 >= most) else { return parts };
+        let wanted: Vec<bool> =
+            parts.iter().enumerate().map(|(k, p)| k != largest && p.volume_mm3 >= least_volume).collect();
+        self.add_makers(&labels, &mut parts, |k| wanted[k]);
+        let mut kept = wanted.iter();
+        parts.retain(|_| kept.next().is_some_and(|w| *w));
+        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
+        parts
+    }
+
+    pub(crate) fn labels(&self) -> Labels {
         let [nx, ny, _] = self.grid.n;
         let column = |i: usize, j: usize| self.spans(2, i, j);
-        // Number of the first interval of each column.
         let mut first = Vec::with_capacity(nx * ny + 1);
         first.push(0_usize);
         for j in 0..ny {
@@ -59,7 +109,15 @@ impl TriDexel {
                 }
             }
         }
-        self.collect(&first, &mut sets)
+        // The root is the smallest number of its set: it comes first.
+        let mut number = vec![0; first[nx * ny]];
+        let mut count = 0;
+        for at in 0..number.len() {
+            let root = sets.root(at);
+            number[at] = if root == at { count } else { number[root] };
+            count += usize::from(root == at);
+        }
+        Labels { first, number }
     }
 
     /// Joins the intervals of two neighboring columns; the second lies behind the first along `axis`.
@@ -93,65 +151,101 @@ impl TriDexel {
         rows.is_empty() || rows.any(covers)
     }
 
-    /// Takes the makers of the rays along x and y too: an interval belongs to the column at its middle.
-    fn last_across(&self, first: &[usize], sets: &mut Sets, number: &[usize], parts: &mut [StockPart]) {
+    /// The part that an interval of a ray along x or y (`a` 0 or 1, ray `(p, q)`) belongs to: that of most of the columns
+    /// whose centers it covers. One that lies between two columns goes with the nearer of those that have material at its height,
+    /// or within a cell of it; none where neither has.
+    pub(crate) fn owner(&self, labels: &Labels, a: usize, [p, q]: [usize; 2], span: &Span) -> Option<usize> {
         let grid = &self.grid;
         let nx = grid.n[0];
-        for a in 0..2 {
-            for q in 0..grid.n[(a + 2) % 3] {
-                for p in 0..grid.n[a + 1] {
-                    for span in self.spans(a, p, q) {
-                        let along = grid.nearest(a, 0.5 * (span.lo + span.hi));
-                        // Rays along x are counted along y and z, rays along y along z and x.
-                        let (i, j, k) = if a == 0 { (along, p, q) } else { (q, along, p) };
-                        let z = grid.center(2, k);
-                        let covering = self.spans(2, i, j).iter().position(|s| s.lo <= z && z <= s.hi);
-                        if let Some(at) = covering {
-                            let part = &mut parts[number[sets.root(first[j * nx + i] + at)]];
-                            part.last_made_by = part.last_made_by.max(last_maker(span));
-                        }
-                    }
+        // Rays along x are counted along y and z, rays along y along z and x.
+        let (k, place) = if a == 0 { (q, p) } else { (p, q) };
+        let column = |along: usize| if a == 0 { [along, place] } else { [place, along] };
+        let z = grid.center(2, k);
+        let (from, to) = (grid.first_at_or_above(a, span.lo), grid.first_at_or_above(a, span.hi));
+        let mut votes: Vec<(usize, usize)> = Vec::new();
+        for along in from..to {
+            let [i, j] = column(along);
+            let Some(at) = self.spans(2, i, j).iter().position(|s| s.lo <= z && z <= s.hi) else { continue };
+            let part = labels.of(nx, [i, j], at);
+            match votes.iter_mut().find(|(of, _)| *of == part) {
+                Some((_, count)) => *count += 1,
+                None => votes.push((part, 1)),
+            }
+        }
+        if let Some((part, _)) = votes.iter().copied().reduce(|best, v| if v.1 > best.1 { v } else { best }) {
+            return Some(part);
+        }
+        let middle = 0.5 * (span.lo + span.hi);
+        let near = from.saturating_sub(1)..(to + 1).min(grid.n[a]);
+        let mut best: Option<(f64, usize)> = None;
+        for along in near {
+            let [i, j] = column(along);
+            for (at, s) in self.spans(2, i, j).iter().enumerate() {
+                let above = (s.lo - z).max(z - s.hi).max(0.0);
+                let off = above + (grid.center(a, along) - middle).abs();
+                if above <= grid.cells[2] && best.is_none_or(|(least, _)| off < least) {
+                    best = Some((off, labels.of(nx, [i, j], at)));
                 }
             }
         }
+        best.map(|(_, part)| part)
     }
 
-    fn collect(&self, first: &[usize], sets: &mut Sets) -> Vec<StockPart> {
+    fn collect(&self, labels: &Labels) -> Vec<StockPart> {
         let grid = &self.grid;
         let [nx, ny, _] = grid.n;
         let half = [0.5 * grid.cells[0], 0.5 * grid.cells[1]];
-        let mut number = vec![usize::MAX; first[nx * ny]];
         let mut parts: Vec<StockPart> = Vec::new();
         for j in 0..ny {
             for i in 0..nx {
                 let (x, y) = (grid.center(0, i), grid.center(1, j));
                 for (k, span) in self.spans(2, i, j).iter().enumerate() {
-                    let root = sets.root(first[j * nx + i] + k);
-                    if number[root] == usize::MAX {
-                        number[root] = parts.len();
-                        let (far, none) = (f64::INFINITY, f64::NEG_INFINITY);
-                        let bounds = Aabb { min: Point::new(far, far, far), max: Point::new(none, none, none) };
-                        parts.push(StockPart { volume_mm3: 0.0, center: Point::origin(), bounds, last_made_by: None });
+                    let number = labels.of(nx, [i, j], k);
+                    if number == parts.len() {
+                        let seed = Point::new(x, y, 0.5 * (span.lo + span.hi));
+                        let (center, bounds) = (Point::origin(), Aabb::empty());
+                        parts.push(StockPart { volume_mm3: 0.0, center, bounds, last_made_by: None, seed });
                     }
-                    let part = &mut parts[number[root]];
+                    let part = &mut parts[number];
                     let volume = (span.hi - span.lo) * grid.ray_area(2);
                     part.volume_mm3 += volume;
                     part.center += volume * Point::new(x, y, 0.5 * (span.lo + span.hi)).coords;
                     let (low, high) = ([x - half[0], y - half[1], span.lo], [x + half[0], y + half[1], span.hi]);
-                    for c in 0..3 {
-                        part.bounds.min[c] = part.bounds.min[c].min(low[c]);
-                        part.bounds.max[c] = part.bounds.max[c].max(high[c]);
-                    }
+                    part.bounds.grow(&Point::from(low));
+                    part.bounds.grow(&Point::from(high));
                     part.last_made_by = part.last_made_by.max(last_maker(span));
                 }
             }
         }
-        self.last_across(first, sets, &number, &mut parts);
         for part in &mut parts {
             part.center = Point::from(part.center.coords / part.volume_mm3);
         }
-        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
         parts
+    }
+
+    /// Takes the makers of the rays along x and y too, for the parts that are wanted.
+    fn add_makers(&self, labels: &Labels, parts: &mut [StockPart], wanted: impl Fn(usize) -> bool) {
+        let grid = &self.grid;
+        let boxes = parts.iter().enumerate().filter(|(k, _)| wanted(*k)).map(|(_, p)| p.bounds);
+        let Some(near) = boxes.reduce(|a, b| a.union(&b)).map(|b| b.expanded(grid.longest_cell())) else { return };
+        for a in 0..2 {
+            let (u, v) = (a + 1, (a + 2) % 3);
+            for q in 0..grid.n[v] {
+                for p in 0..grid.n[u] {
+                    for span in self.spans(a, p, q) {
+                        let made = last_maker(span);
+                        let ends = [span.lo, span.hi].map(|s| Grid::point(a, s, grid.center(u, p), grid.center(v, q)));
+                        // Most ends are those of the raw stock: nobody is asked about them.
+                        if made.is_some()
+                            && near.intersects(&Aabb { min: ends[0], max: ends[1] })
+                            && let Some(part) = self.owner(labels, a, [p, q], span).filter(|k| wanted(*k))
+                        {
+                            parts[part].last_made_by = parts[part].last_made_by.max(made);
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 

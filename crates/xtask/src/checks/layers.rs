@@ -58,9 +58,9 @@ const RESERVED: &[Reserved] = &[
     },
     Reserved {
         name: "rapier3d-f64",
-        users: &["proveout_controller"],
+        users: &["proveout_controller", "proveout_sim"],
         in_tests: true,
-        why: "its releases change motors and impulses; one crate carries the change",
+        why: "its releases change motors and impulses; one file of each of two crates carries the change",
     },
 ];
 

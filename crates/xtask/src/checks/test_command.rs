@@ -7,9 +7,10 @@ use crate::{Failure, files};
 /// The one command.
 pub(crate) const COMMAND: &str = "cargo xtask ci";
 
-/// Commands of a shell script: lines that are not empty, comments, or `set`.
+/// Commands of a shell script: lines that are not empty, comments, or settings (`set`, and `export` of a setting of Cargo).
 fn commands(script: &str) -> Vec<&str> {
-    script.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#') && !l.starts_with("set ")).collect()
+    let is_setting = |l: &str| l.starts_with("set ") || l.starts_with("export CARGO_");
+    script.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#') && !is_setting(l)).collect()
 }
 
 /// Fails when script or README names another command.
@@ -33,6 +34,6 @@ mod tests {
 
     #[test]
     fn settings_and_comments_are_no_commands() {
-        assert_eq!(commands("#!/usr/bin/env bash\n\nset -euo pipefail\n  cargo xtask ci\n# end\n"), [COMMAND]);
+        assert_eq!(commands("#!/usr/bin/env bash\n\nset -euo pipefail\nexport CARGO_INCREMENTAL=0\n  cargo xtask ci\n# end\n"), [COMMAND]);
     }
 }

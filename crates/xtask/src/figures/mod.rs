@@ -240,8 +240,8 @@ fn made(root: &Path, program: &Path, run: &Run, wanted: &Wanted) -> Result<Optio
         command.arg("--out").arg(&folder);
         println!("proveout {}", run.command);
         let output = command.output().map_err(|e| Failure(format!("cannot start {}: {e}", program.display())))?;
-        // 1: the verdict is fail or unchecked, which is a result.
-        if !matches!(output.status.code(), Some(0 | 1)) {
+        // 1: the verdict is fail, 3: unchecked; both are results.
+        if !matches!(output.status.code(), Some(0 | 1 | 3)) {
             let told = String::from_utf8_lossy(&output.stderr).into_owned();
             return Err(Failure(format!("{}: {}\n{told}", run.name, output.status)));
         }

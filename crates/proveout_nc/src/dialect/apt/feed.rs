@@ -19,7 +19,7 @@ impl AptReader {
             Some(feed) => {
                 if fresh {
                     self.assume(format!(
-                        "motions before the first FEDRAT run at the feed of the settings, {feed} mm/min"
+                        "motions before the first FEDRAT run at {feed} mm/min, as --feed or the control file says"
                     ));
                 }
                 self.set_feed(Some(Feed::PerTime(feed / 60.0)));

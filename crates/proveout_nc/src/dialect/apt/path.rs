@@ -133,18 +133,39 @@ impl AptReader {
         Ok(())
     }
 
+    /// To the point of FROM or HOME; without one to the reference point of the machine.
     pub(crate) fn go_home(&mut self, st: &Statement) -> Result<(), Box<Bad>> {
-        let Some((point, axis)) = self.own.home else {
-            return Err(st.head.bad(
-                codes::POSITION_UNKNOWN,
-                "GOHOME has no point to go to",
-                "give the point with FROM or HOME, or write RAPID and GOTO",
-            ));
-        };
+        let Some((point, axis)) = self.own.home else { return self.go_to_reference(st) };
         self.take_path_tool();
         self.own.rapid = false;
         self.own.axis = axis;
         self.straight(point, true);
+        Ok(())
+    }
+
+    fn go_to_reference(&mut self, st: &Statement) -> Result<(), Box<Bad>> {
+        let mut end = [0.0; 3];
+        match self.settings.reference_points.clone() {
+            Some(points) => {
+                for (axis, value) in end.iter_mut().enumerate() {
+                    *value = Self::stated_reference(&points, false, axis, "GOHOME", st.head.span)
+                        .map_err(|fault| st.head.with(fault))?;
+                }
+            }
+            None => self.note("GOHOME: no machine is known, and its reference point is taken as machine zero"),
+        }
+        self.assume("GOHOME without FROM and HOME goes to the reference point of the machine, Z first, then X and Y");
+        self.take_path_tool();
+        self.own.rapid = false;
+        for axes in [&[2usize][..], &[0, 1]] {
+            let mut to = AxisValues::NONE;
+            for &axis in axes {
+                to.put(axis, end[axis]);
+            }
+            let programmed = axes.iter().fold(0, |bits, axis| bits | 1 << axis);
+            self.position.moved_in_machine(&to, programmed, self.own.tcp);
+            self.go_in_machine(to, programmed, true, false);
+        }
         Ok(())
     }
 

@@ -269,7 +269,7 @@ impl AptReader {
                 let value = self.number(source, item)?;
                 if self.own.names.len() >= self.own.max_names && !self.own.names.contains_key(&st.major) {
                     let message = format!("the text defines more than {} names", self.own.max_names);
-                    return Err(place.bad(codes::LOOP_LIMIT, message, "raise max_array_elements in the settings"));
+                    return Err(place.bad(codes::LOOP_LIMIT, message, "use fewer names, or split the text"));
                 }
                 self.own.names.insert(st.major.clone(), value);
                 Ok(())

@@ -101,6 +101,9 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
     out.head = Place { mark: at, span: Span::new(start, start) };
     out.literal = out.head;
     if body.is_empty() {
+        if line.trim_start().starts_with("$$->") && line.trim_end().ends_with('$') {
+            next = behind_numbers(source, next);
+        }
         return Some((Ok(()), next));
     }
     if let Some(rest) = text_word(body) {
@@ -142,6 +145,21 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
         result = Ok(());
     }
     Some((result, next))
+}
+
+/// Behind the lines of numbers that go on from a remark of Creo, such as `$$-> CSYS / 1.0, 0.0, $`; others are statements.
+fn behind_numbers(source: &Source, mut at: Mark) -> Mark {
+    while let Some((line, next)) = source.line(at) {
+        let numbers = line.bytes().all(|b| b.is_ascii_digit() || b" \t+-.,eE$".contains(&b));
+        if !numbers || !line.bytes().any(|b| b.is_ascii_digit()) {
+            break;
+        }
+        at = next;
+        if !line.trim_end().ends_with('$') {
+            break;
+        }
+    }
+    at
 }
 
 /// A line without its comment and its `$`; true when the next line goes on.

@@ -2,13 +2,15 @@
 //!
 //! Words after HEIDENHAIN, *TNC 640 Klartext programming*, "Path functions": CC is modal; CR with R above zero runs at most
 //! half a turn, below zero more; DR+ is counter-clockwise seen against the tool axis; the polar angle counts from the first
-//! axis of the working plane; CP with IPA runs through that angle, several turns too.
+//! axis of the working plane; CP with IPA runs through that angle, several turns too. "Circular motion in another plane": CC with
+//! two other axes than those of the working plane; angles count from Y in the plane Y Z and from Z in the plane Z X ("Polar
+//! coordinates: defining pole and angle reference axis").
 
 use std::f64::consts::TAU;
 
 use super::interpreter::{Heidenhain, Interpreter};
-use super::motion::Goal;
-use super::words::{Coordinate, Words};
+use super::motion::{Goal, LINEAR};
+use super::words::{Coordinate, Side, Words};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::{Language, arc_fault};
 use crate::codes;
@@ -18,48 +20,77 @@ use crate::{ArcMotion, Op};
 /// How a full circle is written.
 pub(crate) const FULL_CIRCLE: &str = "program a full circle with CC and C";
 
+/// A pole with the plane of its circles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pole {
+    /// In the axes of the plane, mm.
+    pub(crate) at: [f64; 2],
+    /// Index of the axis square to the plane.
+    pub(crate) normal: usize,
+}
+
+/// First and second axis of a plane and the axis square to it, right-handed: X Y, Y Z, Z X.
+pub(crate) fn plane_of(normal: usize) -> [usize; 3] {
+    [(normal + 1) % 3, (normal + 2) % 3, normal]
+}
+
 impl Interpreter {
-    /// CC: a new pole; an axis that is not written keeps its value, none at all takes the position.
+    /// CC: a new pole; an axis that is not written keeps its value, none at all takes the position. Two axes of another plane than
+    /// the working plane put the circles into that plane.
     pub(crate) fn pole_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
-        let [u, v, n] = self.modal.plane_axes();
-        if w.programmed & !(1 << u | 1 << v) != 0 {
-            let letters = [crate::AXIS_LETTERS[u], crate::AXIS_LETTERS[v]];
-            let _ = n;
-            return Err(super::lexer::refused(
-                "CC outside of the working plane",
-                span,
-                &format!("the tool axis makes {} {} the working plane: turn it with PLANE", letters[0], letters[1]),
-            ));
-        }
         if !w.functions.is_empty() || w.feed.is_some() {
             return Err(Fault::new(codes::CONFLICT, span, "CC takes coordinates only")
                 .help("write the other words in another block"));
         }
-        let mut pole = [0.0; 2];
-        for (slot, axis) in pole.iter_mut().zip([u, v]) {
-            *slot = match w.axes[axis] {
-                Some(c) if self.is_incremental(c.reference) => {
+        let normal = self.pole_normal(w, span)?;
+        let old = self.modal.pole.filter(|pole| pole.normal == normal && w.programmed != 0);
+        let axes = plane_of(normal);
+        let mut at = [0.0; 2];
+        for (i, slot) in at.iter_mut().enumerate() {
+            let axis = axes[i];
+            *slot = match (w.axes[axis], old) {
+                (Some(c), _) if self.is_incremental(c.reference) => {
                     self.known(axis, span)? + self.coordinate(axis, self.variables.value(c.value, span)?)
                 }
-                Some(c) => self.coordinate(axis, self.variables.value(c.value, span)?),
-                None => match (w.programmed, self.modal.pole) {
-                    (0, _) | (_, None) => self.known(axis, span)?,
-                    (_, Some(old)) => old[usize::from(axis == v)],
-                },
+                (Some(c), _) => self.coordinate(axis, self.variables.value(c.value, span)?),
+                (None, Some(old)) => old.at[i],
+                (None, None) => self.known(axis, span)?,
             };
         }
-        self.modal.pole = Some(pole);
+        self.modal.pole = Some(Pole { at, normal });
         Ok(())
     }
 
-    fn pole(&self, span: Span) -> Result<[f64; 2], Fault> {
+    /// Axis square to the plane that the words of CC are in.
+    fn pole_normal(&self, w: &Words, span: Span) -> Result<usize, Fault> {
+        let work = self.modal.normal;
+        let named = w.programmed;
+        let lies_in = |normal: usize| named & !(LINEAR & !(1 << normal)) == 0;
+        if named & LINEAR == named && named.count_ones() == 2 {
+            return Ok((LINEAR & !named).trailing_zeros() as usize);
+        }
+        // One axis changes the pole that is there.
+        match self.modal.pole {
+            Some(pole) if named != 0 && lies_in(pole.normal) => Ok(pole.normal),
+            _ if lies_in(work) => Ok(work),
+            _ => Err(Fault::new(codes::ARC_GEOMETRY, span, "the words of CC are not those of one plane")
+                .help("write the two axes of the plane of the circle, such as CC X+10 Z-5")),
+        }
+    }
+
+    fn pole(&self, span: Span) -> Result<Pole, Fault> {
         self.modal.pole.ok_or_else(|| {
             Fault::new(codes::ARC_GEOMETRY, span, "no pole is defined").help("write CC X+0 Y+0 before it")
         })
     }
 
     pub(crate) fn flat(&self, span: Span) -> Result<[f64; 2], Fault> {
-        let [u, v, _] = self.modal.plane_axes();
+        self.flat_in(self.modal.normal, span)
+    }
+
+    /// The position in the plane square to an axis.
+    fn flat_in(&self, normal: usize, span: Span) -> Result<[f64; 2], Fault> {
+        let [u, v, _] = plane_of(normal);
         Ok([self.known(u, span)?, self.known(v, span)?])
     }
 
@@ -71,22 +102,24 @@ impl Interpreter {
 
     /// C: arc about the pole to a point.
     pub(crate) fn arc_block(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
-        let [u, v, _] = self.modal.plane_axes();
-        if w.programmed & 0b111 & !(1 << u | 1 << v) != 0 {
+        let pole = self.pole(span)?;
+        let [u, v, _] = plane_of(pole.normal);
+        if w.programmed & LINEAR & !(1 << u | 1 << v) != 0 {
+            let letters = [u, v].map(|axis| crate::AXIS_LETTERS[axis]);
             return Err(super::lexer::refused(
-                "C with the tool axis",
+                &format!("C with an axis outside of the plane {} {} of CC", letters[0], letters[1]),
                 span,
-                "write a helix with CP, a circle in another plane with PLANE",
+                "write a helix with CP, a circle in another plane with the two axes of that plane in CC and C",
             ));
         }
         let clockwise = Self::direction(w, span)?;
-        let (start, center) = (self.flat(span)?, self.pole(span)?);
+        let start = self.flat_in(pole.normal, span)?;
         let goal = self.goal(w, span)?;
         let end = [goal.end.get(u).unwrap_or(start[0]), goal.end.get(v).unwrap_or(start[1])];
         let tolerance = self.settings.arc_limit();
-        let arc = arc::from_center(start, end, center, clockwise, tolerance)
+        let arc = arc::from_center(start, end, pole.at, clockwise, tolerance)
             .map_err(|f| arc_fault(f, tolerance, FULL_CIRCLE, span))?;
-        self.arc_to(goal, arc, clockwise, span)
+        self.arc_in(pole.normal, goal, arc, clockwise, span)
     }
 
     /// CR: arc of a radius to a point.
@@ -136,9 +169,9 @@ impl Interpreter {
     }
 
     /// Radius and angle (degrees) of the position about the pole.
-    fn polar_now(&self, pole: [f64; 2], span: Span) -> Result<(f64, f64), Fault> {
-        let [x, y] = self.flat(span)?;
-        let (dx, dy) = (x - pole[0], y - pole[1]);
+    fn polar_now(&self, pole: Pole, span: Span) -> Result<(f64, f64), Fault> {
+        let [x, y] = self.flat_in(pole.normal, span)?;
+        let (dx, dy) = (x - pole.at[0], y - pole.at[1]);
         Ok((dx.hypot(dy), dy.atan2(dx).to_degrees()))
     }
 
@@ -154,8 +187,8 @@ impl Interpreter {
     }
 
     /// The goal of a polar block: the point in the plane replaces the two axes.
-    fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: [f64; 2], span: Span) -> Result<Goal, Fault> {
-        let [u, v, _] = self.modal.plane_axes();
+    fn polar_goal(&mut self, w: &Words, radius: f64, degrees: f64, pole: Pole, span: Span) -> Result<Goal, Fault> {
+        let [u, v, _] = plane_of(pole.normal);
         if w.programmed >> u & 1 == 1 || w.programmed >> v & 1 == 1 {
             return Err(Fault::new(
                 codes::CONFLICT,
@@ -166,7 +199,7 @@ impl Interpreter {
         }
         let mut goal = self.goal(w, span)?;
         let (s, c) = crate::frame::sin_cos_degrees(degrees);
-        let point = [pole[0] + radius * c, pole[1] + radius * s];
+        let point = [pole.at[0] + radius * c, pole.at[1] + radius * s];
         if !point.iter().all(|p| p.is_finite()) {
             return Err(
                 Fault::new(codes::BAD_VALUE, span, "the polar coordinates are not finite").help("check PR and PA")
@@ -244,60 +277,78 @@ impl Interpreter {
         // A whole number of turns ends where it began, to the bit.
         let goal = if turn % 360.0 == 0.0 {
             let mut goal = self.goal(w, span)?;
-            let [u, v, _] = self.modal.plane_axes();
+            let [u, v, _] = plane_of(pole.normal);
             goal.programmed |= 1 << u | 1 << v;
             goal
         } else {
             let degrees = if incremental { end } else { value };
             self.polar_goal(w, radius, degrees, pole, span)?
         };
-        let arc = PlaneArc { center: pole, radius, sweep: turn.to_radians() };
-        self.arc_to(goal, arc, clockwise, span)
+        let arc = PlaneArc { center: pole.at, radius, sweep: turn.to_radians() };
+        self.arc_in(pole.normal, goal, arc, clockwise, span)
     }
 
     /// Hands an arc in the working plane out.
     pub(crate) fn arc_to(&mut self, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
+        self.arc_in(self.modal.normal, goal, arc, clockwise, span)
+    }
+
+    /// Hands an arc in the plane square to an axis out.
+    fn arc_in(&mut self, normal: usize, goal: Goal, arc: PlaneArc, clockwise: bool, span: Span) -> Result<(), Fault> {
         self.need_feed(span)?;
+        if normal != self.modal.normal {
+            self.needs_no_plane(span)?;
+        }
         if self.modal.approach.is_some() {
             let from = self.flat(span)?;
             let out = [from[0] - arc.center[0], from[1] - arc.center[1]];
             self.finish_approach(if clockwise { [out[1], -out[0]] } else { [-out[1], out[0]] }, span)?;
         }
-        let op = self.arc_motion(goal, arc, clockwise, span)?;
-        let [u, v, _] = self.modal.plane_axes();
-        if self.modal.corner.is_some() {
-            let op = self.corner_to_arc(op, span)?;
-            self.finish_arc(op, [u, v], clockwise);
-            return Ok(());
-        }
-        self.finish_arc(op, [u, v], clockwise);
-        Ok(())
-    }
-
-    fn finish_arc(&mut self, op: ArcMotion, [u, v]: [usize; 2], clockwise: bool) {
+        let op = self.arc_motion(normal, goal, arc, clockwise, span)?;
+        let op = if self.modal.corner.is_some() { self.corner_to_arc(op, span)? } else { op };
+        let [u, v, _] = plane_of(normal);
         let end =
             [op.motion.end.get(u).unwrap_or(0.0) - op.center[u], op.motion.end.get(v).unwrap_or(0.0) - op.center[v]];
-        self.modal.tangent = Some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
+        self.modal.tangent =
+            (normal == self.modal.normal).then_some(if clockwise { [end[1], -end[0]] } else { [-end[1], end[0]] });
         self.position.move_to(op.motion.end, op.motion.end_base);
         Heidenhain::moving(self);
         self.emit(Op::Arc(op));
+        Ok(())
     }
 
-    /// An arc of the working plane as a command.
+    /// An arc outside of the working plane can be no element behind RND, CHF or APPR, nor be compensated.
+    fn needs_no_plane(&self, span: Span) -> Result<(), Fault> {
+        if self.modal.corner.is_none()
+            && self.modal.approach.is_none()
+            && self.modal.side.unwrap_or(Side::Off) == Side::Off
+        {
+            return Ok(());
+        }
+        Err(Fault::new(
+            codes::ARC_GEOMETRY,
+            span,
+            "a circle outside of the working plane stands under RL or RR, or behind RND, CHF or APPR",
+        )
+        .help("write R0 before it, and its lead-in as a block of its own"))
+    }
+
+    /// An arc in the plane square to an axis as a command.
     pub(crate) fn arc_motion(
         &self,
+        normal: usize,
         goal: Goal,
         arc: PlaneArc,
         clockwise: bool,
         span: Span,
     ) -> Result<ArcMotion, Fault> {
-        let [u, v, n] = self.modal.plane_axes();
+        let [u, v, n] = plane_of(normal);
         let start = self.arc_start("the arc", [u, v, n], span)?;
         let mut center = start;
         center[u] = arc.center[0];
         center[v] = arc.center[1];
-        let mut normal = [0.0; 3];
-        normal[n] = if clockwise { -1.0 } else { 1.0 };
-        self.arc_about(center, normal, &arc, span, |channel| channel.complete(goal, span))
+        let mut axis = [0.0; 3];
+        axis[n] = if clockwise { -1.0 } else { 1.0 };
+        self.arc_about(center, axis, &arc, span, |channel| channel.complete(goal, span))
     }
 }

@@ -349,7 +349,7 @@ impl Interpreter {
             Some(center) => {
                 let sweep = turned(center, from, to, left);
                 let arc = PlaneArc { center, radius: corner.size, sweep };
-                Op::Arc(self.arc_motion(self.flat_goal(to), arc, !left, span)?)
+                Op::Arc(self.arc_motion(self.modal.normal, self.flat_goal(to), arc, !left, span)?)
             }
         };
         let mut ops = vec![op];

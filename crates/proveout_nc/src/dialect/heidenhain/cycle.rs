@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::interpreter::Interpreter;
+use super::plane::Tilt;
 use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
 use crate::codes;
+use crate::control::Meaning;
+use crate::control::words::Listed;
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::listed::refused_by;
 use crate::frame::Frame;
 use crate::{AxisValues, Dwell, Feed, Location, Op, PathMode};
 
@@ -21,7 +25,7 @@ pub(crate) enum Setting {
 /// The cycle that a call runs.
 #[derive(Clone, Debug)]
 pub(crate) enum Cycle {
-    /// Drilling cycle with its parameters by number.
+    /// Drilling or milling cycle with its parameters by number.
     Drilling { number: u32, values: BTreeMap<u32, Setting> },
     /// Cycle 12: a program.
     Program(String),
@@ -215,7 +219,8 @@ impl Interpreter {
         if angles == [0.0; 3] {
             return self.plane_reset(positioning, feed, "CYCL DEF 19", span);
         }
-        self.tilt(Frame::rpy(angles), false, positioning, feed, "CYCL DEF 19", span)
+        let tilt = Tilt { frame: Frame::rpy(angles), relative: false, axes: [None; 3] };
+        self.tilt(tilt, positioning, feed, "CYCL DEF 19", span)
     }
 
     /// Cycle 26: factors of the axes about a center.
@@ -329,6 +334,9 @@ impl Interpreter {
             };
             values.insert(param.index, setting);
         }
+        if super::cycle_words::BUILDER.contains(&number) {
+            return self.builder_cycle(number, span);
+        }
         match number {
             247 => {
                 let row = self.cycle_number(&values, 339, None, span)?;
@@ -336,8 +344,33 @@ impl Interpreter {
             }
             220 | 221 => self.pattern_cycle(number, &values, span),
             _ => {
-                self.check_cycle(number, &values, span)?;
+                if super::milling::CYCLES.contains(&number) {
+                    self.check_milling(number, &values, span)?;
+                } else {
+                    self.check_cycle(number, &values, span)?;
+                }
                 self.define_cycle(Cycle::Drilling { number, values });
+                Ok(())
+            }
+        }
+    }
+
+    /// A cycle of the machine builder, which the control file gives a meaning.
+    fn builder_cycle(&mut self, number: u32, span: Span) -> Result<(), Fault> {
+        let word = format!("CYCL{number}");
+        let control = std::sync::Arc::clone(&self.settings.control);
+        match control.words.name(&word) {
+            None => {
+                let message = format!("CYCL DEF {number} is a cycle of the machine builder: it is not supported");
+                Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(format!(
+                    "say what it means in the control file: [words.{word}] with note, ignore, message or refuse"
+                )))
+            }
+            Some((_, Listed { meaning: Meaning::Refuse(remedy), word, .. })) => {
+                Err(refused_by(&control, word, span, remedy))
+            }
+            Some((at, _)) => {
+                self.tell_listed(at, "");
                 Ok(())
             }
         }

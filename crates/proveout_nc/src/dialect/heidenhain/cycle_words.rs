@@ -7,7 +7,11 @@ use crate::diagnostic::{Fault, Span};
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
 const OLD_CYCLES: [u32; 14] = [1, 2, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
 /// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 13] = [200, 201, 202, 203, 205, 206, 207, 209, 220, 221, 240, 241, 247];
+pub(crate) const CYCLES: [u32; 22] =
+    [200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262];
+
+/// Cycles that builders of machines add.
+pub(crate) const BUILDER: std::ops::RangeInclusive<u32> = 300..=399;
 
 pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Result<(), Fault> {
     x.blanks();
@@ -47,17 +51,20 @@ pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Resul
 
 /// Refuses cycles that are not read, with a remedy for their kind.
 pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> {
-    if list.contains(&number) {
+    // Cycles of the machine builder: a control file says what they mean.
+    if list.contains(&number) || list == CYCLES && BUILDER.contains(&number) {
         return Ok(());
     }
     let remedy = match number {
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
-        208 | 251..=299 => {
-            "its path depends on the tool radius of the control's table: post the path as L and C blocks"
+        233 | 255 | 258..=299 => {
+            "post the path as L and C blocks; of the milling cycles 208, 232, 251 to 254, 256, 257 and 262 are read"
         }
         14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
         3..=6 | 15 | 16 => "post the path as L and C blocks",
-        400..=499 => "what a probe finds is not known: take the cycle out and give its result in the settings",
+        400..=499 => {
+            "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file"
+        }
         _ => "write its motions with L blocks",
     };
     Err(refused(&format!("CYCL DEF {number}"), span, remedy))
@@ -84,13 +91,10 @@ fn old_cycle(x: &mut Lexer<'_>, number: u32, part: u32) -> Result<Statement, Fau
         }
         let start = x.pos();
         if !x.s.take(b'#') {
-            while x.peek().is_ascii_alphabetic()
-                && !(x.peek() == b'Q'
-                    && (x.peek_at(1).is_ascii_digit()
-                        || matches!(x.peek_at(1), b'L' | b'R') && x.peek_at(2).is_ascii_digit()))
+            while x.peek().is_ascii_alphabetic() && !parameter_at(x, 0)
                 || x.pos() > start
                     && (matches!(x.peek(), b'.' | b':') && !x.peek_at(1).is_ascii_digit()
-                        || x.peek() == b'-' && x.peek_at(1).is_ascii_alphabetic())
+                        || x.peek() == b'-' && x.peek_at(1).is_ascii_alphabetic() && !parameter_at(x, 1))
             {
                 x.s.bump();
             }
@@ -111,7 +115,14 @@ fn old_cycle(x: &mut Lexer<'_>, number: u32, part: u32) -> Result<Statement, Fau
     }
 }
 
-/// `Q200=+2 ;SET-UP CLEARANCE ~ ...`; the name of the cycle before them is skipped.
+/// `Q1`, `QL1`, `QR1` so many bytes ahead.
+fn parameter_at(x: &Lexer<'_>, ahead: usize) -> bool {
+    x.peek_at(ahead) == b'Q'
+        && (x.peek_at(ahead + 1).is_ascii_digit()
+            || matches!(x.peek_at(ahead + 1), b'L' | b'R') && x.peek_at(ahead + 2).is_ascii_digit())
+}
+
+/// `Q200=+2 ;SET-UP CLEARANCE ~ ...`, `Q206 FAUTO`; the name of the cycle before them is skipped.
 pub(crate) fn cycle_values(x: &mut Lexer<'_>) -> Result<Vec<(Param, CycleValue, Span)>, Fault> {
     let mut values = Vec::new();
     loop {
@@ -123,7 +134,9 @@ pub(crate) fn cycle_values(x: &mut Lexer<'_>) -> Result<Vec<(Param, CycleValue, 
         let assigned = match x.param() {
             Ok(Some(param)) => {
                 x.blanks();
-                x.s.take(b'=').then_some(param)
+                // A feed by name also stands without `=`.
+                (x.s.take(b'=') || !values.is_empty() && ["FAUTO", "FMAX", "FU"].iter().any(|word| x.at(word)))
+                    .then_some(param)
             }
             _ => None,
         };

@@ -51,7 +51,7 @@ pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
     let code = text.find(';').map_or(text, |at| &text[..at]);
     let end = code.rfind('*').filter(|at| code[at + 1..].trim().is_empty()).unwrap_or(text.len());
     let body = if end < text.len() && !text[..end].trim_start().is_empty() { &text[..end] } else { text };
-    let mut x = Lexer::new(body);
+    let mut x = Lexer::din(body);
     x.blanks();
     if x.s.take(b'/') {
         block.skip = true;

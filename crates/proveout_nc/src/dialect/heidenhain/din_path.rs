@@ -2,7 +2,7 @@
 
 use super::din::DinBlock;
 use super::interpreter::Interpreter;
-use super::words::{Block, Coordinate, FeedWord, Path, Reference, Value};
+use super::words::{Block, Coordinate, FeedWord, Path, Reference, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -16,23 +16,17 @@ impl Interpreter {
         if let Some(path) = din.path {
             self.modal.din_path = path;
         }
-        let [u, v, _] = self.modal.plane_axes();
         if din.pole_here {
-            self.modal.pole = Some(self.flat(span)?);
+            self.pole_block(&Words::default(), span)?;
         }
         if din.pole.iter().any(Option::is_some) {
-            let mut pole = self.modal.pole.unwrap_or_default();
-            for (slot, axis) in pole.iter_mut().zip([u, v]) {
-                let Some(value) = din.pole[axis] else { continue };
-                let value = self.variables.value(value, span)? * self.modal.unit();
-                *slot = if self.modal.incremental {
-                    let now = self.flat(span)?;
-                    value + now[usize::from(axis == v)]
-                } else {
-                    value
-                };
+            let mut w = Words::default();
+            for (axis, value) in din.pole.into_iter().enumerate() {
+                let Some(value) = value else { continue };
+                w.axes[axis] = Some(Coordinate { value, reference: Reference::Modal });
+                w.programmed |= 1 << axis;
             }
-            self.modal.pole = Some(pole);
+            self.pole_block(&w, span)?;
         }
         let moves = block.words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
         let arc = matches!(self.modal.din_path, 2 | 3 | 5);

@@ -46,13 +46,13 @@ impl Holes for Heidenhain {
 
 /// Heights of a hole, mm.
 #[derive(Clone, Copy, Debug)]
-struct Heights {
-    clear: f64,
-    second: f64,
-    surface: f64,
-    depth: f64,
+pub(super) struct Heights {
+    pub(super) clear: f64,
+    pub(super) second: f64,
+    pub(super) surface: f64,
+    pub(super) depth: f64,
     /// -1 where the hole goes towards the workpiece.
-    down: f64,
+    pub(super) down: f64,
 }
 
 impl Interpreter {
@@ -88,11 +88,11 @@ impl Interpreter {
         Ok(())
     }
 
-    fn mm(&self, values: &Values, key: u32, default: Option<f64>, span: Span) -> Result<f64, Fault> {
+    pub(super) fn mm(&self, values: &Values, key: u32, default: Option<f64>, span: Span) -> Result<f64, Fault> {
         self.cycle_number(values, key, default, span).map(|v| v * self.modal.unit())
     }
 
-    fn heights(&self, number: u32, values: &Values, lift: f64, span: Span) -> Result<Heights, Fault> {
+    pub(super) fn heights(&self, number: u32, values: &Values, lift: f64, span: Span) -> Result<Heights, Fault> {
         let clearance = self.mm(values, 200, None, span)?;
         let surface = if number < 100 {
             let axis = self.modal.normal;
@@ -151,8 +151,11 @@ impl Interpreter {
         self.drill(number, values, lift, span)
     }
 
-    /// Runs a drilling cycle where the tool stands.
+    /// Runs a drilling or milling cycle where the tool stands.
     pub(crate) fn drill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
+        if super::milling::CYCLES.contains(&number) {
+            return self.mill(number, values, lift, span);
+        }
         let h = self.heights(number, values, lift, span)?;
         let before = self.technology.feed;
         let num = |this: &Self, key: u32| this.cycle_number(values, key, Some(0.0), span);

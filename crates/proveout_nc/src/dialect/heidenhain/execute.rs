@@ -206,6 +206,9 @@ impl Interpreter {
                 self.emit(Op::Offset(Offset::ToolDelta { length, radius, corner_radius }));
             }
         }
+        if call.tool.is_some() {
+            self.take_tool_radius(span)?;
+        }
         if let Some(axis) = call.axis {
             let normal = usize::from(axis as u8 - b'X');
             if !self.modal.plane_told || normal != self.modal.normal {

@@ -3,22 +3,35 @@
 //! Priorities after the user's manual (HEIDENHAIN, *TNC 640 Klartext programming*, "Entering formulas directly"): a function
 //! binds to the operand behind it, then `^`, then `* / %`, then `+ -`; operators of the same priority run from left to right.
 
-use super::lexer::Lexer;
+use super::lexer::{Lexer, refused, unknown};
 use super::words::Param;
-use crate::channel::expression::{self, Function, MAX_DEPTH, Operator};
+use crate::channel::expression::{self, Function, Operator};
+use crate::channel::formula::{self, Formulas, Grammar};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::Fault;
+use crate::scan::Scanner;
 
 /// A formula of Q parameters.
 pub(crate) type Expr = expression::Expr<Param>;
 
-fn priority(operator: Operator) -> u8 {
-    match operator {
-        Operator::Power => 3,
-        Operator::Multiply | Operator::Divide | Operator::Mod => 2,
-        _ => 1,
-    }
-}
+static GRAMMAR: Grammar = Grammar {
+    operators: &[
+        ("^", Operator::Power, 3),
+        ("*", Operator::Multiply, 2),
+        ("/", Operator::Divide, 2),
+        ("%", Operator::Mod, 2),
+        ("+", Operator::Add, 1),
+        ("-", Operator::Subtract, 1),
+        ("||", Operator::Join, 1),
+    ],
+    whole_words: false,
+    comparison: None,
+    sign: u8::MAX,
+    brackets: *b"()",
+    name: "formula",
+    split_with: "a Q parameter",
+    operands: "write a number, a Q parameter, a function or a bracket",
+};
 
 const FUNCTIONS: [(&str, Function); 17] = [
     ("SQRT", Function::Sqrt),
@@ -40,129 +53,88 @@ const FUNCTIONS: [(&str, Function); 17] = [
     ("TOCHAR", Function::Text),
 ];
 
+/// Functions of texts, which are known and not done.
+const TEXT_FUNCTIONS: [&str; 7] = ["SUBSTR", "TONUMB", "INSTR", "STRLEN", "STRCOMP", "SYSSTR", "CFGREAD"];
+
 /// Parses a formula.
 pub(crate) fn formula(x: &mut Lexer<'_>) -> Result<Expr, Fault> {
-    parse(x, 0, 0)
+    formula::formula(x, 0)
 }
 
-fn parse(x: &mut Lexer<'_>, lowest: u8, depth: u32) -> Result<Expr, Fault> {
-    let mut left = operand(x, depth)?;
-    loop {
-        let before = x.pos();
-        x.blanks();
-        let (operator, length) = match (x.peek(), x.peek_at(1)) {
-            (b'+', _) => (Operator::Add, 1),
-            (b'-', _) => (Operator::Subtract, 1),
-            (b'*', _) => (Operator::Multiply, 1),
-            (b'/', _) => (Operator::Divide, 1),
-            (b'%', _) => (Operator::Mod, 1),
-            (b'^', _) => (Operator::Power, 1),
-            (b'|', b'|') => (Operator::Join, 2),
-            _ => {
-                x.set_pos(before);
-                return Ok(left);
-            }
-        };
-        if priority(operator) <= lowest {
-            x.set_pos(before);
-            return Ok(left);
-        }
-        x.set_pos(x.pos() + length);
-        let right = parse(x, priority(operator), depth + 1)?;
-        left = Expr::Binary(operator, Box::new(left), Box::new(right));
+impl<'a> Formulas<'a> for Lexer<'a> {
+    type Param = Param;
+
+    fn grammar(&self) -> &'static Grammar {
+        &GRAMMAR
+    }
+
+    fn scanner(&mut self) -> &mut Scanner<'a> {
+        &mut self.s
+    }
+
+    fn blanks(&mut self) {
+        Self::blanks(self);
+    }
+
+    fn number(&mut self) -> Result<f64, Fault> {
+        let start = self.pos();
+        self.number().filter(|v| v.is_finite()).ok_or_else(|| {
+            Fault::new(codes::BAD_VALUE, self.span_from(start), "not a number that can be used")
+                .help("use fewer digits")
+        })
+    }
+
+    fn other_operand(&mut self, depth: u32) -> Result<Option<Expr>, Fault> {
+        Ok(Some(match self.peek() {
+            b'"' | b'\'' => Expr::Text(self.quoted()?.unwrap_or_default()),
+            b'Q' => Expr::Param(self.param()?.ok_or_else(|| self.unexpected())?),
+            b'A'..=b'Z' => named(self, depth)?,
+            _ => return Ok(None),
+        }))
     }
 }
 
-fn operand(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
-    x.blanks();
+/// PI, or a function with the operand behind it.
+fn named(x: &mut Lexer<'_>, depth: u32) -> Result<Expr, Fault> {
     let start = x.pos();
-    if depth > MAX_DEPTH {
-        let message = format!("the formula is nested deeper than {MAX_DEPTH} levels");
-        return Err(Fault::new(codes::NESTING_LIMIT, x.s.here(), message).help("split it with a Q parameter"));
+    let word = x.letters();
+    if word == "PI" {
+        return Ok(Expr::Number(std::f64::consts::PI));
     }
-    match x.peek() {
-        b'0'..=b'9' | b'.' => x.s.decimal().filter(|v| v.is_finite()).map(Expr::Number).ok_or_else(|| {
-            Fault::new(codes::BAD_VALUE, x.span_from(start), "not a number that can be used").help("use fewer digits")
-        }),
-        sign @ (b'+' | b'-') => {
-            x.s.bump();
-            let inner = operand(x, depth + 1)?;
-            Ok(match inner {
-                inner if sign == b'+' => inner,
-                Expr::Number(number) => Expr::Number(-number),
-                inner => Expr::Unary(Function::Negate, Box::new(inner)),
-            })
-        }
-        b'(' => {
-            x.s.bump();
-            let inner = parse(x, 0, depth + 1)?;
+    match FUNCTIONS.iter().find(|(name, _)| *name == word) {
+        Some((_, Function::Text)) => {
             x.blanks();
-            if x.s.take(b')') {
-                return Ok(inner);
+            let open = x.s.take(b'(');
+            x.prefix("DAT");
+            let inner = formula::formula(x, depth + 1)?;
+            if x.prefix("DECIMALS") {
+                return Err(refused("DECIMALS", x.span_from(start), "write the text itself"));
             }
-            Err(Fault::new(codes::SYNTAX, x.span_from(start), "`)` is missing").help("write `)`"))
-        }
-        b'"' | b'\'' => Ok(Expr::Text(x.quoted()?.unwrap_or_default())),
-        b'Q' => match x.param()? {
-            Some(param) => Ok(Expr::Param(param)),
-            None => Err(x.unexpected()),
-        },
-        b'A'..=b'Z' => {
-            let word = x.letters();
-            if word == "PI" {
-                return Ok(Expr::Number(std::f64::consts::PI));
+            if open {
+                formula::close(x, b')', start)?;
             }
-            match FUNCTIONS.iter().find(|(name, _)| *name == word) {
-                Some(&(_, function)) => {
-                    if function == Function::Text {
-                        x.blanks();
-                        let open = x.s.take(b'(');
-                        x.prefix("DAT");
-                        let inner = parse(x, 0, depth + 1)?;
-                        if x.prefix("DECIMALS") {
-                            return Err(super::lexer::refused("DECIMALS", x.span_from(start), "write the text itself"));
-                        }
-                        x.blanks();
-                        if open && !x.s.take(b')') {
-                            return Err(
-                                Fault::new(codes::SYNTAX, x.span_from(start), "`)` is missing").help("write `)`")
-                            );
-                        }
-                        return Ok(Expr::Unary(function, Box::new(inner)));
-                    }
-                    Ok(Expr::Unary(function, Box::new(operand(x, depth + 1)?)))
-                }
-                None if matches!(
-                    word.as_str(),
-                    "SUBSTR" | "TONUMB" | "INSTR" | "STRLEN" | "STRCOMP" | "SYSSTR" | "CFGREAD"
-                ) =>
-                {
-                    Err(super::lexer::refused(&word, x.span_from(start), "write the value itself"))
-                }
-                None => Err(super::lexer::unknown(&word, x.span_from(start))),
-            }
+            Ok(Expr::Unary(Function::Text, Box::new(inner)))
         }
-        0 => {
-            Err(Fault::new(codes::MISSING_VALUE, Span::new(start, start), "a value is missing at the end of the block")
-                .help("write the value"))
+        Some(&(_, function)) => Ok(Expr::Unary(function, Box::new(formula::operand(x, depth + 1)?))),
+        None if TEXT_FUNCTIONS.contains(&word.as_str()) => {
+            Err(refused(&word, x.span_from(start), "write the value itself"))
         }
-        _ => {
-            let shown = x.s.peek_char().unwrap_or(' ').escape_default();
-            Err(Fault::new(codes::SYNTAX, x.s.here(), format!("a value was expected and `{shown}` was found"))
-                .help("write a number, a Q parameter, a function or a bracket"))
-        }
+        None => Err(unknown(&word, x.span_from(start))),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostic::Span;
 
     fn number(e: &Expr) -> f64 {
         match e {
             Expr::Number(v) => *v,
             Expr::Unary(f, a) => expression::apply(*f, number(a), Span::default()).unwrap(),
-            Expr::Binary(o, a, b) => expression::combine(*o, number(a), number(b), Span::default()).unwrap(),
+            Expr::Chain(first, rest) => rest.iter().fold(number(first), |left, (o, right)| {
+                expression::combine(*o, left, number(right), Span::default()).unwrap()
+            }),
             _ => f64::NAN,
         }
     }

@@ -154,7 +154,7 @@ impl Interpreter {
             return Err(super::lexer::refused(
                 &format!("datum {row} of the datum table"),
                 span,
-                &format!("give `{word}` among the work offsets of the settings, or write the values into the cycle"),
+                &format!("give it with --offset {word}=X,Y,Z, or write the values into the cycle"),
             ));
         };
         let mut values = [0.0; 6];

@@ -401,8 +401,8 @@ impl Interpreter {
         // Calls within calls can multiply without a jump back.
         self.own.calls += 1;
         if self.own.calls > self.settings.limits.max_loop_passes {
-            let message = format!("the program has made {} calls, the limit of the settings", self.own.calls - 1);
-            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("raise max_loop_passes"));
+            let message = format!("the program has made {} calls, which is the limit", self.own.calls - 1);
+            return Err(Fault::new(codes::LOOP_LIMIT, span, message).help("check for calls that call each other"));
         }
         self.count_pass(span)
     }

@@ -5,16 +5,39 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::scan::Scanner;
 
+pub(crate) use crate::diagnostic::refused;
+
 /// Scanner of one block, which may have several lines.
 #[derive(Clone, Debug)]
 pub(crate) struct Lexer<'a> {
     pub(crate) s: Scanner<'a>,
     text: &'a str,
+    /// A comma is a decimal sign, as on controls that are set up so; in DIN/ISO it parts the number of a label from its repeats.
+    comma: bool,
 }
 
 impl<'a> Lexer<'a> {
+    /// Klartext.
     pub(crate) fn new(text: &'a str) -> Self {
-        Self { s: Scanner::new(text), text }
+        Self { s: Scanner::new(text), text, comma: true }
+    }
+
+    pub(crate) fn din(text: &'a str) -> Self {
+        Self { comma: false, ..Self::new(text) }
+    }
+
+    /// A number with its sign.
+    pub(crate) fn number(&mut self) -> Option<f64> {
+        let start = self.pos();
+        let whole = self.s.decimal()?;
+        if !self.comma || self.s.peek() != b',' || self.s.slice(start).contains('.') {
+            return Some(whole);
+        }
+        self.s.bump();
+        while self.s.peek().is_ascii_digit() {
+            self.s.bump();
+        }
+        Scanner::new(&self.s.slice(start).replace(',', ".")).decimal()
     }
 
     /// Skips blanks, comments, continuation marks and line ends.
@@ -170,14 +193,14 @@ impl<'a> Lexer<'a> {
                 if !matches!(self.s.peek_at(1), b'0'..=b'9' | b'.') && matches!(probe.s.peek(), b'0'..=b'9' | b'.') {
                     // A blank between sign and digits.
                     *self = probe;
-                    let number = self.s.decimal().unwrap_or(0.0);
+                    let number = self.number().unwrap_or(0.0);
                     return Ok(Some(Value::Number(if negative { -number } else { number })));
                 }
             }
             b'Q' | b'q' => return Ok(self.param()?.map(|param| Value::Param { negative: false, param })),
             _ => return Ok(None),
         }
-        let Some(number) = self.s.decimal() else { return Ok(None) };
+        let Some(number) = self.number() else { return Ok(None) };
         if number.is_finite() {
             return Ok(Some(Value::Number(number)));
         }
@@ -240,10 +263,6 @@ impl<'a> Lexer<'a> {
     pub(crate) fn finish(&mut self) -> Result<(), Fault> {
         if self.ended() { Ok(()) } else { Err(self.unexpected()) }
     }
-}
-
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
 pub(crate) fn unknown(word: &str, span: Span) -> Fault {

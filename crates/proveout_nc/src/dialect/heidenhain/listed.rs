@@ -9,6 +9,7 @@ use crate::control::Meaning;
 use crate::control::words::{Builtin, Listed};
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
+use crate::{SpindleDirection, ToolName};
 
 /// Functions of the control file have codes from this number on, by their place in its table.
 pub(super) const LISTED: u32 = 4_000_000_000;
@@ -57,21 +58,53 @@ impl Interpreter {
         Ok(())
     }
 
-    /// FN 18: SYSREAD: a value that the control file or the settings give under `ID270 NR1 IDX1`.
+    /// FN 18: SYSREAD: a value that the control file or the settings give under `ID270 NR1 IDX1`, or one that the program itself
+    /// has set.
     pub(super) fn system_read(&mut self, target: Param, from: &[Option<Value>; 3], span: Span) -> Result<(), Fault> {
         let mut name = String::new();
-        for (value, word) in from.iter().zip(["ID", "NR", "IDX"]) {
+        let mut numbers = [None; 3];
+        for ((value, word), slot) in from.iter().zip(["ID", "NR", "IDX"]).zip(&mut numbers) {
             let Some(value) = value else { continue };
             let number = self.variables.value(*value, span)?;
+            *slot = Some(number);
             let blank = if name.is_empty() { "" } else { " " };
             name.push_str(&format!("{blank}{word}{number}"));
         }
-        let Some(value) = self.variables.given(&name) else {
+        let Some(value) = self.variables.given(&name).or_else(|| self.system_value(numbers)) else {
             let message = format!("FN 18 reads {name} of the control, and its value is not known");
             return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message)
                 .help(format!("give \"{name}\" among the variables of the control file, or with --variable")));
         };
         self.variables.assign(target, Val::Number(value), span)
+    }
+
+    /// System data that follow from the program. Numbers after HEIDENHAIN, *TNC 640 Klartext programming*, "Reading system data":
+    /// 20 state of the machine, 270 position in the active coordinate system.
+    fn system_value(&self, [id, number, index]: [Option<f64>; 3]) -> Option<f64> {
+        let whole = |value: Option<f64>| value.filter(|v| v.fract() == 0.0 && (0.0..1e6).contains(v)).map(|v| v as u32);
+        let technology = &self.technology;
+        match (whole(id)?, whole(number)?) {
+            (20, 1) => match technology.in_spindle.as_ref()? {
+                ToolName::Number(number) => Some(f64::from(*number)),
+                ToolName::Empty => Some(0.0),
+                ToolName::Name(_) => None,
+            },
+            (20, 3) => self.modal.plane_told.then_some(self.modal.normal as f64),
+            (20, 4) => technology.speed,
+            (20, 5) => Some(match technology.direction {
+                SpindleDirection::Clockwise => 0.0,
+                SpindleDirection::CounterClockwise => 1.0,
+                // Whether M3 or M4 stood before M5 is not kept.
+                SpindleDirection::Off => return None,
+            }),
+            (20, 8) => Some(f64::from(u8::from(technology.flood))),
+            (270, 1) => {
+                let axis = (whole(index)? as usize).checked_sub(1).filter(|axis| *axis < 9)?;
+                let value = self.position.work.get(axis)?;
+                Some(if (3..6).contains(&axis) { value.to_degrees() } else { value / self.modal.unit() })
+            }
+            _ => None,
+        }
     }
 
     /// A program that is not there: refused, or left out where the control says so. Where the tool then stands is not known.

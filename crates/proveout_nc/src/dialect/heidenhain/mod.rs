@@ -4,7 +4,7 @@
 //! [`q_functions`], [`expr`] for its parts) or
 //! [`din`] (DIN/ISO) into the words of [`words`], and [`interpreter`] (labels, jumps, program calls), which executes paths in
 //! [`motion`], [`positioning`], [`circle`], [`corner`] and [`approach`], everything else in [`execute`], [`functions`], [`frames`], [`plane`],
-//! [`cycle`], [`drilling`] and [`pattern`].
+//! [`cycle`], [`drilling`], [`milling`] and [`pattern`].
 //!
 //! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining cycles* (34059x), and the
 //! *iTNC 530* manuals (340 49x) for the old forms of cycles.
@@ -25,6 +25,7 @@ mod interpreter;
 mod leftover;
 mod lexer;
 mod listed;
+mod milling;
 mod motion;
 mod parser;
 mod pattern;

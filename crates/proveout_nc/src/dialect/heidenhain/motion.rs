@@ -81,7 +81,7 @@ impl Interpreter {
         self.modal.held = contour
             && match self.queue.back().map(|(c, ())| &c.op) {
                 Some(Op::Linear(m)) => !m.machine_coordinates,
-                Some(Op::Arc(_)) => true,
+                Some(Op::Arc(arc)) => arc.normal[self.modal.normal] != 0.0,
                 _ => false,
             };
         if contour {

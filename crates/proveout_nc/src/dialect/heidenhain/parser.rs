@@ -6,7 +6,7 @@ use super::statements;
 use super::words::{Block, Coordinate, Kind, Lead, Path, Reference, Side, Statement, Words};
 use crate::AxisValues;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 
 /// Reads a block.
 pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
@@ -210,15 +210,11 @@ fn axis(byte: u8) -> Option<usize> {
 
 fn put_axis(words: &mut Words, index: usize, coordinate: Coordinate, span: Span) -> Result<(), Fault> {
     if words.programmed >> index & 1 == 1 {
-        return Err(twice(&crate::AXIS_LETTERS[index].to_string(), span));
+        return Err(twice(crate::AXIS_LETTERS[index], span));
     }
     words.axes[index] = Some(coordinate);
     words.programmed |= 1 << index;
     Ok(())
-}
-
-fn twice(word: &str, span: Span) -> Fault {
-    Fault::new(codes::CONFLICT, span, format!("`{word}` stands twice in the block")).help("take one out")
 }
 
 fn set<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), Fault> {

@@ -8,7 +8,8 @@
 //! Angles after HEIDENHAIN, *TNC 640 Klartext programming*, "The PLANE function": SPA, SPB, SPC turn about the fixed axes X, then
 //! Y, then Z of the workpiece system, which is Rz Ry Rx; EULPR, EULNU, EULROT about Z, the turned X, the turned Z; a VECTOR
 //! plane has NX NY NZ as its Z and the part of BX BY BZ square to it as its X; POINTS run P1 to P2 along X, P3 lies on the
-//! side of +Y. The origin stays at the active datum.
+//! side of +Y; PROPR and PROMIN are the angles of the lines in which the plane cuts Z X and Y Z; AXIAL gives positions of the rotary
+//! axes. The origin stays at the active datum.
 
 use super::interpreter::Interpreter;
 use super::motion::{Goal, LINEAR, ROTARY};
@@ -20,6 +21,24 @@ use crate::machine_data::KinematicsKind;
 use crate::{Motion, Op, OrientationInterpolation, Tcp};
 
 const PLANE_PARAMS: [u32; 3] = [120, 121, 122];
+
+/// A tilted plane as it is defined.
+pub(crate) struct Tilt {
+    pub(crate) frame: Frame,
+    /// On top of the plane in force.
+    pub(crate) relative: bool,
+    /// Positions of A, B, C that PLANE AXIAL gives, degrees.
+    pub(crate) axes: [Option<f64>; 3],
+}
+
+/// Where the rotary axes turn by themselves.
+enum Target {
+    ToolAxis([f64; 3]),
+    /// A, B, C, degrees.
+    Axes([Option<f64>; 3]),
+    /// All of them to zero.
+    Zero,
+}
 
 impl Interpreter {
     /// Tells tool center point control when it has changed; what base coordinates mean changes with it.
@@ -96,16 +115,33 @@ impl Interpreter {
                 let x = frame::sub(b, a);
                 basis(x, frame::cross(x, frame::sub(c, a)), span)
             }
-            PlaneKind::Projected => Err(super::lexer::refused(
-                "PLANE PROJECTED",
-                span,
-                "write the plane with PLANE SPATIAL or PLANE VECTOR",
-            )),
-            PlaneKind::Axial => Err(super::lexer::refused(
-                "PLANE AXIAL",
-                span,
-                "its plane depends on the axes of the machine: write it with PLANE SPATIAL",
-            )),
+            PlaneKind::Projected => {
+                let steep = |name: &str| -> Result<f64, Fault> {
+                    let angle = need(name)?;
+                    if angle.abs() < 90.0 {
+                        return Ok(angle);
+                    }
+                    Err(Fault::new(
+                        codes::BAD_VALUE,
+                        span,
+                        format!("`{name}` takes angles below 90 degrees and has {angle}"),
+                    )
+                    .help("write the plane with PLANE SPATIAL"))
+                };
+                // The lines in which the plane cuts Z X and Y Z.
+                let ((sp, cp), (sm, cm)) =
+                    (frame::sin_cos_degrees(steep("PROPR")?), frame::sin_cos_degrees(steep("PROMIN")?));
+                let (x, y) = ([cp, 0.0, -sp], [0.0, cm, sm]);
+                let turn = self.angle(plane, "ROT", span)?.or(self.angle(plane, "PROROT", span)?).unwrap_or(0.0);
+                Ok(basis(x, frame::cross(x, y), span)?.then(&Frame::rotation(2, turn)))
+            }
+            PlaneKind::Axial => {
+                if plane.angles.is_empty() || plane.angles.iter().any(|(name, _)| name.len() != 1) {
+                    return Err(Fault::new(codes::MISSING_VALUE, span, "PLANE AXIAL takes positions of rotary axes")
+                        .help("write PLANE AXIAL B+45"));
+                }
+                Ok(Frame::rpy([value("A")?, value("B")?, value("C")?]))
+            }
             PlaneKind::Reset => Ok(Frame::IDENTITY),
         }
     }
@@ -151,23 +187,48 @@ impl Interpreter {
             PlaneKind::Euler => "PLANE EULER",
             PlaneKind::Vector => "PLANE VECTOR",
             PlaneKind::Points => "PLANE POINTS",
+            PlaneKind::Projected => {
+                self.assume(
+                    "PLANE PROJECTED: both angles count with the right hand about Y and X, and X of the plane lies above that of \
+                     the workpiece",
+                );
+                "PLANE PROJECTED"
+            }
+            PlaneKind::Axial => {
+                self.assume(
+                    "PLANE AXIAL: the axes A, B, C turn about X, Y, Z, and the plane lies as Rz(C) Ry(B) Rx(A) turns it; other \
+                     kinematics tilt it in another way",
+                );
+                "PLANE AXIAL"
+            }
             _ => "PLANE SPATIAL",
         };
-        self.tilt(tilt, plane.kind == PlaneKind::Relative, positioning, plane.feed, name, span)
+        let mut axes = [None; 3];
+        if plane.kind == PlaneKind::Axial {
+            for (slot, name) in axes.iter_mut().zip(["A", "B", "C"]) {
+                *slot = self.angle(plane, name, span)?;
+            }
+        }
+        self.tilt(
+            Tilt { frame: tilt, relative: plane.kind == PlaneKind::Relative, axes },
+            positioning,
+            plane.feed,
+            name,
+            span,
+        )
     }
 
     /// Takes a plane into force and turns the tool onto it as asked.
     pub(crate) fn tilt(
         &mut self,
-        tilt: Frame,
-        relative: bool,
+        tilt: Tilt,
         positioning: Positioning,
         feed: Option<FeedWord>,
         word: &str,
         span: Span,
     ) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, word, span)?;
-        if !self.modal.frames.tilt(tilt, relative) {
+        if !self.modal.frames.tilt(tilt.frame, tilt.relative) {
             return Err(Fault::new(
                 codes::NESTING_LIMIT,
                 span,
@@ -176,20 +237,25 @@ impl Interpreter {
             .help("write PLANE RESET between them"));
         }
         self.modal.plane_angles = true;
-        for index in PLANE_PARAMS {
-            self.variables.forget(Param { kind: Kind::Global, index });
+        for (index, position) in PLANE_PARAMS.into_iter().zip(tilt.axes) {
+            let param = Param { kind: Kind::Global, index };
+            match position {
+                Some(position) => self.variables.set(param, position, span)?,
+                None => self.variables.forget(param),
+            }
         }
+        let target = if tilt.axes == [None; 3] { Target::ToolAxis(self.tool_axis()) } else { Target::Axes(tilt.axes) };
         self.take_frames(word, span)?;
         match positioning {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
                 self.tell_tcp_as(false);
-                self.turn(Some(self.tool_axis()), feed, span)?;
+                self.turn(target, feed, span)?;
                 self.tell_tcp();
             }
             Positioning::Move => {
                 self.tell_tcp();
-                self.turn(Some(self.tool_axis()), feed, span)?;
+                self.turn(target, feed, span)?;
             }
         }
         Ok(())
@@ -225,13 +291,13 @@ impl Interpreter {
             Positioning::Stay => self.tell_tcp(),
             Positioning::Turn => {
                 self.tell_tcp_as(self.modal.tcpm);
-                self.turn(None, feed, span)?;
+                self.turn(Target::Zero, feed, span)?;
                 if !self.modal.tcpm {
                     self.position.forget(LINEAR);
                 }
             }
             Positioning::Move => {
-                self.turn(None, feed, span)?;
+                self.turn(Target::Zero, feed, span)?;
                 self.tell_tcp();
             }
         }
@@ -239,7 +305,7 @@ impl Interpreter {
     }
 
     /// Turns the rotary axes by themselves: onto a tool axis, or all of them to zero.
-    fn turn(&mut self, axis: Option<[f64; 3]>, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
+    fn turn(&mut self, target: Target, feed: Option<FeedWord>, span: Span) -> Result<(), Fault> {
         let rapid = matches!(feed, None | Some(FeedWord::Max));
         let before = self.technology.feed;
         if let (false, Some(word)) = (rapid, feed) {
@@ -247,11 +313,20 @@ impl Interpreter {
             self.tell_feed();
         }
         self.position.forget(ROTARY);
-        let motion = match axis {
-            Some(axis) => {
+        let motion = match target {
+            Target::ToolAxis(axis) => {
                 self.complete(Goal { end: self.position.work, programmed: 0, tool_axis: Some(axis) }, span)?
             }
-            None => {
+            Target::Axes(positions) => {
+                let mut goal = Goal { end: self.position.work, programmed: 0, tool_axis: None };
+                for (axis, position) in (3..6).zip(positions) {
+                    let Some(position) = position else { continue };
+                    goal.end.put(axis, position.to_radians());
+                    goal.programmed |= 1 << axis;
+                }
+                self.complete(goal, span)?
+            }
+            Target::Zero => {
                 // Axes that the machine does not have are not programmed, so they are left alone.
                 let (mut end, mut base) = (self.position.work, self.position.base);
                 for axis in 3..6 {

@@ -4,7 +4,7 @@ use super::interpreter::Interpreter;
 use super::motion::ROTARY;
 use super::words::{Path, Value, Words};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 use crate::frame;
 use crate::{ASSUMED, AXIS_LETTERS, AxisValues};
 
@@ -96,15 +96,17 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Machine coordinate of the machine builder's datum (M92), which only the settings can give.
+    /// Machine coordinate of the machine builder's datum (M92), which the program cannot give.
     fn machine_datum(&self, axis: usize, span: Span) -> Result<f64, Fault> {
         let name = format!("M92_{}", AXIS_LETTERS[axis]);
-        self.settings.variables.get(&name).map(|v| if (3..6).contains(&axis) { v.to_radians() } else { *v }).ok_or_else(|| {
-            super::lexer::refused(
-                "M92",
-                span,
-                &format!("its datum is set by the machine builder: give `{name}` (mm, degrees) in the settings, or write M91"),
-            )
-        })
+        self.settings.variables.get(&name).map(|v| if (3..6).contains(&axis) { v.to_radians() } else { *v }).ok_or_else(
+            || {
+                super::lexer::refused(
+                    "M92",
+                    span,
+                    &format!("its datum is set by the machine builder: {} (mm, degrees), or write M91", give(&name)),
+                )
+            },
+        )
     }
 }

@@ -23,7 +23,7 @@ fn as_expr(value: Value) -> Expr {
 /// What function `FN 0` to `FN 13` or `D00` to `D13` makes of its terms; none for others.
 pub(crate) fn arithmetic(number: u32, first: Value, second: Option<Value>) -> Option<Expr> {
     let one = |function| Some(Expr::Unary(function, Box::new(as_expr(first))));
-    let two = |operator| Some(Expr::Binary(operator, Box::new(as_expr(first)), Box::new(as_expr(second?))));
+    let two = |operator| Some(Expr::pair(operator, as_expr(first), as_expr(second?)));
     match number {
         0 => Some(as_expr(first)),
         1 => two(Operator::Add),

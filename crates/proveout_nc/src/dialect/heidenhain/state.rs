@@ -14,8 +14,8 @@ pub(crate) struct State {
     pub(crate) normal: usize,
     /// A TOOL CALL has named the tool axis.
     pub(crate) plane_told: bool,
-    /// Pole of C, CP, LP in the axes of the working plane, mm.
-    pub(crate) pole: Option<[f64; 2]>,
+    /// Pole of C, CP, LP.
+    pub(crate) pole: Option<super::circle::Pole>,
     /// Direction of motion at the end of the last contour element, in the working plane.
     pub(crate) tangent: Option<[f64; 2]>,
     /// Feed of TOOL CALL, for FAUTO.
@@ -115,6 +115,6 @@ impl State {
 
     /// First and second axis of the working plane and the tool axis, right-handed.
     pub(crate) fn plane_axes(&self) -> [usize; 3] {
-        [(self.normal + 1) % 3, (self.normal + 2) % 3, self.normal]
+        super::circle::plane_of(self.normal)
     }
 }

@@ -81,7 +81,7 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
             return Err(refused(
                 "TCH PROBE",
                 x.span_from(start),
-                "what a probe finds is not known: take the cycle out and give its result in the settings",
+                "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file",
             ));
         }
         "FL" | "FLT" | "FC" | "FCT" | "FPOL" | "FSELECT" => {

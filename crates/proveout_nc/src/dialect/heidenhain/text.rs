@@ -39,7 +39,9 @@ fn parameter_line(line: &str) -> bool {
     let line = line.trim_start();
     let Some(rest) = line.strip_prefix(['Q', 'q']) else { return false };
     let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
-    digits > 0 && rest[digits..].trim_start().starts_with('=')
+    let behind = rest[digits..].trim_start();
+    let feed = |word: &str| behind.get(..word.len()).is_some_and(|head| head.eq_ignore_ascii_case(word));
+    digits > 0 && (behind.starts_with('=') || ["FAUTO", "FMAX", "FU"].iter().any(|word| feed(word)))
 }
 
 /// The block that starts at the mark; `buffer` holds joined lines.

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::expr::Expr;
 use super::words::{Condition, Kind, Param, Relation, Value};
-use crate::channel::expression::{Function, Operator, apply, arithmetic, combine};
+use crate::channel::expression::{self, Function, Operator, apply, arithmetic, combine};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 
 /// A value of a formula.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,8 +58,8 @@ impl Variables {
 
     pub(crate) fn set(&mut self, param: Param, value: f64, span: Span) -> Result<(), Fault> {
         if self.numbers.len() >= self.limit && !self.numbers.contains_key(&param) {
-            let message = format!("the program uses more than {} Q parameters, the limit of the settings", self.limit);
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("raise max_array_elements"));
+            let message = format!("the program uses more than {} Q parameters, which is the limit", self.limit);
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("use fewer parameters, or split the program"));
         }
         self.numbers.insert(param, value);
         Ok(())
@@ -95,12 +95,13 @@ impl Variables {
     fn unknown(&self, param: Param, span: Span) -> Fault {
         let name = param.name();
         let help = match (param.kind, param.index) {
-            (Kind::Global, 108 | 114) => format!("it comes from the tool table: give `{name}` in the settings"),
+            (Kind::Global, 108 | 114) => format!("it comes from the tool table: {}", give(&name)),
             (Kind::Global, 120..=122) => format!(
-                "it holds a rotary position that the control computes for the tilted plane; it is read in blocks such as L A+Q120 B+Q121 C+Q122. Give `{name}` in the settings for other uses"
+                "it holds a rotary position that the control computes for the tilted plane; it is read in blocks such as L A+Q120 B+Q121 C+Q122. For other uses, {}",
+                give(&name)
             ),
-            (Kind::Global, 100..=199) => format!("the control sets it: give `{name}` in the settings"),
-            _ => format!("write {name} = 0 before it is used, or give `{name}` in the settings"),
+            (Kind::Global, 100..=199) => format!("the control sets it: {}", give(&name)),
+            _ => format!("write {name} = 0 before it is used, or {}", give(&name)),
         };
         Fault::new(codes::UNKNOWN_VARIABLE, span, format!("`{name}` has no value")).help(help)
     }
@@ -130,15 +131,12 @@ impl Variables {
                 text => text,
             },
             Expr::Unary(function, inner) => finite(apply(*function, self.number(inner, span)?, span)?, span)?,
-            Expr::Binary(Operator::Join, a, b) => {
-                let mut text = shown(self.eval(a, span)?);
-                text.push_str(&shown(self.eval(b, span)?));
-                Val::Text(text)
-            }
-            Expr::Binary(operator, a, b) => {
-                let (a, b) = (self.number(a, span)?, self.number(b, span)?);
-                let value = combine(*operator, a, b, span)?;
-                finite(if *operator == Operator::Angle { value.rem_euclid(360.0) } else { value }, span)?
+            Expr::Chain(first, rest) => {
+                let mut left = self.eval(first, span)?;
+                for (operator, right) in rest {
+                    left = binary(*operator, left, self.eval(right, span)?, span)?;
+                }
+                left
             }
             Expr::Name(_) | Expr::Element(..) | Expr::Call(..) => {
                 return Err(
@@ -149,13 +147,7 @@ impl Variables {
     }
 
     fn number(&self, expr: &Expr, span: Span) -> Result<f64, Fault> {
-        match self.eval(expr, span)? {
-            Val::Number(number) => Ok(number),
-            Val::Text(text) => {
-                Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
-                    .help("use a number"))
-            }
-        }
+        number(self.eval(expr, span)?, span)
     }
 
     pub(crate) fn truth(&self, condition: &Condition, span: Span) -> Result<bool, Fault> {
@@ -179,6 +171,27 @@ fn shown(value: Val) -> String {
         Val::Number(number) => format!("{number}"),
         Val::Text(text) => text,
     }
+}
+
+fn number(value: Val, span: Span) -> Result<f64, Fault> {
+    match value {
+        Val::Number(number) => Ok(number),
+        Val::Text(text) => {
+            Err(Fault::new(codes::TYPE, span, format!("the text \"{text}\" stands where a number is needed"))
+                .help("use a number"))
+        }
+    }
+}
+
+/// Value of an operation.
+fn binary(operator: Operator, left: Val, right: Val, span: Span) -> Result<Val, Fault> {
+    if operator == Operator::Join {
+        let mut text = shown(left);
+        text.push_str(&shown(right));
+        return expression::short_text(text, span).map(Val::Text);
+    }
+    let value = combine(operator, number(left, span)?, number(right, span)?, span)?;
+    finite(if operator == Operator::Angle { value.rem_euclid(360.0) } else { value }, span)
 }
 
 /// Zero has no sign on this control.

@@ -5,19 +5,22 @@
 //! behind it (on a `LinuxCNC` only the stops), subprogram call, end of program.
 
 use super::calls::whole;
+use super::corners;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{FeedMode, MotionMode};
-use super::parser::{Block, Value, Word};
+use super::parser::{Block, CHAMFER, ROUNDING, Value, Word};
 use super::pending::{Full, Pending};
 use super::words::{self, Class, Function, Group};
 use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{Dwell, Op};
+
+pub(crate) use crate::diagnostic::refused;
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
@@ -39,6 +42,9 @@ impl Interpreter {
         self.recovery.faults.stage = Stage::Acted;
         if let Some(letter) = p.left_over() {
             return Err(left_over(letter, block, line));
+        }
+        if p.corner_left() {
+            return Err(corners::misplaced(block));
         }
         if self.own.modal_macro.is_some() && self.own.moved_in_block {
             self.after_motion(block.span)?;
@@ -73,15 +79,18 @@ impl Interpreter {
             }
             b'@' | b'^' => {
                 if !p.put_polar(word.letter == b'^', value) {
-                    let message = format!("`{}` stands twice in the block", char::from(word.letter));
-                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                    return Err(twice(char::from(word.letter), span));
+                }
+            }
+            CHAMFER | ROUNDING => {
+                if !p.put_corner(word.letter == ROUNDING, value) {
+                    return Err(twice(char::from(word.letter.to_ascii_uppercase()), span));
                 }
             }
             b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
                 if !p.put(letter, value, point) && !is_macro_call(block) {
-                    let message = format!("`{}` stands twice in the block", char::from(letter));
-                    return Err(Fault::new(codes::CONFLICT, span, message).help("take one out"));
+                    return Err(twice(char::from(letter), span));
                 }
             }
         }
@@ -90,7 +99,13 @@ impl Interpreter {
 
     /// A G word as the reader alone takes it.
     pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
-        match words::class(self.own.flavor, self.own.assumed, code) {
+        if code == RETURN_LEVEL && self.settings.control.stated_returns {
+            return match p.put_g(code, Group::OneShot) {
+                Ok(_) => Ok(()),
+                Err(Full) => Err(too_many("G", span)),
+            };
+        }
+        match words::class(self.own.flavor, self.own.assumed, &self.settings.control, code) {
             Class::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
@@ -135,6 +150,11 @@ impl Interpreter {
 
     fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
+        if p.g(Group::Rotation) != Some(682)
+            && let Some(fault) = self.plane_is_open(span)
+        {
+            return Err(fault);
+        }
         let call = p
             .m()
             .iter()
@@ -143,7 +163,7 @@ impl Interpreter {
             .filter(|&m| words::function(self.own.flavor, m) == Function::Call);
         let call_words = call.map(|_| (p.take(b'P'), p.take(b'L')));
         if !p.no_g() {
-            self.modal_words(p)?;
+            self.modal_words(p, span)?;
             if p.g(Group::OneShot) == Some(650) || p.g(Group::Macro) == Some(660) {
                 p.use_all();
                 return self.macro_call(block, p.g(Group::Macro).is_some());
@@ -180,11 +200,12 @@ impl Interpreter {
             self.offset_word(p, span)?;
             self.path_words(p, span)?;
             self.rotation_words(p, span)?;
-            if let Some(code) = one_shot {
+            // A word of the control file may have called one.
+            if let Some(code) = p.g(Group::OneShot) {
                 self.one_shot(code, p, span)?;
             }
         }
-        self.motion(p, span)?;
+        self.motion_with_corner(p, span)?;
         if !p.m().is_empty() {
             self.functions_after(p);
         }
@@ -209,15 +230,21 @@ impl Interpreter {
     }
 
     /// Words that set how the others are read.
-    fn modal_words(&mut self, p: &mut Pending) -> Result<(), Fault> {
+    fn modal_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         if let Some(code) = p.g(Group::Units) {
             let before = self.modal.unit();
             if matches!(code, 700 | 710) {
+                let cycle: &[u8] = if self.own.flavor.is_linuxcnc() { b"DEIPQR" } else { b"PQRUW" };
+                if p.any_free(cycle) {
+                    return Err(refused(&g_name(code), span, words::TURNING));
+                }
                 let unit = if code == 700 { "inch" } else { "mm" };
-                self.assume(format!(
-                    "G{} sets lengths in {unit}; no word tells the control, and on others it is a cycle",
-                    code / 10
-                ));
+                let other = if self.own.flavor.is_linuxcnc() {
+                    "as on a Mach3; on a LinuxCNC it is a cycle of turning"
+                } else {
+                    "where no word tells the control; on others it is a cycle"
+                };
+                self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
             }
             self.modal.inch = Some(matches!(code, 200 | 700));
             if before != self.modal.unit() {
@@ -261,6 +288,9 @@ impl Interpreter {
             self.motion_word(code);
         }
         if let Some(code) = p.g(Group::Cycle) {
+            if code == 800 && self.settings.control.stated_returns && self.modal.cycle.is_some() {
+                self.spindle_off();
+            }
             self.cycle_word(code);
         }
         Ok(())
@@ -350,6 +380,11 @@ impl Interpreter {
     }
 }
 
+/// G71 on a control whose cycles come back to its level.
+const RETURN_LEVEL: u32 = 710;
+/// M52 to M54 on such a control: to the end of travel, to the level of G71, to the R plane.
+pub(crate) const RETURNS: std::ops::RangeInclusive<u32> = 52..=54;
+
 /// G words that are only noted stand among the functions, above this number.
 pub(crate) const NOTED_G: u32 = 1_000_000_000;
 
@@ -369,10 +404,6 @@ fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
 
 pub(crate) fn g_name(code: u32) -> String {
     if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
-}
-
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
 /// The set-up of the control decides what such a word switches to.
@@ -416,7 +447,10 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
         return refused_m(flavor, value as u32, control, word.span);
     }
     let code = g_code(value, word.span).ok()?;
-    match words::class(flavor, assumed, code) {
+    if code == RETURN_LEVEL && control.stated_returns {
+        return None;
+    }
+    match words::class(flavor, assumed, control, code) {
         Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
         Class::Unknown => Some(unknown_g(flavor, code, word.span)),
         _ => None,
@@ -434,7 +468,10 @@ pub(crate) fn unlisted_word(
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
-            let now = match words::class(flavor, assumed, code) {
+            if code == RETURN_LEVEL && control.stated_returns {
+                return None;
+            }
+            let now = match words::class(flavor, assumed, control, code) {
                 Class::Unknown => "refused: unknown",
                 Class::Refused(_) => "refused: not supported",
                 Class::Known(_) | Class::Note => return None,
@@ -443,6 +480,9 @@ pub(crate) fn unlisted_word(
         }
         b'M' if (0.0..1e8).contains(&value) => {
             let code = value as u32;
+            if RETURNS.contains(&code) && control.stated_returns {
+                return None;
+            }
             let now = match words::function(flavor, code) {
                 Function::Note if control.refuses_unlisted => "refused: unknown",
                 Function::Note => "a note, without effect",
@@ -463,6 +503,10 @@ fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
 
 /// The fault of an M word that the control file does not list.
 fn refused_m(flavor: Flavor, code: u32, control: &Control, span: Span) -> Option<Fault> {
+    if RETURNS.contains(&code) && control.stated_returns {
+        let remedy = "cycles come back to the end of travel, which the reader does not know: write M53 or M54";
+        return (code == 52).then(|| refused("M52", span, remedy));
+    }
     match words::function(flavor, code) {
         Function::Refused(remedy) => Some(refused(&format!("M{code}"), span, remedy)),
         Function::Kinematics => Some(kinematics_switch(&format!("M{code}"), span)),

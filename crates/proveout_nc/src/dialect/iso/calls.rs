@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::flavor::Flavor;
 use super::interpreter::{CallLevel, Interpreter, Loaded};
-use super::parser::Block;
+use super::parser::{Block, CHAMFER, ROUNDING};
 use super::statement::Label;
 use crate::Op;
 use crate::channel::Section;
@@ -163,6 +163,7 @@ impl Interpreter {
                     sets[at] += 1;
                     4 + at as u32 + 3 * set
                 }
+                CHAMFER | ROUNDING => return Err(super::corners::misplaced(block)),
                 letter => argument_number(letter),
             };
             if number > 33 {

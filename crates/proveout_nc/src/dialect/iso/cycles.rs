@@ -18,6 +18,7 @@ use super::flavor::Flavor;
 use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::pending::{AXES, Pending};
+use super::words::Group;
 use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -123,6 +124,9 @@ impl Interpreter {
     /// Takes Z R Q P I J K; gives the number of repetitions.
     fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
         let normal = self.modal.normal;
+        if self.settings.control.depth_in_i {
+            self.depth_in_i(p, code, span)?;
+        }
         if p.any_free(&[AXES[normal]]) {
             self.own.cycle.z = self.length_of(p, AXES[normal]).map(|z| (z, self.modal.incremental));
         }
@@ -166,7 +170,45 @@ impl Interpreter {
         }
     }
 
-    fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
+    /// Fagor: Z is the plane above the hole, I the depth, K the dwell; R of G84 says how the tap follows the spindle.
+    fn depth_in_i(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        let unsupported = |what: String| {
+            Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("{what} is not supported on this control"))
+                .help("write the motions of the cycle"))
+        };
+        if !matches!(code, 810 | 820 | 840 | 850 | 860 | 890) {
+            return unsupported(format!("`{}`", g_name(code)));
+        }
+        if p.g(Group::Cycle).is_some() {
+            // Each definition stands by itself: without K there is no dwell.
+            self.own.cycle.p = None;
+        }
+        let normal = AXES[self.modal.normal];
+        if self.modal.incremental && p.any_free(&[normal, b'I']) {
+            return unsupported(format!("`{}` with G91", g_name(code)));
+        }
+        if p.any_free(&[normal]) {
+            self.own.cycle.r = self.length_of(p, normal).map(|r| (r, false));
+        }
+        if p.any_free(b"I") {
+            self.own.cycle.z = self.length_of(p, b'I').map(|z| (z, false));
+        }
+        if p.any_free(b"K") {
+            let point = p.has_point(b'K');
+            let unit = self.settings.control.dwell_unit(b'K');
+            self.own.cycle.p = p.take(b'K').zip(unit).map(|(value, unit)| unit.seconds(value, point));
+        }
+        match p.peek(b'R') {
+            Some(kind) if code == 840 && matches!(kind, 0.0 | 1.0) => {
+                p.use_up(b"R");
+                Ok(())
+            }
+            Some(_) => unsupported(format!("`R` of {}", g_name(code))),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
         let name = g_name(code);
         let missing = |letter: char| {
             Fault::new(codes::MISSING_VALUE, span, format!("{name} has no `{letter}`"))
@@ -200,6 +242,9 @@ impl Interpreter {
 
     /// The level to come back to.
     fn return_level(&self, levels: Levels, span: Span) -> Result<f64, Fault> {
+        if self.settings.control.stated_returns {
+            return self.stated_return(levels, span);
+        }
         if self.modal.return_to_r {
             return Ok(levels.r);
         }
@@ -214,7 +259,42 @@ impl Interpreter {
         Ok(if self.own.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
     }
 
-    fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+    /// M53: the level of G71; M54: the R plane.
+    fn stated_return(&self, levels: Levels, span: Span) -> Result<f64, Fault> {
+        let missing = |message: &str, help: &str| Err(Fault::new(codes::MISSING_VALUE, span, message).help(help));
+        match (self.modal.back_to_level, self.modal.stated_level) {
+            (Some(false), _) => Ok(levels.r),
+            (Some(true), Some(level)) if level >= levels.r => Ok(level),
+            (Some(true), Some(level)) => {
+                let message = format!("the level {level} of G71 lies below the R plane {}", levels.r);
+                Err(Fault::new(codes::ARGUMENTS, span, message).help("check G71 Z and R"))
+            }
+            (Some(true), None) => missing(
+                "M53 comes back to the level of G71, which the program has not set",
+                "write G71 Z before the cycle",
+            ),
+            (None, _) => {
+                missing("neither M53 nor M54 says where the cycle comes back to", "write M53 or M54 in its block")
+            }
+        }
+    }
+
+    /// G71 Z, on a control with this word.
+    pub(super) fn return_level_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let level = self.length_of(p, AXES[self.modal.normal]).filter(|level| level.is_finite());
+        let Some(level) = level else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "G71 has no level").help("write G71 Z50."));
+        };
+        if self.modal.incremental {
+            return Err(
+                Fault::new(codes::UNSUPPORTED_WORD, span, "`G71` with G91 is not supported").help("write G90 G71 Z")
+            );
+        }
+        self.modal.stated_level = Some(level);
+        Ok(())
+    }
+
+    pub(super) fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
         if matches!(code, 770 | 870) {
             return self.back_bore(levels, span);
         }
@@ -248,17 +328,39 @@ impl Interpreter {
             Flavor::Haas => 1.27,
             Flavor::Fanuc => 1.0,
         };
+        let stated = self.settings.control.stated_returns;
+        if stated && self.modal.incremental {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                format!("`{}` with G91 is not supported", g_name(code)),
+            )
+            .help("write the cycle with G90"));
+        }
         let [first, less, least] = self.own.cycle.ijk;
+        // Okuma: I is the infeed of G73, and each time J is reached the tool comes out to the R plane.
+        let mut out_after = less.map(f64::abs).filter(|j| stated && code == 730 && *j > 0.0);
+        if self.own.flavor == Flavor::Haas && first.is_none() && (less.is_some() || least.is_some()) {
+            // G73 with K and Q comes out to the R plane each time the infeeds add up to K (Haas, *Mill operator's manual*, G73).
+            out_after = least.map(f64::abs).filter(|k| code == 730 && less.is_none() && *k > 0.0);
+            if out_after.is_none() {
+                let message = format!("{} has J or K, which belong to a first infeed I", g_name(code));
+                return Err(Fault::new(codes::ARGUMENTS, span, message).help("write I J K, or Q"));
+            }
+        }
+        let mut since_out = 0.0;
         let wrong =
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
         let variable = self.own.flavor == Flavor::Haas && first.is_some();
-        let mut infeed = match if variable { first } else { self.own.cycle.q } {
-            Some(q) if q.abs() > 0.0 => q.abs(),
-            _ => return wrong(format!("{} has no infeed Q", g_name(code))),
-        };
+        let mut infeed =
+            match if variable || stated && code == 730 { first.or(self.own.cycle.q) } else { self.own.cycle.q } {
+                Some(q) if q.abs() > 0.0 => q.abs(),
+                _ => return wrong(format!("{} has no infeed Q", g_name(code))),
+            };
         let mut reached = 0.0;
         for _ in 0..MAX_INFEEDS {
             reached += infeed;
+            since_out += infeed;
             // Rounding must not leave a last infeed of nothing.
             let last = reached >= total - 1e-9;
             let depth = if last { levels.depth } else { levels.r - reached };
@@ -269,7 +371,11 @@ impl Interpreter {
                 return self.course(&[Stroke::wait(dwell)], span);
             }
             let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
-            if code == 730 {
+            let comes_out = out_after.is_some_and(|j| since_out >= j - 1e-9);
+            if comes_out {
+                since_out = 0.0;
+            }
+            if code == 730 && !comes_out {
                 self.course(&[ahead], span)?;
             } else {
                 self.course(&[Stroke::Rapid(levels.r), ahead], span)?;

@@ -5,7 +5,7 @@ use super::interpreter::{Interpreter, alarm};
 use super::parser::{Assignment, Value};
 use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 
 /// Number of the highest parameter (`RS274NGC_MAX_PARAMETERS` of the interpreter less one).
 const LINUXCNC_PARAMETERS: u32 = 5601;
@@ -38,16 +38,17 @@ impl Interpreter {
                 None if *function == Function::Negate => return Ok(None),
                 x => apply(*function, x.unwrap_or(0.0), span)?,
             },
-            Expr::Binary(Operator::Angle, y, x) => {
-                let (y, x) = (self.number(y, span)?, self.number(x, span)?);
-                if y == 0.0 && x == 0.0 {
-                    return Err(arithmetic("the angle of a vector without length is not defined", span));
+            Expr::Chain(first, rest) => {
+                let mut left = self.value(first, span)?;
+                for (operator, right) in rest {
+                    let value = self.binary(*operator, left, self.value(right, span)?, span)?;
+                    if !value.is_finite() {
+                        return Err(endless(span));
+                    }
+                    left = Some(value);
                 }
-                let angle = combine(Operator::Angle, y, x, span)?;
-                // 0 to 360 degrees on a Fanuc (parameter 6004 bit 0 is 0).
-                if self.own.flavor == super::flavor::Flavor::Fanuc && angle < 0.0 { angle + 360.0 } else { angle }
+                return Ok(left);
             }
-            Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
             Expr::Call(_, arguments) => truth(match arguments.first() {
                 Some(Some(Expr::Name(name))) => {
                     self.variables.named(name).is_some() || self.system_named(name, span)?.is_some()
@@ -71,11 +72,10 @@ impl Interpreter {
         if value.is_finite() {
             return Ok(Some(value));
         }
-        Err(arithmetic("the result of the calculation is not finite", span))
+        Err(endless(span))
     }
 
-    fn binary(&self, operator: Operator, left: &Expr, right: &Expr, span: Span) -> Result<f64, Fault> {
-        let (a, b) = (self.value(left, span)?, self.value(right, span)?);
+    fn binary(&self, operator: Operator, a: Option<f64>, b: Option<f64>, span: Span) -> Result<f64, Fault> {
         let linuxcnc = self.own.flavor.is_linuxcnc();
         if matches!(operator, Operator::Equal | Operator::NotEqual) {
             let same = match (a, b) {
@@ -90,6 +90,15 @@ impl Interpreter {
             // Never negative.
             Operator::Mod if linuxcnc && b != 0.0 => Ok(a.rem_euclid(b)),
             Operator::And | Operator::Or | Operator::Xor if !linuxcnc => bits(operator, a, b, span),
+            Operator::Angle if a == 0.0 && b == 0.0 => {
+                Err(arithmetic("the angle of a vector without length is not defined", span))
+            }
+            Operator::Angle => {
+                let angle = combine(operator, a, b, span)?;
+                // 0 to 360 degrees on a Fanuc (parameter 6004 bit 0 is 0).
+                let whole_turn = self.own.flavor == super::flavor::Flavor::Fanuc && angle < 0.0;
+                Ok(if whole_turn { angle + 360.0 } else { angle })
+            }
             _ => combine(operator, a, b, span),
         }
     }
@@ -129,9 +138,7 @@ impl Interpreter {
         }
         if (500..=999).contains(&number) || (10_000..=10_999).contains(&number) {
             let message = format!("#{number} keeps its value in the control, and the program has not set it");
-            return Err(
-                Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(format!("give \"#{number}\" in the settings"))
-            );
+            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(give(&format!("#{number}"))));
         }
         if (200..=499).contains(&number) && self.own.flavor == super::flavor::Flavor::Haas {
             return Ok(None);
@@ -147,7 +154,7 @@ impl Interpreter {
             return Ok(value);
         }
         Err(Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the parameter `#<{name}>` has no value"))
-            .help(format!("assign it first, or give \"#<{name}>\" in the settings")))
+            .help(format!("assign it first, or {}", give(&format!("#<{name}>")))))
     }
 
     /// Assigns after all values of the block are known.
@@ -202,6 +209,10 @@ impl Interpreter {
     }
 }
 
+fn endless(span: Span) -> Fault {
+    arithmetic("the result of the calculation is not finite", span)
+}
+
 /// AND, OR, XOR of macro B: bit by bit on whole numbers.
 fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
     let whole = |v: f64| {
@@ -221,5 +232,5 @@ fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
 
 pub(crate) fn unknown_system(name: &str, span: Span) -> Fault {
     Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system parameter `{name}` is not known to the twin"))
-        .help(format!("give \"{name}\" in the settings, or take its use out"))
+        .help(format!("{}, or take its use out", give(name)))
 }

@@ -5,9 +5,10 @@
 //! of comparisons without brackets is refused where the control would compare the result of a comparison.
 
 use super::flavor::Flavor;
-use crate::channel::expression::{self, Function, Indexed, MAX_DEPTH, Operator};
+use crate::channel::expression::{self, Function, Indexed, Operator};
+use crate::channel::formula::{self, Formulas, Grammar};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::Fault;
 use crate::scan::Scanner;
 
 /// An expression; a name is that of `#<name>`, lower case without blanks.
@@ -36,86 +37,99 @@ pub(crate) const EXISTS: &str = "EXISTS";
 
 const COMPARISON: u8 = 3;
 
-fn priority(operator: Operator, flavor: Flavor) -> u8 {
-    match operator {
-        Operator::Power => 6,
-        Operator::Multiply | Operator::Divide | Operator::Mod => 5,
-        Operator::Add | Operator::Subtract => 4,
-        Operator::And if !flavor.is_linuxcnc() => 5,
-        Operator::Or | Operator::Xor if !flavor.is_linuxcnc() => 4,
-        Operator::And | Operator::Or | Operator::Xor => 2,
-        _ => COMPARISON,
+static MACRO_B: Grammar = Grammar {
+    operators: &[
+        ("*", Operator::Multiply, 5),
+        ("/", Operator::Divide, 5),
+        ("MOD", Operator::Mod, 5),
+        ("AND", Operator::And, 5),
+        ("+", Operator::Add, 4),
+        ("-", Operator::Subtract, 4),
+        ("XOR", Operator::Xor, 4),
+        ("OR", Operator::Or, 4),
+        ("EQ", Operator::Equal, COMPARISON),
+        ("NE", Operator::NotEqual, COMPARISON),
+        ("GT", Operator::Greater, COMPARISON),
+        ("GE", Operator::GreaterEqual, COMPARISON),
+        ("LT", Operator::Less, COMPARISON),
+        ("LE", Operator::LessEqual, COMPARISON),
+    ],
+    whole_words: false,
+    comparison: Some((COMPARISON, "put each comparison into brackets: [#1 GT 0] AND [#2 LT 5]")),
+    sign: u8::MAX,
+    brackets: *b"[]",
+    name: "expression",
+    split_with: "a parameter",
+    operands: "write a number, a parameter, a function or a bracket",
+};
+
+static LINUXCNC: Grammar = Grammar {
+    operators: &[
+        ("**", Operator::Power, 6),
+        ("*", Operator::Multiply, 5),
+        ("/", Operator::Divide, 5),
+        ("MOD", Operator::Mod, 5),
+        ("+", Operator::Add, 4),
+        ("-", Operator::Subtract, 4),
+        ("EQ", Operator::Equal, COMPARISON),
+        ("NE", Operator::NotEqual, COMPARISON),
+        ("GT", Operator::Greater, COMPARISON),
+        ("GE", Operator::GreaterEqual, COMPARISON),
+        ("LT", Operator::Less, COMPARISON),
+        ("LE", Operator::LessEqual, COMPARISON),
+        ("AND", Operator::And, 2),
+        ("XOR", Operator::Xor, 2),
+        ("OR", Operator::Or, 2),
+    ],
+    ..MACRO_B
+};
+
+/// Text of a control.
+struct Text<'s, 'a> {
+    s: &'s mut Scanner<'a>,
+    flavor: Flavor,
+}
+
+impl<'a> Formulas<'a> for Text<'_, 'a> {
+    type Param = Indexed;
+
+    fn grammar(&self) -> &'static Grammar {
+        if self.flavor.is_linuxcnc() { &LINUXCNC } else { &MACRO_B }
+    }
+
+    fn scanner(&mut self) -> &mut Scanner<'a> {
+        self.s
+    }
+
+    fn number(&mut self) -> Result<f64, Fault> {
+        let start = self.s.pos();
+        self.s.decimal().filter(|value| value.is_finite()).ok_or_else(|| {
+            Fault::new(codes::SYNTAX, self.s.span_from(start), "a number was expected").help("write digits")
+        })
+    }
+
+    fn other_operand(&mut self, depth: u32) -> Result<Option<Expr>, Fault> {
+        match self.s.peek() {
+            b'#' => parameter_at(self, depth).map(Some),
+            byte if byte.is_ascii_alphabetic() => function(self, depth).map(Some),
+            _ => Ok(None),
+        }
     }
 }
 
 /// Parses a whole expression; the scanner stands behind it afterwards.
 pub(crate) fn expression(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    parse(s, flavor, 0, 0)
+    formula::formula(&mut Text { s, flavor }, 0)
 }
 
 /// One operand, as it may stand behind an address letter: a number, a parameter, a function, a bracket, with its sign.
 pub(crate) fn operand(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    operand_at(s, flavor, 0)
+    formula::operand(&mut Text { s, flavor }, 0)
 }
 
 /// `[expression]`; the scanner stands before the bracket or before blanks.
 pub(crate) fn bracket(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    bracket_at(s, flavor, 0)
-}
-
-fn parse(s: &mut Scanner<'_>, flavor: Flavor, lowest: u8, depth: u32) -> Result<Expr, Fault> {
-    let mut left = operand_at(s, flavor, depth)?;
-    let mut compared = false;
-    loop {
-        let before = s.pos();
-        s.skip_blanks();
-        let from = s.pos();
-        let Some(operator) = operator(s, flavor) else {
-            s.set_pos(before);
-            return Ok(left);
-        };
-        let priority = priority(operator, flavor);
-        if priority < lowest {
-            s.set_pos(before);
-            return Ok(left);
-        }
-        if priority == COMPARISON && std::mem::replace(&mut compared, true) {
-            return Err(Fault::new(codes::SYNTAX, s.span_from(from), "comparisons cannot be chained")
-                .help("put each comparison into brackets: [#1 GT 0] AND [#2 LT 5]"));
-        }
-        let right = parse(s, flavor, priority + 1, depth + 1)?;
-        left = Expr::Binary(operator, Box::new(left), Box::new(right));
-    }
-}
-
-/// Takes the operator that is next, if any.
-fn operator(s: &mut Scanner<'_>, flavor: Flavor) -> Option<Operator> {
-    const WORDS: [(&str, Operator); 10] = [
-        ("MOD", Operator::Mod),
-        ("AND", Operator::And),
-        ("XOR", Operator::Xor),
-        ("OR", Operator::Or),
-        ("EQ", Operator::Equal),
-        ("NE", Operator::NotEqual),
-        ("GT", Operator::Greater),
-        ("GE", Operator::GreaterEqual),
-        ("LT", Operator::Less),
-        ("LE", Operator::LessEqual),
-    ];
-    let (operator, length) = match (s.peek(), s.peek_at(1)) {
-        (b'*', b'*') if flavor.is_linuxcnc() => (Operator::Power, 2),
-        (b'*', _) => (Operator::Multiply, 1),
-        (b'/', _) => (Operator::Divide, 1),
-        (b'+', _) => (Operator::Add, 1),
-        (b'-', _) => (Operator::Subtract, 1),
-        (byte, _) if byte.is_ascii_alphabetic() => {
-            let (word, operator) = WORDS.into_iter().find(|(word, _)| next_is(s, word))?;
-            (operator, word.len())
-        }
-        _ => return None,
-    };
-    s.set_pos(s.pos() + length);
-    Some(operator)
+    formula::bracket(&mut Text { s, flavor }, 0)
 }
 
 /// The next letters are this word, in any case. A longer name is not told apart: blanks are free in these languages.
@@ -123,71 +137,13 @@ pub(crate) fn next_is(s: &Scanner<'_>, word: &str) -> bool {
     word.bytes().enumerate().all(|(i, byte)| s.peek_at(i).to_ascii_uppercase() == byte)
 }
 
-fn operand_at(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> {
-    s.skip_blanks();
-    if depth > MAX_DEPTH {
-        let message = format!("the expression is nested deeper than {MAX_DEPTH} levels");
-        return Err(Fault::new(codes::NESTING_LIMIT, s.here(), message).help("split it with a parameter"));
-    }
-    match s.peek() {
-        b'0'..=b'9' | b'.' => number(s),
-        sign @ (b'-' | b'+') => {
-            s.bump();
-            let inner = operand_at(s, flavor, depth + 1)?;
-            Ok(match (sign, inner) {
-                (b'+', inner) => inner,
-                (_, Expr::Number(value)) => Expr::Number(-value),
-                (_, inner) => Expr::Unary(Function::Negate, Box::new(inner)),
-            })
-        }
-        b'[' => bracket_at(s, flavor, depth),
-        b'#' => parameter_at(s, flavor, depth),
-        byte if byte.is_ascii_alphabetic() => function(s, flavor, depth),
-        0 if s.at_end() => {
-            Err(Fault::new(codes::MISSING_VALUE, s.here(), "a value is missing at the end of the block")
-                .help("write the value"))
-        }
-        _ => {
-            let shown = s.peek_char().unwrap_or(' ');
-            Err(Fault::new(codes::SYNTAX, s.here(), format!("a value was expected and `{shown}` was found"))
-                .help("write a number, a parameter, a function or a bracket"))
-        }
-    }
-}
-
-fn number(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
-    let start = s.pos();
-    match s.decimal() {
-        Some(value) if value.is_finite() => Ok(Expr::Number(value)),
-        _ => Err(Fault::new(codes::SYNTAX, s.span_from(start), "a number was expected").help("write digits")),
-    }
-}
-
-fn bracket_at(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> {
-    s.skip_blanks();
-    let start = s.pos();
-    if !s.take(b'[') {
-        return Err(Fault::new(codes::SYNTAX, s.here(), "`[` is missing").help("put the expression into brackets"));
-    }
-    let inner = parse(s, flavor, 0, depth + 1)?;
-    close(s, start)?;
-    Ok(inner)
-}
-
-fn close(s: &mut Scanner<'_>, start: usize) -> Result<(), Fault> {
-    s.skip_blanks();
-    if s.take(b']') {
-        return Ok(());
-    }
-    Err(Fault::new(codes::SYNTAX, s.span_from(start), "`]` is missing").help("write `]`"))
-}
-
 /// `#5`, `#[expression]`, `##5`, `#<name>`; the scanner stands on `#`.
 pub(crate) fn parameter(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    parameter_at(s, flavor, 0)
+    parameter_at(&mut Text { s, flavor }, 0)
 }
 
-fn parameter_at(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> {
+fn parameter_at(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
+    let (s, flavor) = (&mut *text.s, text.flavor);
     let start = s.pos();
     s.bump();
     s.skip_blanks();
@@ -209,14 +165,15 @@ fn parameter_at(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr,
         }
         return Ok(Expr::Name(name.to_ascii_lowercase()));
     }
-    Ok(Indexed::expr(operand_at(s, flavor, depth + 1)?))
+    Ok(Indexed::expr(formula::operand(text, depth + 1)?))
 }
 
-fn function(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> {
+fn function(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
+    let (s, flavor) = (&mut *text.s, text.flavor);
     let start = s.pos();
     if next_is(s, EXISTS) && flavor.is_linuxcnc() {
         s.set_pos(start + EXISTS.len());
-        return Ok(Expr::Call(EXISTS.to_owned(), vec![Some(bracket_at(s, flavor, depth + 1)?)]));
+        return Ok(Expr::Call(EXISTS.to_owned(), vec![Some(formula::bracket(text, depth + 1)?)]));
     }
     // SQRT before SQR, ATAN before nothing shorter: the table is in the order of the longest name.
     let found = FUNCTIONS.into_iter().find(|(name, _)| next_is(s, name));
@@ -230,41 +187,42 @@ fn function(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fau
     s.skip_blanks();
     // LinuxCNC rounds towards minus and plus infinity, macro B towards and away from zero.
     let function = match function {
-        Function::Atan => return atan(s, flavor, depth),
+        Function::Atan => return atan(text, depth),
         Function::TowardsZero if flavor.is_linuxcnc() => Function::Down,
         Function::AwayFromZero if flavor.is_linuxcnc() => Function::Up,
         function => function,
     };
-    Ok(Expr::Unary(function, Box::new(bracket_at(s, flavor, depth + 1)?)))
+    Ok(Expr::Unary(function, Box::new(formula::bracket(text, depth + 1)?)))
 }
 
 /// `ATAN[y]/[x]`, on a Fanuc also `ATAN[y,x]` and `ATAN[t]`.
-fn atan(s: &mut Scanner<'_>, flavor: Flavor, depth: u32) -> Result<Expr, Fault> {
+fn atan(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
+    let s = &mut *text.s;
     let start = s.pos();
     if !s.take(b'[') {
         return Err(Fault::new(codes::SYNTAX, s.here(), "`[` is missing").help("write ATAN[y]/[x]"));
     }
-    let y = parse(s, flavor, 0, depth + 1)?;
-    s.skip_blanks();
-    if s.take(b',') {
-        let x = parse(s, flavor, 0, depth + 1)?;
-        close(s, start)?;
-        return Ok(Expr::Binary(Operator::Angle, Box::new(y), Box::new(x)));
+    let y = formula::formula(text, depth + 1)?;
+    text.blanks();
+    if text.s.take(b',') {
+        let x = formula::formula(text, depth + 1)?;
+        formula::close(text, b']', start)?;
+        return Ok(Expr::pair(Operator::Angle, y, x));
     }
-    close(s, start)?;
-    s.skip_blanks();
-    let before = s.pos();
-    if s.take(b'/') {
-        s.skip_blanks();
-        if s.peek() == b'[' {
-            let x = bracket_at(s, flavor, depth + 1)?;
-            return Ok(Expr::Binary(Operator::Angle, Box::new(y), Box::new(x)));
+    formula::close(text, b']', start)?;
+    text.blanks();
+    let before = text.s.pos();
+    if text.s.take(b'/') {
+        text.blanks();
+        if text.s.peek() == b'[' {
+            let x = formula::bracket(text, depth + 1)?;
+            return Ok(Expr::pair(Operator::Angle, y, x));
         }
-        s.set_pos(before);
+        text.s.set_pos(before);
     }
-    if flavor.is_linuxcnc() {
+    if text.flavor.is_linuxcnc() {
         return Err(
-            Fault::new(codes::SYNTAX, Span::new(start, s.pos()), "ATAN needs two values").help("write ATAN[y]/[x]")
+            Fault::new(codes::SYNTAX, text.s.span_from(start), "ATAN needs two values").help("write ATAN[y]/[x]")
         );
     }
     Ok(Expr::Unary(Function::Atan, Box::new(y)))
@@ -280,7 +238,9 @@ mod tests {
                 Expr::Number(v) => v.to_string(),
                 Expr::Param(p) => format!("#{}", show(&p.0)),
                 Expr::Unary(u, a) => format!("({u:?} {})", show(a)),
-                Expr::Binary(b, l, r) => format!("({b:?} {} {})", show(l), show(r)),
+                Expr::Chain(first, rest) => {
+                    rest.iter().fold(show(first), |left, (o, right)| format!("({o:?} {left} {})", show(right)))
+                }
                 other => format!("{other:?}"),
             }
         }

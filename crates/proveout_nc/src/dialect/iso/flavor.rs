@@ -75,6 +75,8 @@ fn from_text(source: &Source) -> Option<Flavor> {
 fn from_line(line: &[u8]) -> Option<Flavor> {
     let mut at = 0;
     let (mut g64, mut p_word, mut g5, mut q_word) = (false, None, false, false);
+    // G70 and G71 with a radius and a number of holes.
+    let (mut bolt, mut i_word, mut l_word) = (false, false, false);
     let first = line.iter().position(|b| !b.is_ascii_whitespace())?;
     while let Some(&byte) = line.get(at) {
         match byte.to_ascii_uppercase() {
@@ -82,6 +84,7 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
             b';' => break,
             b'#' if line.get(at + 1) == Some(&b'<') => return Some(Flavor::LinuxCnc),
             b'O' if at == first && is_o_word(line.get(at + 1..)?) => return Some(Flavor::LinuxCnc),
+            b'O' if at == first && is_named_head(line.get(at + 1..)?) => return Some(Flavor::Haas),
             letter @ (b'G' | b'M') => {
                 let (code, length) = code(line.get(at + 1..)?);
                 if let Some(code) = code {
@@ -90,6 +93,7 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
                             Some(flavor) => return Some(flavor),
                             None if code == 640 => g64 = true,
                             None if code == 51 || code == 50 => g5 = true,
+                            None if code == 700 || code == 710 => bolt = true,
                             None => {}
                         },
                         _ if code == 970 => return Some(Flavor::Haas),
@@ -101,9 +105,14 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
             }
             b'P' => p_word = Some(code(line.get(at + 1..)?).0.unwrap_or(0)),
             b'Q' => q_word = true,
+            b'I' => i_word = true,
+            b'L' => l_word = true,
             _ => {}
         }
         at += 1;
+    }
+    if bolt && i_word && l_word {
+        return Some(Flavor::Haas);
     }
     if g64 && p_word.is_some() {
         return Some(Flavor::LinuxCnc);
@@ -123,6 +132,13 @@ fn is_o_word(rest: &[u8]) -> bool {
     const WORDS: [&str; 12] =
         ["SUB", "ENDSUB", "CALL", "IF", "ELSE", "ENDIF", "WHILE", "ENDWHILE", "DO", "REPEAT", "ENDREPEAT", "RETURN"];
     tail.len() < rest.len() && WORDS.iter().any(|word| tail.starts_with(word))
+}
+
+/// The head of a program with a name of letters and nothing behind it but a comment.
+fn is_named_head(rest: &[u8]) -> bool {
+    let name = rest.iter().take_while(|b| b.is_ascii_alphanumeric() || b"_-.".contains(b)).count();
+    let behind = rest.get(name..).unwrap_or_default().trim_ascii_start();
+    rest.first().is_some_and(u8::is_ascii_alphabetic) && matches!(behind.first(), None | Some(b'(' | b';'))
 }
 
 /// Ten times the number behind a G or M, and how many bytes it takes.
@@ -147,7 +163,7 @@ fn code(rest: &[u8]) -> (Option<u32>, usize) {
 /// G words (times ten) that one control only knows.
 fn g_mark(code: u32) -> Option<Flavor> {
     Some(match code {
-        52 | 53 | 331 | 382..=385 | 591..=593 | 611 | 901 | 911 | 922 | 923 => Flavor::LinuxCnc,
+        52 | 53 | 331 | 382..=385 | 591..=593 | 901 | 911 | 922 | 923 => Flavor::LinuxCnc,
         1030 | 1100..=1290 if code.is_multiple_of(10) => Flavor::Haas,
         1540 | 1870 | 2340 | 2530 | 2540 | 2550 | 2680 | 2690 => Flavor::Haas,
         434 | 435 | 501 | 511 | 531 | 541 | 660 | 670 | 682..=684 => Flavor::Fanuc,
@@ -172,7 +188,9 @@ mod tests {
             ("O<bore> CALL [1]\n", Flavor::LinuxCnc),
             ("G0 G154 P3 X0\n", Flavor::Haas),
             ("M97 P100\n", Flavor::Haas),
+            ("%\nOPART-7 (BASE)\nG0 X0\n", Flavor::Haas),
             ("g254\n", Flavor::Haas),
+            ("G71 I5. J15. K10. L3\n", Flavor::Haas),
             ("G68.2 X0 Y0 Z0 I0 J45. K0\n", Flavor::Fanuc),
             ("G05.1 Q1\n", Flavor::Fanuc),
             ("G05 P10000\n", Flavor::Fanuc),
@@ -184,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_text_that_all_controls_read_is_fanuc_without_certainty() {
-        let text = "%\nO1000 (G154 G254 o100 sub)\nG0 G64 X0\nG1 X1 F100 ; G234\nO2000\nM30\n";
+        let text = "OF THIS PART 3\n%\nO1000 (G154 G254 o100 sub)\nG0 G64 X0\nG1 X1 F100 ; G234\nO2000\nM30\n";
         assert_eq!(flavor(text), Told { flavor: Flavor::Fanuc, certain: false });
     }
 }

@@ -3,7 +3,7 @@
 use crate::scan::Scanner;
 
 /// Words at the begin of a line, in upper case, with the control that has them. A blank in a word stands for any number of them.
-const WORDS: [(&str, &str); 19] = [
+const WORDS: [(&str, &str); 20] = [
     ("BEGIN PGM", "Heidenhain Klartext"),
     ("BLK FORM", "Heidenhain Klartext"),
     ("CYCL DEF", "Heidenhain Klartext"),
@@ -12,6 +12,7 @@ const WORDS: [(&str, &str); 19] = [
     ("DEF WORK", "Okuma OSP"),
     ("MODIN", "Okuma OSP"),
     ("MODOUT", "Okuma OSP"),
+    ("NCYL", "Okuma OSP"),
     ("NOEX", "Okuma OSP"),
     ("VC", "Okuma OSP"),
     ("VZOF", "Okuma OSP"),
@@ -29,6 +30,10 @@ const WORDS: [(&str, &str); 19] = [
 pub(super) fn looks_like(line: &str) -> Option<&'static str> {
     let mut s = Scanner::new(line);
     s.skip_blanks();
+    // The first line of a program: `$NAME.MIN%`.
+    if s.peek() == b'$' && line.trim_end().ends_with('%') {
+        return Some("Okuma OSP");
+    }
     // `N10` or, in Klartext, a number alone; never the N of a word.
     if matches!(s.peek(), b'N' | b'n') && s.peek_at(1).is_ascii_digit() {
         s.bump();
@@ -50,6 +55,8 @@ mod tests {
             ("12 TOOL  CALL 5 Z S100", Some("Heidenhain Klartext")),
             ("N10 CALL O1234", Some("Okuma OSP")),
             ("NOEX VC1=5", Some("Okuma OSP")),
+            ("$PART.MIN%", Some("Okuma OSP")),
+            ("N5 NCYL G81 Z-5", Some("Okuma OSP")),
             ("N5 TRAORI", Some("Siemens 840D")),
             ("GOTO/1,2,3", Some("APT CL data")),
             ("N10 G1 X5", None),

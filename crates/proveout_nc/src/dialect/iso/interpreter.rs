@@ -11,13 +11,14 @@ use super::modal::{CycleValues, Modal};
 use super::parser::{self, Block, Remark};
 use super::variables::Variables;
 use super::{leftover, recover};
+use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{self, Channel, Failed, Language, Lines, Section};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::{AxisValues, Offset, Op, Settings, WorkOffset};
+use crate::{AxisValues, Command, Offset, Op, Settings, WorkOffset};
 
 /// A program file with its structure.
 pub(crate) type Loaded = channel::Loaded<Index>;
@@ -65,10 +66,14 @@ pub(crate) struct Iso {
     pub(crate) cycle: CycleValues,
     /// Coordinates of a rapid motion on a tilted plane that waits for the rest of its end.
     pub(crate) held: AxisValues,
+    /// Chamfers and roundings between the motions.
+    pub(crate) corners: Corners,
     /// Control vector at the end of the last G5, for the next one.
     pub(crate) spline_end: Option<[f64; 2]>,
     /// Control points between G5.2 and G5.3.
     pub(crate) nurbs: Option<super::nurbs::ControlPoints>,
+    /// A plane that further blocks complete.
+    pub(crate) plane_parts: Option<super::planes::PlaneParts>,
     pub(crate) modal_macro: Option<MacroCall>,
     /// A modal macro waits for the end of the block with its motion.
     pub(crate) moved_in_block: bool,
@@ -101,8 +106,10 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         length_canceled_by: None,
         cycle: CycleValues::default(),
         held: AxisValues::NONE,
+        corners: Corners::default(),
         spline_end: None,
         nurbs: None,
+        plane_parts: None,
         modal_macro: None,
         moved_in_block: false,
         sequence: 0,
@@ -128,7 +135,8 @@ impl Language for Iso {
     type Index = Index;
     type Level = CallLevel;
     type Block = Block;
-    type Mark = ();
+    /// What the end of a motion needs for its corner.
+    type Mark = Option<Box<CornerMark>>;
     type Variables = Variables;
     type Modal = Modal;
 
@@ -138,6 +146,19 @@ impl Language for Iso {
 
     fn step(channel: &mut Interpreter) -> Result<(), Box<Diagnostic>> {
         channel.step_line()
+    }
+
+    #[inline]
+    fn hand_out(channel: &mut Interpreter) -> Option<Command> {
+        channel.past_corners()
+    }
+
+    fn resume(channel: &mut Interpreter) -> Option<bool> {
+        if !channel.own.corners.resume() {
+            return None;
+        }
+        channel.done = channel.stack.is_empty();
+        Some(true)
     }
 
     fn moving(channel: &mut Interpreter) {
@@ -170,6 +191,13 @@ impl Language for Iso {
 
     fn is_subprogram(channel: &Interpreter) -> bool {
         leftover::is_subprogram(&channel.main, channel.own.flavor)
+    }
+}
+
+impl Cornering for Iso {
+    #[inline]
+    fn corners(&mut self) -> &mut Corners {
+        &mut self.corners
     }
 }
 
@@ -256,6 +284,7 @@ impl Interpreter {
                     self.note(format!("({text})"));
                 }
                 Remark::Abort(text) => return Err(alarm(&text, block.span)),
+                Remark::Assumed(text) => self.assume(text),
             }
         }
         if let Some(statement) = block.statement.take() {

@@ -111,7 +111,7 @@ impl Targets {
                     .flatten()
                     .map(|word| match &word.value {
                         Value::Number { value, .. } => Expr::Number(*value),
-                        Value::Expr(expr) => expr.clone(),
+                        Value::Expr(expr) => (**expr).clone(),
                     }),
             };
             match target {

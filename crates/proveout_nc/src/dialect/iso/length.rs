@@ -16,12 +16,19 @@ use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
 use crate::{CompSide, CutterComp, Offset, Op, ToolName};
 
+/// A column of the offset memory C of a Fanuc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kept {
+    pub(super) radius: bool,
+    pub(super) wear: bool,
+}
+
 impl Interpreter {
     /// G43 G43.1 G43.2 G43.4 G43.5 G44 G49 G234, and H alone.
     pub(crate) fn length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::ToolLength) else {
             // H is modal on a Fanuc and a Haas.
-            if p.has(b'H') && !self.own.flavor.is_linuxcnc() {
+            if p.any_free(b"H") && !self.own.flavor.is_linuxcnc() {
                 let h = self.offset_number(p, b'H', span)?;
                 if matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_)) {
                     self.take_length(h, 1.0, span)?;
@@ -72,8 +79,14 @@ impl Interpreter {
         if p.has(b'H') {
             return self.offset_number(p, b'H', span);
         }
-        if self.own.flavor.is_linuxcnc() {
+        let of_tool = self.settings.control.length_of_tool;
+        if self.own.flavor.is_linuxcnc() || of_tool {
             return match self.technology.in_spindle {
+                Some(ToolName::Number(number)) if of_tool && self.own.d.is_some_and(|d| d != 0 && d != number) => {
+                    let message = format!("{} with an offset D of another number than tool {number}", g_name(code));
+                    Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                        .help("give the offset the number of its tool"))
+                }
                 Some(ToolName::Number(number)) => Ok(number),
                 Some(ToolName::Empty) => Ok(0),
                 _ => Err(Fault::new(
@@ -254,9 +267,22 @@ impl Interpreter {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("G10 L{list} has no R"))
                 .help("write the offset: G10 L10 P1 R100"));
         };
-        let add = self.modal.incremental;
-        let (table, wear) =
-            (if list < 12.0 { &mut self.own.lengths } else { &mut self.own.radii }, list == 11.0 || list == 13.0);
+        let kept = Kept { radius: list >= 12.0, wear: list == 11.0 || list == 13.0 };
+        self.store_tool_offset(kept, number, value, self.modal.incremental, &format!("G10 L{list}"), span)
+    }
+
+    /// Writes a length or a radius of the offset memory, mm.
+    pub(super) fn store_tool_offset(
+        &mut self,
+        kept: Kept,
+        number: u32,
+        value: f64,
+        add: bool,
+        word: &str,
+        span: Span,
+    ) -> Result<(), Fault> {
+        let wear = kept.wear;
+        let table = if kept.radius { &mut self.own.radii } else { &mut self.own.lengths };
         let entry = table.entry(number).or_insert((None, 0.0));
         let slot = if wear { &mut entry.1 } else { entry.0.get_or_insert(0.0) };
         *slot = if add { *slot + value } else { value };
@@ -264,14 +290,20 @@ impl Interpreter {
             let zero = entry.1 == 0.0;
             table.remove(&number);
             if !zero {
-                let message = format!(
-                    "G10 L{list} writes the wear of offset {number}, whose geometry the program has not written"
-                );
+                let message =
+                    format!("{word} writes the wear of offset {number}, whose geometry the program has not written");
                 return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
                     .help("write the geometry with G10 L10 or L12, or put the wear into the tool library"));
             }
         }
         Ok(())
+    }
+
+    /// What the program has written of a length or a radius, mm.
+    pub(super) fn stored_tool_offset(&self, kept: Kept, number: u32) -> Option<f64> {
+        let table = if kept.radius { &self.own.radii } else { &self.own.lengths };
+        let (geometry, wear) = table.get(&number).copied()?;
+        if kept.wear { Some(wear) } else { geometry }
     }
 
     /// G10 L1 P Z R of `LinuxCNC`.

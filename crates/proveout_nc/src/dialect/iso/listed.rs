@@ -1,9 +1,11 @@
 //! Words whose meaning a control file gives.
 
+use super::calls::whole;
 use super::interpreter::Interpreter;
-use super::modal::Plane;
+use super::modal::{MotionMode, Plane};
 use super::parser::Block;
 use super::pending::{Full, Pending};
+use super::statement::Label;
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::{Builtin, Listed};
@@ -47,10 +49,41 @@ impl Interpreter {
         match meaning {
             Meaning::TcpOn => self.listed_tcp(&word, true, span)?,
             Meaning::TcpOff => self.listed_tcp(&word, false, span)?,
+            Meaning::Offset(letter) => self.listed_offset(&word, letter, p, span)?,
+            Meaning::OffsetOnce(letter) => self.listed_offset_once(&word, letter, p, span)?,
             // Calls follow the motion.
             _ => self.tell_listed((m - LISTED) as usize, &shown),
         }
         Ok(())
+    }
+
+    /// The work offset whose number another word gives.
+    fn listed_offset(&mut self, word: &str, letter: u8, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let number = offset_number(word, letter, p, span)?;
+        if number == 0 {
+            let message = format!(
+                "`{word} {}0` makes machine coordinates those of the program: it is not supported",
+                char::from(letter)
+            );
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("call a work offset from 1 on"));
+        }
+        let offset = if number <= 6 { format!("G{}", 53 + number) } else { format!("G54.1 P{}", number - 6) };
+        self.call_offset(offset, span)
+    }
+
+    /// Machine coordinates for the block, where the number is zero.
+    fn listed_offset_once(&mut self, word: &str, letter: u8, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let number = offset_number(word, letter, p, span)?;
+        if number != 0 {
+            let message = format!("`{word} {}{number}` is not supported", char::from(letter));
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
+                .help("program the position in the work offset in force"));
+        }
+        if self.modal.motion != Some(MotionMode::Rapid) {
+            return Err(Fault::new(codes::CONFLICT, span, format!("machine coordinates of {word} need G0 in force"))
+                .help("write G0 in its block"));
+        }
+        self.put_g(p, 530, span)
     }
 
     fn listed_tcp(&mut self, word: &str, on: bool, span: Span) -> Result<(), Fault> {
@@ -75,10 +108,39 @@ impl Interpreter {
     /// A word that calls a macro takes the whole block; true where one stands in it.
     pub(super) fn listed_macro(&mut self, p: &mut Pending, block: &Block) -> Result<bool, Fault> {
         let found = p.m().iter().find_map(|&m| self.listed(m).filter(|l| matches!(l.meaning, Meaning::Macro(_))));
-        let Some(Listed { word, meaning: Meaning::Macro(program), .. }) = found.cloned() else { return Ok(false) };
+        let Some(Listed { word, meaning: Meaning::Macro(program), values }) = found.cloned() else { return Ok(false) };
+        if self.own.flavor.is_linuxcnc() {
+            self.listed_o_sub(&word, &program, &values, p, block.span)?;
+            return Ok(true);
+        }
         p.use_all();
         self.call_macro(number_of(&program), &word, block)?;
         Ok(true)
+    }
+
+    /// As a remapped word (`LinuxCNC`, "Remap: extending G-code", `ngc=` with `argspec=`): the letters that stand in the block are
+    /// local named parameters of the subprogram, `#<p>` for P.
+    fn listed_o_sub(
+        &mut self,
+        word: &str,
+        label: &str,
+        letters: &[u8],
+        p: &mut Pending,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !p.no_g() || p.m().len() > 1 {
+            let message = format!("{word} calls the subprogram o{label}, and stands with other G or M words");
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write it in a block of its own"));
+        }
+        let values: Vec<(u8, f64)> = letters.iter().filter_map(|&letter| Some((letter, p.take(letter)?))).collect();
+        let depth = self.depth();
+        self.call_o_sub(&Label::Fixed(label.to_owned()), &[], span)?;
+        if self.depth() > depth {
+            for (letter, value) in values {
+                self.variables.set_named(&char::from(letter).to_ascii_lowercase().to_string(), value);
+            }
+        }
+        Ok(())
     }
 
     /// A word that calls a subprogram does so behind the motion of its block.
@@ -101,6 +163,15 @@ impl Interpreter {
         self.own.feed = None;
         Ok(())
     }
+}
+
+/// Number of a work offset in the word of this letter.
+fn offset_number(word: &str, letter: u8, p: &mut Pending, span: Span) -> Result<u32, Fault> {
+    let shown = char::from(letter);
+    let number = p.take(letter).ok_or_else(|| {
+        Fault::new(codes::MISSING_VALUE, span, format!("{word} has no {shown}")).help(format!("write {word} {shown}1"))
+    })?;
+    whole(number, &shown.to_string(), 300.0, span)
 }
 
 /// The control file allows digits only.

@@ -24,7 +24,7 @@ use super::pending::{AXES, Pending};
 use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
-use crate::{AXIS_LETTERS, AxisValues, Offset, Op};
+use crate::{AxisValues, Offset, Op};
 
 /// What the twin does with machine coordinates under tool center point control.
 fn under_tcp(word: &str) -> String {
@@ -41,6 +41,8 @@ impl Interpreter {
     /// A word that acts in its block only.
     pub(crate) fn one_shot(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match code {
+            700 | 710 if self.own.flavor == Flavor::Haas => self.bolt_holes(code, p, span)?,
+            710 => self.return_level_word(p, span)?,
             50 | 51 => {
                 // High-speed and smoothing modes of a Fanuc: where corners go is the tolerance of the machine.
                 let mut text = if code == 50 { "G5".to_owned() } else { "G5.1".to_owned() };
@@ -74,7 +76,7 @@ impl Interpreter {
         if axes == 0 {
             return Ok(());
         }
-        if self.modal.incremental && self.own.flavor == Flavor::Haas {
+        if self.modal.incremental && (self.own.flavor == Flavor::Haas || self.own.assumed) {
             self.assume("G53 under G91 goes to machine coordinates, as it does under G90");
         } else if self.modal.incremental && !self.own.flavor.is_linuxcnc() {
             return Err(Fault::new(
@@ -113,9 +115,16 @@ impl Interpreter {
         Ok(())
     }
 
+    /// At rapid rate to machine coordinates that no word of the block gives.
+    pub(crate) fn goes_in_machine(&mut self, end: AxisValues, axes: u16) {
+        self.begin_motion();
+        self.machine_motion(end, axes, true, false);
+        self.known_in_machine(&end, axes);
+    }
+
     /// A machine coordinate is that of the axis: the place of the tip is known from it, in Z where no tool length of the table
     /// is in force.
-    fn known_in_machine(&mut self, end: &AxisValues, axes: u16) {
+    pub(super) fn known_in_machine(&mut self, end: &AxisValues, axes: u16) {
         if self.modal.in_table() {
             return;
         }
@@ -234,33 +243,13 @@ impl Interpreter {
             if !open.is_empty() && !self.own.noted_references.contains(&first) {
                 self.own.noted_references.push(first);
                 self.note(format!(
-                    "{word}: the reference point is taken as machine zero; #{first} and up of the settings give another"
+                    "{word}: the reference point is taken as machine zero; #{first} and up, given with --variable or in the control file, say another"
                 ));
             }
             return Ok(end);
         };
-        let stated = if first == FIRST_REFERENCE { &points.first } else { &points.second };
         for axis in open {
-            let (letter, machine) = (AXIS_LETTERS[axis], &points.machine);
-            if machine.is_empty() {
-                let message =
-                    format!("{word} sends {letter} to its reference point, and no machine is named that states it");
-                return Err(Fault::new(codes::POSITION_UNKNOWN, span, message)
-                    .help("name the machine (--machine), or program the position with G53"));
-            }
-            if points.axes >> axis & 1 == 0 {
-                let message = format!("{word} names {letter}, and machine \"{machine}\" has no axis of this letter");
-                return Err(Fault::new(codes::BAD_VALUE, span, message).help("take the axis out"));
-            }
-            let Some(value) = stated.get(axis) else {
-                let message = format!(
-                    "{word} sends {letter} to its reference point, and machine \"{machine}\" states none for it"
-                );
-                let key = if (3..6).contains(&axis) { "home_deg" } else { "home_mm" };
-                return Err(Fault::new(codes::POSITION_UNKNOWN, span, message).help(format!(
-                    "add {key} to joint {letter} of the machine file, or program the position with G53"
-                )));
-            };
+            let value = Self::stated_reference(&points, first != FIRST_REFERENCE, axis, word, span)?;
             end.put(axis, value);
         }
         Ok(end)

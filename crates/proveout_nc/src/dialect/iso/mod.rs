@@ -3,13 +3,15 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
 //! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! and [`cycles`] with [`boring`]; words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! with [`planes`] and [`cycles`] with [`boring`] and [`bolt_holes`]; chamfers and roundings in [`corners`], words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
 
 mod arcs;
 mod block;
+mod bolt_holes;
 mod boring;
 mod calls;
 mod control;
+mod corners;
 mod cycles;
 mod eval;
 mod expr;
@@ -27,6 +29,7 @@ mod nurbs;
 mod offsets;
 mod parser;
 mod pending;
+mod planes;
 mod polar;
 mod recover;
 mod remarks;
@@ -42,11 +45,11 @@ use std::path::PathBuf;
 use flavor::Flavor;
 
 use super::Reader;
-use super::listed::Unlisted;
+use super::listed::{Unlisted, each_line};
 use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
 use crate::settings::{Dialect, Settings};
-use crate::source::{Mark, Source};
+use crate::source::Source;
 
 /// The reader does this word by itself; words that end or call programs are left out.
 pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
@@ -77,22 +80,14 @@ pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, se
 /// Words that neither the reader nor the control file gives a meaning.
 pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
     let told = flavor::tell(dialect, source);
-    let flavor = told.flavor;
-    let mut block = parser::Block::default();
-    let mut at = Mark::START;
-    while let Some((line, next)) = source.line(at) {
-        match parser::parse_line(line, flavor, &mut block) {
-            Err(fault) => found.fault(fault, at, line),
-            Ok(()) => {
-                for word in &block.words {
-                    if let Some((key, now)) = block::unlisted_word(flavor, !told.certain, &settings.control, word) {
-                        found.word(key, word.span, at, line, now);
-                    }
-                }
-            }
-        }
-        at = next;
-    }
+    let parse = |line: &str, block: &mut parser::Block| parser::parse_line(line, told.flavor, block);
+    each_line(source, parse, |at, line, block| {
+        let unlisted = |word: &parser::Word| {
+            block::unlisted_word(told.flavor, !told.certain, &settings.control, word)
+                .map(|(key, now)| (key, word.span, now))
+        };
+        found.block(at, line, block.map(|block| block.words.iter().filter_map(unlisted)));
+    });
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
@@ -100,26 +95,17 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
     let told = flavor::tell(dialect, source);
     let flavor = told.flavor;
     let mut faults = Vec::new();
-    let mut block = parser::Block::default();
-    let mut at = Mark::START;
     let outside = index::Index::new(source, flavor, &mut Vec::new()).parts;
     let outside: Vec<[u32; 2]> = outside.into_iter().filter(|part| part.outside).map(|part| part.lines).collect();
-    while let Some((line, next)) = source.line(at) {
+    let parse = |line: &str, block: &mut parser::Block| parser::parse_line(line, flavor, block);
+    each_line(source, parse, |at, line, block| {
         if outside.iter().any(|lines| (lines[0]..lines[1]).contains(&at.line)) {
             // No control reads it.
-            at = next;
-            continue;
+            return;
         }
-        match parser::parse_line(line, flavor, &mut block) {
-            Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
-            Ok(()) => {
-                let refused = block.words.iter();
-                let refused =
-                    refused.filter_map(|word| block::refused_word(flavor, !told.certain, &settings.control, word));
-                faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
-            }
-        }
-        at = next;
-    }
+        let refused = |word| block::refused_word(flavor, !told.certain, &settings.control, word);
+        let of_line = block.map_or_else(|fault| vec![fault], |b| b.words.iter().filter_map(refused).collect());
+        faults.extend(of_line.into_iter().map(|fault| fault.at(&source.name, at.line, line)));
+    });
     faults
 }

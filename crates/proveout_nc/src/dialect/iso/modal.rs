@@ -68,6 +68,8 @@ pub(crate) struct Frames {
     /// G52 of Fanuc and Haas.
     pub(crate) local: Shift,
     pub(crate) plane: Frame,
+    /// G51 of a Haas.
+    pub(crate) scale: Frame,
     pub(crate) rotation: Frame,
     pub(crate) mirror: Frame,
 }
@@ -83,6 +85,7 @@ impl Frames {
             kept_shift: None,
             local: [0.0; 6],
             plane: Frame::IDENTITY,
+            scale: Frame::IDENTITY,
             rotation: Frame::IDENTITY,
             mirror: Frame::IDENTITY,
         }
@@ -97,6 +100,7 @@ impl Frames {
             .then(&shifted(&self.shift))
             .then(&shifted(&self.local))
             .then(&self.plane)
+            .then(&self.scale)
             .then(&self.rotation)
             .then(&self.mirror)
     }
@@ -120,6 +124,9 @@ pub(crate) struct Modal {
     pub(crate) feed_mode: FeedMode,
     /// G99: cycles return to the R plane.
     pub(crate) return_to_r: bool,
+    /// Level of G71, and whether M53 (true) or M54 has said where cycles come back to, on a control with these words.
+    pub(crate) stated_level: Option<f64>,
+    pub(crate) back_to_level: Option<bool>,
     pub(crate) path_mode: Option<PathMode>,
     pub(crate) offset: String,
     /// G16: radius and angle in mm and degrees, as far as programmed.
@@ -177,6 +184,8 @@ impl Modal {
                 Some(StartFeed::PerMinute) | None => FeedMode::PerTime,
             },
             return_to_r: false,
+            stated_level: None,
+            back_to_level: None,
             path_mode: None,
             offset: "G54".to_owned(),
             polar: false,

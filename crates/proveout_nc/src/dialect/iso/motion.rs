@@ -1,5 +1,7 @@
 //! Straight motions, threads, probing, splines; arcs are in [`super::arcs`].
 
+use super::calls::whole;
+use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{MotionMode, Plane};
 use super::pending::{AXES, Pending};
@@ -9,9 +11,11 @@ use crate::channel::{finite, unknown_axes};
 use crate::codes;
 use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
-use crate::frame;
+use crate::frame::{self, Frame};
 use crate::{AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
 
+/// Most repetitions of the motion of a block.
+const MOST_REPEATS: f64 = 9999.0;
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
 
@@ -42,6 +46,28 @@ impl Interpreter {
             return Ok(());
         }
         self.before_motion(axes, p, span)?;
+        for _ in 1..self.repeats(mode, p, span)? {
+            self.move_once(mode, &mut p.clone(), span)?;
+        }
+        self.move_once(mode, p, span)
+    }
+
+    /// L of a Haas: how often the motion of the block is made, as in its example of single-point thread milling (*Mill operator's
+    /// manual*, G02). Other controls have no such word.
+    fn repeats(&self, mode: MotionMode, p: &mut Pending, span: Span) -> Result<u32, Fault> {
+        let feed = matches!(mode, MotionMode::Linear | MotionMode::Clockwise | MotionMode::CounterClockwise);
+        if self.own.flavor != Flavor::Haas || !feed || !p.any_free(b"L") {
+            return Ok(1);
+        }
+        let times = whole(p.take(b'L').unwrap_or(1.0), "L", MOST_REPEATS, span)?;
+        if times == 0 || times > 1 && p.corner_waits_in_block() {
+            let message = "L repeats the motion at least once, and not with a chamfer or rounding";
+            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write L2 or more, or take L out"));
+        }
+        Ok(times)
+    }
+
+    fn move_once(&mut self, mode: MotionMode, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match mode {
             MotionMode::Rapid => self.straight(p, true, span),
             MotionMode::Linear => self.straight(p, false, span),
@@ -70,9 +96,20 @@ impl Interpreter {
             self.modal.plane = Plane::Engaged;
             self.tell_tcp();
         }
-        if self.modal.plane == Plane::Dynamic && axes & ROTARY != 0 {
+        if self.modal.plane == Plane::Dynamic && axes & ROTARY != 0 && !self.rotary_axes_stay(axes, p) {
             return Err(Fault::new(codes::CONFLICT, span, "a rotary axis is programmed while G254 is in force")
                 .help("write G255 before the rotary axes turn, and G254 behind it"));
+        }
+        let scaled = self.modal.frames.scale != Frame::IDENTITY;
+        if scaled
+            && (axes & ROTARY != 0 || self.modal.cycle.is_some_and(|code| !matches!(code, 810 | 820 | 850 | 860 | 890)))
+        {
+            return Err(Fault::new(
+                codes::UNSUPPORTED_WORD,
+                span,
+                "rotary axes, and cycles with infeeds, threads or shifts, under G51 are not supported",
+            )
+            .help("write G50 before them"));
         }
         if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
             self.refuse_whole_numbers(axes, p, span)?;
@@ -91,6 +128,19 @@ impl Interpreter {
             }
         }
         Ok(())
+    }
+
+    /// Every rotary word of the block names the place where its axis stands.
+    fn rotary_axes_stay(&self, axes: u16, p: &Pending) -> bool {
+        (3..6).filter(|axis| axes >> axis & 1 == 1).all(|axis| {
+            let value = self.rotary_of(&mut p.clone(), AXES[axis]);
+            let target = if self.modal.incremental {
+                value.filter(|v| *v == 0.0).and(self.position.work.get(axis))
+            } else {
+                value
+            };
+            matches!((target, self.position.work.get(axis)), (Some(to), Some(now)) if (to - now).abs() < 1e-9)
+        })
     }
 
     /// Numbers without a decimal point that are not zero, on a control that does not say how it reads them.
@@ -165,10 +215,11 @@ impl Interpreter {
         if p.has_polar() {
             programmed |= self.polar_words(p, &mut end, span)?;
         }
-        for (axis, &letter) in AXES.iter().enumerate() {
-            if axes >> axis & 1 == 0 || !p.any_free(&[letter]) {
-                continue;
-            }
+        let mut left = p.axes();
+        while left != 0 {
+            let axis = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let letter = AXES[axis];
             let rotary = (3..6).contains(&axis);
             let value = if rotary {
                 self.rotary_of(p, letter).unwrap_or(0.0)

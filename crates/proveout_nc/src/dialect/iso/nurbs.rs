@@ -123,7 +123,8 @@ impl Interpreter {
             match spline::cubic(&piece).filter(|_| z.is_some()) {
                 Some(cubic) => self.nurbs_cubic(cubic, span)?,
                 None => {
-                    for point in spline::chords(&piece, CHORD_TOLERANCE_MM) {
+                    let ends = spline::chords(&piece, CHORD_TOLERANCE_MM).ok_or_else(|| spline::too_long(span))?;
+                    for point in ends {
                         let mut end = self.position.work;
                         end.put(0, point[0]);
                         end.put(1, point[1]);

@@ -64,7 +64,16 @@ impl Interpreter {
         } else {
             g_name(code)
         };
+        self.call_offset(word, span)
+    }
+
+    /// The work offset of this word comes into force.
+    pub(super) fn call_offset(&mut self, word: String, span: Span) -> Result<(), Fault> {
         if self.modal.plane == Plane::Dynamic {
+            if offset_key(&word) == offset_key(&self.modal.offset) {
+                // The one that is in force changes nothing.
+                return Ok(());
+            }
             return Err(Fault::new(codes::CONFLICT, span, format!("{word} while G254 is in force"))
                 .help("write G255 before it"));
         }
@@ -258,27 +267,31 @@ impl Interpreter {
             }
         };
         let key = offset_key(&word);
-        if self.own.turns.get(&key).is_some_and(|turn| *turn != 0.0) || self.modal.frames.turn != 0.0 {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                "G10 L20 under a rotated work offset is not supported",
-            )
-            .help("write the offset with G10 L2"));
-        }
-        let mut bare = self.modal.frames.clone();
-        bare.settable = [0.0; 6];
-        let mut without = self.position.clone();
-        without.set_frame(bare.total(self.own.flavor));
+        let turn = self.own.turns.get(&key).copied().unwrap_or(0.0);
         let mut offset = self.own.offsets.get(&key).copied().unwrap_or_default();
+        // Where the tool stands in that system, origin left out; a rotation turns what is missing into the axes of the machine.
+        let mut there = self.modal.frames.clone();
+        (there.settable, there.turn) = ([0.0; 6], turn);
+        if turn != 0.0 {
+            let [x, y, z] = offset.translation;
+            there.settable = [x, y, z, 0.0, 0.0, 0.0];
+        }
+        let mut seen = self.position.clone();
+        seen.set_frame(there.total(self.own.flavor));
+        let mut moved = [0.0; 3];
         for (axis, value) in values.into_iter().enumerate() {
             let Some(value) = value else { continue };
-            let Some(now) = without.work.get(axis) else {
+            let Some(now) = seen.work.get(axis) else {
                 return Err(unknown_axis(axis, span));
             };
-            let slot = if axis < 3 { &mut offset.translation[axis] } else { &mut offset.rotary[axis - 3] };
-            *slot = now - value;
+            match axis {
+                0..3 if turn != 0.0 => moved[axis] = now - value,
+                0..3 => offset.translation[axis] = now - value,
+                _ => offset.rotary[axis - 3] = now - value,
+            }
         }
+        let moved = Frame::rotation(2, turn).apply_vector(moved);
+        offset.translation = std::array::from_fn(|axis| offset.translation[axis] + moved[axis]);
         self.own.offsets.insert(key, offset);
         self.offset_changed(&word);
         Ok(())
@@ -298,7 +311,13 @@ impl Interpreter {
         let mode = match code {
             // LinuxCNC: exact path, corners are met but not stopped at when they are smooth.
             610 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
-            610 | 611 => PathMode::ExactStop,
+            610 => PathMode::ExactStop,
+            611 => {
+                if !self.own.flavor.is_linuxcnc() {
+                    self.assume("G61.1 stops at every block, as on a LinuxCNC; on a Mazak and a Mitsubishi it makes corners more exact");
+                }
+                PathMode::ExactStop
+            }
             640 if self.own.flavor.is_linuxcnc() => {
                 let tolerance = bound(self.length_of(p, b'P'))?;
                 if let Some(q) = p.take(b'Q') {

@@ -28,9 +28,14 @@ pub(crate) struct Block {
     pub(crate) span: Span,
 }
 
+/// `,C`, which no other word can be: their letters are upper case.
+pub(crate) const CHAMFER: u8 = b'c';
+/// `,R`
+pub(crate) const ROUNDING: u8 = b'r';
+
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Word {
-    /// Upper case.
+    /// Upper case; [`CHAMFER`] and [`ROUNDING`] for `,C` and `,R`.
     pub(crate) letter: u8,
     pub(crate) value: Value,
     pub(crate) span: Span,
@@ -43,7 +48,7 @@ pub(crate) enum Value {
         /// Written with a decimal point.
         point: bool,
     },
-    Expr(Expr),
+    Expr(Box<Expr>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +67,8 @@ pub(crate) enum Remark {
     Note(String),
     /// `(ABORT, text)`
     Abort(String),
+    /// How the text of the line is taken, where the control may take it in another way.
+    Assumed(&'static str),
 }
 
 impl Block {
@@ -109,7 +116,7 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
         match byte {
             b'(' => comment(&mut s, flavor, block)?,
             b';' => {
-                after_semicolon(&mut s, flavor)?;
+                after_semicolon(&mut s, flavor, block)?;
                 break;
             }
             b'/' if first && block.skip.is_none() && block.number.is_none() => {
@@ -164,6 +171,16 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b',' if !flavor.is_linuxcnc() && matches!(s.peek_at(1).to_ascii_uppercase(), b'C' | b'R') => {
+                start = start.or(Some(at));
+                s.bump();
+                let mut found = word(&mut s, flavor)?;
+                found.letter = if found.letter == b'C' { CHAMFER } else { ROUNDING };
+                found.span = s.span_from(at);
+                block.words.push(found);
+                first = false;
+                end = s.pos();
+            }
             b'A'..=b'Z' | b'a'..=b'z' | b':' => {
                 start = start.or(Some(at));
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
@@ -188,7 +205,10 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
     let (code, help) = match shown {
         c if c.is_control() => (codes::SYNTAX, "take the control character out"),
         ',' if s.peek_at(1).is_ascii_digit() => (codes::SYNTAX, "decimal comma? write a decimal point"),
-        ',' => (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3"),
+        ',' if flavor.is_linuxcnc() => {
+            (codes::UNSUPPORTED_WORD, "program the chamfer or the rounding (,C ,R) with G1, G2, G3")
+        }
+        ',' => (codes::UNSUPPORTED_WORD, "`,C` and `,R` are read; write other points with their coordinates"),
         '@' | '^' => (codes::UNSUPPORTED_WORD, "program the point with X and Y"),
         '/' => (codes::UNSUPPORTED_WORD, "write `/` at the start of a block, and what it skips in a block of its own"),
         _ => (codes::SYNTAX, "take it out"),
@@ -229,7 +249,7 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
             );
         }
     }
-    let value = Value::Expr(expr::operand(s, flavor)?);
+    let value = Value::Expr(Box::new(expr::operand(s, flavor)?));
     Ok(Word { letter, value, span: s.span_from(start) })
 }
 
@@ -302,7 +322,7 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
 }
 
 /// Behind `;` stands a comment. On a Fanuc and a Haas `;` is the end of a block: words behind it would be a second one.
-fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor) -> Result<(), Fault> {
+fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
     s.bump();
     if flavor.is_linuxcnc() {
         return Ok(());
@@ -325,6 +345,11 @@ fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor) -> Result<(), Fault> {
         words += 1;
     }
     if words == 0 {
+        return Ok(());
+    }
+    if block.is_empty() && block.number.is_none() && block.skip.is_none() {
+        // Nothing stands before it: a block that somebody has taken out.
+        block.remarks.push(Remark::Assumed("the words of a line that begins with `;` are a comment"));
         return Ok(());
     }
     Err(Fault::new(codes::SYNTAX, Span::new(start, probe.pos()), "words stand behind `;`, which ends the block")

@@ -20,6 +20,9 @@ pub(crate) struct Pending {
     polar: [Option<f64>; 2],
     polar_taken: bool,
     second_tool: Option<f64>,
+    /// `,C` and `,R`
+    corner: [Option<f64>; 2],
+    corner_taken: bool,
 }
 
 /// More words of one kind than a block may have.
@@ -52,6 +55,8 @@ impl Pending {
             polar: [None; 2],
             polar_taken: false,
             second_tool: None,
+            corner: [None; 2],
+            corner_taken: false,
         }
     }
 
@@ -79,6 +84,27 @@ impl Pending {
     pub(crate) fn take_polar(&mut self) -> [Option<f64>; 2] {
         self.polar_taken = true;
         self.polar
+    }
+
+    /// `,C`, or `,R` (`rounding`); false where it stands already.
+    pub(crate) fn put_corner(&mut self, rounding: bool, value: f64) -> bool {
+        self.corner[usize::from(rounding)].replace(value).is_none()
+    }
+
+    /// `,C` and `,R` as written; they have found their use.
+    pub(crate) fn take_corner(&mut self) -> [Option<f64>; 2] {
+        self.corner_taken = true;
+        self.corner
+    }
+
+    /// `,C` or `,R` stands in the block and has found no use.
+    pub(crate) fn corner_left(&self) -> bool {
+        !self.corner_taken && self.corner != [None; 2]
+    }
+
+    /// `,C` or `,R` stands in the block.
+    pub(crate) fn corner_waits_in_block(&self) -> bool {
+        self.corner != [None; 2]
     }
 
     /// A second T; false where it stands already.
@@ -130,10 +156,9 @@ impl Pending {
     /// Bit i is set when axis i of [`AXES`] stands in the block and has found no use yet.
     pub(crate) fn axes(&self) -> u16 {
         let free = self.set & !self.taken;
-        if free == 0 {
-            return 0;
-        }
-        AXES.iter().enumerate().fold(0, |bits, (i, &letter)| bits | u16::from(free & bit(letter) != 0) << i)
+        // Three neighbors each in the alphabet.
+        let three = |first: u8| (free >> (first - b'A') & 0b111) as u16;
+        three(b'X') | three(b'A') << 3 | three(b'U') << 6
     }
 
     /// One of these words stands in the block and has found no use yet.

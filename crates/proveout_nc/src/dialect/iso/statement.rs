@@ -180,7 +180,11 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
         b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
         // A Haas takes names of letters too.
         byte if flavor == Flavor::Haas && byte.is_ascii_alphabetic() && o_word_name(s).is_none() => {
-            Label::Fixed(format!("<{}>", s.identifier().to_ascii_lowercase()))
+            let from = s.pos();
+            while s.peek().is_ascii_alphanumeric() || b"_-.".contains(&s.peek()) {
+                s.bump();
+            }
+            Label::Fixed(format!("<{}>", s.slice(from).to_ascii_lowercase()))
         }
         _ => match s.integer() {
             Some(number) => Label::Fixed(number.to_string()),

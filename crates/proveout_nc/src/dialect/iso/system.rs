@@ -3,6 +3,7 @@
 use super::eval::unknown_system;
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
+use super::length::Kept;
 use super::modal::FeedMode;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -19,6 +20,18 @@ fn offset_word(flavor: Flavor, number: u32) -> Option<(String, usize)> {
         _ => return None,
     };
     Some((word, ((number - first) % 20) as usize))
+}
+
+/// Tool offsets of a Fanuc with memory C (*Operator's manual*, "System variables"): wear and geometry of lengths, then of radii.
+fn tool_offset(flavor: Flavor, number: u32) -> Option<(Kept, u32)> {
+    let column = match number {
+        10_001..=10_999 => Kept { radius: false, wear: true },
+        11_001..=11_999 => Kept { radius: false, wear: false },
+        12_001..=12_999 => Kept { radius: true, wear: true },
+        13_001..=13_999 => Kept { radius: true, wear: false },
+        _ => return None,
+    };
+    (flavor == Flavor::Fanuc).then_some((column, number % 1000))
 }
 
 impl Interpreter {
@@ -58,6 +71,10 @@ impl Interpreter {
         }
         if self.own.flavor.is_linuxcnc() {
             return self.linuxcnc_number(number, &name, span);
+        }
+        if let Some((kept, offset)) = tool_offset(self.own.flavor, number) {
+            let stored = self.stored_tool_offset(kept, offset).ok_or_else(|| unknown_system(&name, span))?;
+            return Ok(Some(stored / self.modal.unit()));
         }
         let modal = &self.modal;
         let tool = |tool: &Option<ToolName>| match tool {
@@ -226,9 +243,15 @@ impl Interpreter {
         }
         if self.own.flavor.is_linuxcnc() {
             return match number {
-                5161..=5169 | 5181..=5189 | 1..=5000 => Ok(false),
+                // 5599 switches the output of (DEBUG,) on and off.
+                5161..=5169 | 5181..=5189 | 1..=5000 | 5599 => Ok(false),
                 _ => refuse("write offsets with G10, G92 and G28.1"),
             };
+        }
+        if let Some((kept, offset)) = tool_offset(self.own.flavor, number) {
+            let mm = value * self.modal.unit();
+            self.store_tool_offset(kept, offset, mm, false, &format!("#{number}"), span)?;
+            return Ok(true);
         }
         match number {
             3003 | 3004 | 3007 | 3008 | 3901 | 3902 | 3001 | 3002 | 3011 | 3012 | 3101..=3199 => {
@@ -241,7 +264,7 @@ impl Interpreter {
                 self.frames_changed("#5201");
                 Ok(true)
             }
-            2001..=2999 | 1000..=1999 | 13_001..=13_999 => {
+            2001..=2999 | 1000..=1999 => {
                 refuse("write tool offsets with G10 L10 to L13; signals of the machine are not known to the twin")
             }
             _ => refuse("use #100 to #199 or #500 to #999"),

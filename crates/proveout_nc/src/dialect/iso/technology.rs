@@ -1,6 +1,6 @@
 //! Feed, spindle, tool, coolant and machine functions.
 
-use super::block::{NOTED_G, g_name, kinematics_switch};
+use super::block::{NOTED_G, RETURNS, g_name, kinematics_switch};
 use super::calls::whole;
 use super::interpreter::Interpreter;
 use super::listed::LISTED;
@@ -159,6 +159,10 @@ impl Interpreter {
                 self.note_with_values(&g_name(m - NOTED_G), p);
                 continue;
             }
+            if RETURNS.contains(&m) && self.settings.control.stated_returns {
+                self.modal.back_to_level = Some(m == 53);
+                continue;
+            }
             match words::function(self.own.flavor, m) {
                 Function::Spindle if m != 5 => {
                     self.technology.direction = direction_of(f64::from(m));
@@ -222,6 +226,20 @@ impl Interpreter {
         // On a LinuxCNC X and Y stay.
         let stays = self.own.flavor.is_linuxcnc() && !self.modal.in_table() && !self.position.frame().is_rotated();
         self.change_tool(tool, if stays { 0b100 } else { LINEAR });
+        let end = self.settings.control.tool_change;
+        let axes = (0..9).fold(0, |axes, axis| axes | u16::from(end.get(axis).is_some()) << axis);
+        if axes != 0 {
+            // The control file says where M6 leaves these axes.
+            self.goes_in_machine(end, axes);
+        } else if let Some(points) = &self.settings.reference_points {
+            // The machine says where it drives them.
+            let end = points.tool_change;
+            let axes = (0..3).fold(0, |axes, axis| axes | u16::from(end.get(axis).is_some()) << axis);
+            if axes != 0 {
+                self.position.forget(axes);
+                self.known_in_machine(&end, axes);
+            }
+        }
     }
 
     /// M61 Q, M70, M72.

@@ -1,7 +1,7 @@
-//! Rotations, mirrors, tilted working planes, dynamic work offsets.
+//! Rotations, mirrors, scales, tilted working planes, dynamic work offsets.
 //!
-//! **G68.2** `X Y Z I J K` (Fanuc, *Tilted working plane indexing*): the origin in the coordinates before it, then Euler
-//! angles: I about Z, J about the new X, K about the newest Z. G53.1 turns the rotary axes until the tool stands along the new
+//! **G68.2** (Fanuc, *Tilted working plane indexing*): a plane in the coordinates before it, in the forms of
+//! [`super::planes`]. G53.1 turns the rotary axes until the tool stands along the new
 //! Z: a rapid motion that carries only the tool axis, with the linear axes at rest. From there on base coordinates are those
 //! of the table. Without G53.1 the rotary axes stand where the program puts them, and the first motion of a linear axis
 //! begins the table coordinates.
@@ -26,6 +26,9 @@ use crate::frame::{self, Frame};
 use crate::machine_data::KinematicsKind;
 use crate::{Motion, Op, OrientationInterpolation, Tcp};
 
+/// Scales of G51 on a Haas.
+const SCALES: std::ops::RangeInclusive<f64> = 0.001..=999.999;
+
 impl Interpreter {
     /// Hands the state of the tool center point control out: the rotary axes run in proportion to the path.
     pub(crate) fn tell_tcp(&mut self) {
@@ -42,6 +45,9 @@ impl Interpreter {
             Some(682) => self.tilted_plane(p, span)?,
             Some(_) => self.end_of_planes("G69"),
             None => {}
+        }
+        if let Some(code) = p.g(Group::Scaling) {
+            self.scaling(code, p, span)?;
         }
         if let Some(code) = p.g(Group::Mirror) {
             self.mirror(code, p, span)?;
@@ -95,28 +101,20 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G68.2 X Y Z I J K.
+    /// G68.2
     fn tilted_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G68.2", span)?;
-        if let Some(kind) = p.take(b'P').filter(|&kind| kind != 0.0) {
-            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`G68.2 P{kind}` is not supported"))
-                .help("give the plane with Euler angles: G68.2 X Y Z I J K"));
-        }
         if self.modal.plane == Plane::Dynamic || self.modal.tcp {
             return Err(Fault::new(codes::CONFLICT, span, "G68.2 under G43.4 or G254").help("write G49 before it"));
         }
-        let origin = [b'X', b'Y', b'Z'].map(|letter| self.length_of(p, letter).unwrap_or(0.0));
-        let [i, j, k] = [b'I', b'J', b'K'].map(|letter| p.take(letter).unwrap_or(0.0));
+        let Some(plane) = self.plane_of_block(p, span)? else { return Ok(()) };
         self.begin();
         if self.modal.plane == Plane::Engaged {
             self.modal.plane = Plane::Off;
             self.tell_tcp();
         }
         let frames = &mut self.modal.frames;
-        frames.plane = Frame::translation(origin)
-            .then(&Frame::rotation(2, i))
-            .then(&Frame::rotation(0, j))
-            .then(&Frame::rotation(2, k));
+        frames.plane = plane;
         (frames.rotation, frames.mirror) = (Frame::IDENTITY, Frame::IDENTITY);
         self.modal.plane = Plane::Defined;
         // Coordinates before and behind are not those of the same axes.
@@ -201,6 +199,52 @@ impl Interpreter {
         }
         self.begin();
         self.modal.frames.mirror = mirror;
+        self.frames_changed(&super::block::g_name(code));
+        Ok(())
+    }
+
+    /// G51 X Y Z P and G50 of a Haas (*Mill operator's manual*, G51): all end points and arcs are scaled by P about a center, which
+    /// is where the tool stands along axes without a word. Scaling is switched on before a rotation, and off behind it.
+    fn scaling(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let frames = &self.modal.frames;
+        let inside = frames.rotation != Frame::IDENTITY || frames.mirror != Frame::IDENTITY;
+        if inside || self.modal.plane != Plane::Off || self.modal.tcp {
+            return Err(Fault::new(codes::CONFLICT, span, "scaling changes under a rotation, a mirror or a plane")
+                .help("write G69, G100 or G255 before it"));
+        }
+        let mut scale = Frame::IDENTITY;
+        if code == 510 {
+            let Some(factor) = p.take(b'P') else {
+                return Err(Fault::new(
+                    codes::MISSING_VALUE,
+                    span,
+                    "G51 has no P, and would scale by settings of the control",
+                )
+                .help("write the factor: G51 X0 Y0 Z0 P2."));
+            };
+            if !(SCALES.contains(&factor)) {
+                let message = format!("the scale P takes 0.001 to 999.999 and has {factor}");
+                return Err(Fault::new(codes::BAD_VALUE, span, message).help("write a factor above zero"));
+            }
+            let scaled = frames.scale != Frame::IDENTITY;
+            if p.axes() & !LINEAR != 0 {
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "G51 of a rotary axis is not supported")
+                    .help("scale X, Y and Z"));
+            }
+            for (axis, letter) in [b'X', b'Y', b'Z'].into_iter().enumerate() {
+                let center = match self.length_of(p, letter) {
+                    Some(value) => value,
+                    None => self.position.work.get(axis).filter(|_| !scaled).ok_or_else(|| {
+                        let message = format!("G51 has no {}, and the position is not known", char::from(letter));
+                        Fault::new(codes::POSITION_UNKNOWN, span, message).help("write the center: G51 X0 Y0 Z0 P2.")
+                    })?,
+                };
+                scale.linear[axis][axis] = factor;
+                scale.translation[axis] = center * (1.0 - factor);
+            }
+        }
+        self.begin();
+        self.modal.frames.scale = scale;
         self.frames_changed(&super::block::g_name(code));
         Ok(())
     }

@@ -6,6 +6,7 @@
 //! `LinuxCNC`, *G-code reference*, modal groups.
 
 use super::flavor::Flavor;
+use crate::control::Control;
 
 /// Words of one group exclude each other in a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,7 @@ pub(crate) enum Group {
     Polar,
     Rotation,
     Mirror,
+    Scaling,
     Macro,
     DynamicOffset,
 }
@@ -46,9 +48,14 @@ pub(crate) enum Class {
 }
 
 /// The class of a G word; `assumed`: nothing tells that the control is this one. There G70 and G71 are the unit of lengths, as on
-/// most controls that are no Fanuc, Haas or `LinuxCNC`.
-pub(crate) fn class(flavor: Flavor, assumed: bool, code: u32) -> Class {
-    if assumed && matches!(code, 700 | 710) { Class::Known(Group::Units) } else { classify(flavor, code) }
+/// most controls that are no Fanuc, Haas or `LinuxCNC`, and G61.1 is a word of the path. A `LinuxCNC` that no control file names
+/// may be a Mach3, whose words of its own are these.
+pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> Class {
+    match code {
+        700 | 710 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => Class::Known(Group::Units),
+        611 if assumed => Class::Known(Group::PathMode),
+        _ => classify(flavor, code),
+    }
 }
 
 /// The class of a G word.
@@ -85,6 +92,8 @@ fn cycle_group(flavor: Flavor) -> Group {
     if flavor.is_linuxcnc() { Group::Motion } else { Group::Cycle }
 }
 
+/// Words of turning on the controls that speak this language.
+pub(super) const TURNING: &str = "it is a cycle of turning, which is not part of the twin";
 const ARC: &str = "program the path with G1, G2 and G3";
 const MANUAL_RETRACT: &str = "the operator retracts by hand in this cycle; use G85, G86 or G89";
 const POST_PLANE: &str = "give the plane with Euler angles (G68.2 X Y Z I J K) or turn the axes in the program";
@@ -108,6 +117,7 @@ fn fanuc(code: u32) -> Class {
         61 | 62 => Class::Refused(ARC),
         24 | 34 | 23 | 33 | 32 => Class::Refused(ARC),
         71 | 121 | 271 | 70 | 120 => Class::Refused("unroll the path in the CAM system"),
+        700 | 710 | 720 | 750 => Class::Refused(TURNING),
         411 | 421 | 412 | 422 => Class::Refused("let the CAM system compensate the cutter, and use G40"),
         270 | 290 => Class::Refused("program the motion with G53 or in work coordinates"),
         510 => Class::Refused("write the scaled coordinates"),
@@ -131,16 +141,19 @@ fn haas(code: u32) -> Class {
         1540 => Class::Known(Group::WorkOffset),
         1100..=1290 if code.is_multiple_of(10) => Class::Known(Group::WorkOffset),
         2540 | 2550 => Class::Known(Group::DynamicOffset),
-        500 | 1030 | 2690 => Class::Note,
+        500 | 510 => Class::Known(Group::Scaling),
+        1030 | 2690 => Class::Note,
         1870 => Class::Known(Group::PathMode),
         120 | 130 | 1500 | 470 => Class::Refused("program the pocket or text with G1, G2 and G3"),
         290 => Class::Refused("program the motion with G53 or in work coordinates"),
         350 | 360 | 370 | 1360 => {
             Class::Refused("measured values are not known to the twin; write the offset with G10")
         }
-        510 => Class::Refused("write the scaled coordinates"),
         600 => Class::Refused("program the approach from one side with G0"),
-        700..=720 if code.is_multiple_of(10) => Class::Refused("program the holes with X and Y"),
+        700 | 710 => Class::Known(Group::OneShot),
+        720 => Class::Refused(
+            "the manual does not say whether the first hole is where the tool stands: program the holes with X and Y",
+        ),
         870 | 880 => Class::Refused(MANUAL_RETRACT),
         1020 => Class::Refused("take the output to the serial port out"),
         1070 => Class::Refused("unroll the path in the CAM system"),
@@ -164,7 +177,7 @@ fn linuxcnc(code: u32) -> Class {
         80 => Class::Note,
         70 => Class::Refused("diameter programming belongs to turning"),
         52 | 53 => Class::Known(Group::Motion),
-        700 | 760 | 710..=722 | 842 | 881 => Class::Refused("turning cycles are not part of the twin"),
+        700 | 760 | 710..=722 | 842 | 881 => Class::Refused(TURNING),
         870 | 880 => Class::Refused("the control does not do this cycle; use G85, G86 or G89"),
         960 | 970 => Class::Known(Group::SpindleMode),
         _ => Class::Unknown,

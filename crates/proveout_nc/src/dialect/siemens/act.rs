@@ -29,6 +29,9 @@ impl Interpreter {
         if p.polar_angle.is_some() || p.polar_radius.is_some() {
             self.resolve_polar(p, span)?;
         }
+        if let Some(angle) = p.angle {
+            self.resolve_angle(p, angle, span)?;
+        }
         if let Some(rounding) = p.rounding {
             self.rounding_word(rounding, span)?;
         }
@@ -141,7 +144,7 @@ impl Interpreter {
         if self.run_cycle(call, span)? || self.call_subprogram(call, passes, span)? {
             return Ok(());
         }
-        if self.settings.control.missing_subprogram.is_some() {
+        if self.settings.missing_subprogram.is_some() {
             return self.missing(&call.name, span);
         }
         Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name))

@@ -1,9 +1,9 @@
 //! Words with `=`: values of words, variables, frames.
 
 use super::block::{refused, word_text};
+use super::eval::{self, Val};
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::parser::Value;
 use super::pending::Pending;
 use super::words::{self, Class};
 use crate::AxisValues;
@@ -12,6 +12,56 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
 impl Interpreter {
+    /// `PO[X]=(end, a2, a3, a4, a5)`.
+    fn polynomial_word(
+        &mut self,
+        p: &mut Pending,
+        axis: &Expr,
+        list: &[Option<Expr>],
+        span: Span,
+    ) -> Result<(), Fault> {
+        let axis = self.named_axis("PO", axis, span)?;
+        let [Some(end), coefficients @ ..] = list else {
+            return Err(Fault::new(codes::MISSING_VALUE, span, "PO has no end").help("write PO[X]=(10, 2, -1)"));
+        };
+        if axis > 2 || coefficients.len() > 4 {
+            return Err(refused(
+                "PO of another axis than X Y Z, or above the fifth power",
+                span,
+                "program the path with G1",
+            ));
+        }
+        let mut powers = [0.0; 4];
+        for (slot, value) in powers.iter_mut().zip(coefficients) {
+            *slot = value.as_ref().map_or(Ok(0.0), |value| self.variables.number(value, span))?;
+        }
+        p.axes[axis] = Some(self.coordinate_of(end, span)?);
+        p.programmed |= 1 << axis;
+        p.polynomial[axis] = Some(powers);
+        Ok(())
+    }
+
+    /// The axis that `POS[X]`, `AX[_AXIS]` or `PO[X]` names, by its letter or by a variable of type AXIS.
+    pub(super) fn named_axis(&self, word: &str, axis: &Expr, span: Span) -> Result<usize, Fault> {
+        let name = match axis {
+            // `X`, `B1`: an axis and no variable.
+            Expr::Name(name)
+                if name.bytes().skip(1).all(|b| b.is_ascii_digit()) && !self.variables.is_defined(name) =>
+            {
+                name.clone()
+            }
+            other => match self.variables.eval(other, span)? {
+                Val::Text(name) => name,
+                Val::Number(number) => number.to_string(),
+            },
+        };
+        let letter = name.chars().next().filter(|_| eval::is_axis(&name));
+        letter.and_then(AxisValues::index).ok_or_else(|| {
+            Fault::new(codes::UNKNOWN_WORD, span, format!("`{word}[{name}]` names no axis of the reader"))
+                .help("use X Y Z A B C U V W, or a variable of type AXIS that holds one of them")
+        })
+    }
+
     pub(super) fn assignment(
         &mut self,
         p: &mut Pending,
@@ -29,11 +79,14 @@ impl Interpreter {
                 "RPL" => Some(&mut p.plane_angle),
                 "ADIS" => Some(&mut p.rounding),
                 "FB" => Some(&mut p.block_feed),
+                "ANG" => Some(&mut p.angle),
                 "CHF" => Some(&mut p.chamfer),
                 "CHR" => Some(&mut p.chamfer_leg),
                 "RND" => Some(&mut p.corner_radius),
                 "FRC" => Some(&mut p.corner_feed),
                 "OVR" => Some(&mut p.feed_override),
+                "PW" => Some(&mut p.weight),
+                "PL" => Some(&mut p.interval),
                 _ => None,
             };
             if let Some(slot) = slot {
@@ -41,7 +94,7 @@ impl Interpreter {
                 return Ok(());
             }
             if matches!(name, "AP" | "RP") {
-                let coordinate = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+                let coordinate = Some(self.coordinate_of(value, span)?);
                 *(if name == "AP" { &mut p.polar_angle } else { &mut p.polar_radius }) = coordinate;
                 return Ok(());
             }
@@ -53,6 +106,19 @@ impl Interpreter {
                 } else {
                     self.modal.corner_feed = (value > 0.0).then_some(value);
                 }
+                return Ok(());
+            }
+            if name == "SD" {
+                let degree = self.variables.number(value, span)?;
+                if degree != 2.0 && degree != 3.0 {
+                    return Err(Fault::new(
+                        codes::BAD_VALUE,
+                        span,
+                        format!("the degree SD is 2 or 3 and not {degree}"),
+                    )
+                    .help("write SD=2 or SD=3"));
+                }
+                self.modal.spline_degree = degree as usize;
                 return Ok(());
             }
             if name == "DISC" {
@@ -67,23 +133,15 @@ impl Interpreter {
         if self.is_frame(name) {
             return self.assign_frame(name, indices, value, span);
         }
-        if let ("POS", [Expr::Name(axis)]) = (name, indices) {
-            let index = match axis.as_bytes() {
-                [letter] => AxisValues::index(char::from(*letter)),
-                _ => None,
-            };
-            let Some(axis) = index else {
-                return Err(Fault::new(
-                    codes::UNKNOWN_WORD,
-                    span,
-                    format!("`POS[{axis}]` names no axis of the reader"),
-                )
-                .help("use X Y Z A B C U V W"));
-            };
-            p.axes[axis] = Some(self.coordinate(&Value::Expr(value.clone()), span)?);
+        if let ("POS" | "AX", [axis]) = (name, indices) {
+            let axis = self.named_axis(name, axis, span)?;
+            p.axes[axis] = Some(self.coordinate_of(value, span)?);
             p.programmed |= 1 << axis;
-            p.positioning = true;
+            p.positioning |= name == "POS";
             return Ok(());
+        }
+        if let ("PO", [axis], Expr::Call(_, list)) = (name, indices, value) {
+            return self.polynomial_word(p, axis, list, span);
         }
         match words::classify_assignment(name) {
             Class::Note => {

@@ -3,7 +3,7 @@
 use super::eval::{self, Val};
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::modal::{FeedMode, Interpolation, OrientationAngles, Units};
+use super::modal::{FeedMode, Interpolation, OrientationAngles, SplineEnd, SplineKind, Units};
 use super::parser::{Block, Call, Value, Word, WordKind};
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
 use super::words::{self, Class};
@@ -11,9 +11,11 @@ use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning};
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
+
+pub(crate) use crate::diagnostic::refused;
 
 /// Bits of X, Y and Z.
 pub(super) const LINEAR: u16 = 0b111;
@@ -21,11 +23,17 @@ pub(super) const LINEAR: u16 = 0b111;
 impl Interpreter {
     /// Executes the words of a block.
     pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
+        if self.own.curve.is_some() {
+            self.curve_before(block)?;
+        }
         let mut pending = Pending::default();
         for (at, word) in block.words.iter().enumerate() {
             self.collect(&mut pending, word, at, line)?;
         }
         self.recovery.faults.stage = Stage::Acting;
+        if self.own.curve.is_some() {
+            self.curve_into(&pending, block, block.span)?;
+        }
         self.act(&mut pending, block)
     }
 
@@ -63,14 +71,17 @@ impl Interpreter {
         .help("write a whole number"))
     }
 
-    /// Coordinate with `AC()`, `IC()`, `DC()`, `ACP()`, `ACN()`.
-    pub(super) fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
-        if let Value::Number(value) = value {
-            return Ok(Coordinate { value: *value, reference: Reference::Modal });
+    /// Coordinate of an address.
+    #[inline]
+    fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
+        match value {
+            Value::Number(value) => Ok(Coordinate { value: *value, reference: Reference::Modal }),
+            Value::Expr(expr) => self.coordinate_of(expr, span),
         }
-        let Value::Expr(expr) = value else {
-            return Ok(Coordinate { value: 0.0, reference: Reference::Modal });
-        };
+    }
+
+    /// Coordinate with `AC()`, `IC()`, `DC()`, `ACP()`, `ACN()`.
+    pub(super) fn coordinate_of(&self, expr: &Expr, span: Span) -> Result<Coordinate, Fault> {
         if let Expr::Call(name, arguments) = expr {
             let reference = match name.as_str() {
                 "AC" => Some(Reference::Absolute),
@@ -279,6 +290,16 @@ impl Interpreter {
             "SUPA" => p.machine = true,
             "TRAORI" => p.transformation = Some(true),
             "TRAFOOF" => p.transformation = Some(false),
+            "BSPLINE" => self.modal.interpolation = Interpolation::Spline(SplineKind::Basis),
+            "CSPLINE" => self.modal.interpolation = Interpolation::Spline(SplineKind::Cubic),
+            "ASPLINE" => self.modal.interpolation = Interpolation::Spline(SplineKind::Akima),
+            "POLY" => self.modal.interpolation = Interpolation::Polynomial,
+            "BAUTO" => self.modal.spline_begin = SplineEnd::Auto,
+            "BNAT" => self.modal.spline_begin = SplineEnd::Natural,
+            "BTAN" => self.modal.spline_begin = SplineEnd::Tangent,
+            "EAUTO" => self.modal.spline_end = SplineEnd::Auto,
+            "ENAT" => self.modal.spline_end = SplineEnd::Natural,
+            "ETAN" => self.modal.spline_end = SplineEnd::Tangent,
             "CIP" => self.modal.interpolation = Interpolation::Intermediate,
             "CT" => self.modal.interpolation = Interpolation::Tangential,
             "ORIAXES" => self.orientation(OrientationInterpolation::Axes),
@@ -370,15 +391,9 @@ impl Interpreter {
 
 fn set_once(already: bool, letter: char, span: Span) -> Result<(), Fault> {
     if already {
-        return Err(
-            Fault::new(codes::CONFLICT, span, format!("`{letter}` stands twice in the block")).help("take one out")
-        );
+        return Err(twice(letter, span));
     }
     Ok(())
-}
-
-pub(crate) fn refused(word: &str, span: Span, remedy: &str) -> Fault {
-    Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{word}` is not supported")).help(remedy)
 }
 
 pub(super) fn word_text(span: Span, line: &str) -> String {

@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 
 use super::expr::Expr;
 use super::parser::Type;
-use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
+use crate::channel::expression::{self, Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, Span, give};
 
 /// Two numbers that differ by less than this, relative to the larger, are equal: the control compares relatively too.
 const RELATIVE_EQUALITY: f64 = 1e-12;
-/// Longest text that `<<` builds, in bytes.
-const MAX_TEXT: usize = 1000;
 
 /// Functions of one argument.
 const FUNCTIONS: [(&str, Function); 13] = [
@@ -99,7 +97,7 @@ impl Variables {
             let message = format!("`{name}` has {count} elements; {free} of {} are left", self.max_elements);
             return Err(Fault::new(codes::BAD_VALUE, span, message).help("define a smaller array"));
         }
-        let initial = if kind == Type::Text { Val::Text(String::new()) } else { Val::Number(0.0) };
+        let initial = if matches!(kind, Type::Text | Type::Axis) { Val::Text(String::new()) } else { Val::Number(0.0) };
         let variable = Variable { kind, sizes, values: vec![initial; count] };
         let level = self.levels.last_mut();
         if let Some(old) = level.and_then(|level| level.insert(name.to_owned(), variable)) {
@@ -131,6 +129,33 @@ impl Variables {
         Ok(true)
     }
 
+    /// An array by its name.
+    pub(crate) fn array(&self, name: &str) -> Option<&Variable> {
+        self.find(name).filter(|variable| !variable.sizes.is_empty())
+    }
+
+    /// Puts a copy of an array into the innermost level.
+    pub(crate) fn define_copy(&mut self, name: &str, array: Variable, span: Span) -> Result<(), Fault> {
+        self.define(name, array.kind, array.sizes.clone(), span)?;
+        if let Some(variable) = self.levels.last_mut().and_then(|level| level.get_mut(name)) {
+            variable.values = array.values;
+        }
+        Ok(())
+    }
+
+    /// Takes the values of an array over into the one of this name.
+    pub(crate) fn take_over(&mut self, name: &str, array: &Variable) {
+        let level = match self.levels.last() {
+            Some(level) if level.contains_key(name) => self.levels.len() - 1,
+            _ => 0,
+        };
+        if let Some(variable) = self.levels.get_mut(level).and_then(|level| level.get_mut(name))
+            && variable.values.len() == array.values.len()
+        {
+            variable.values.clone_from(&array.values);
+        }
+    }
+
     pub(crate) fn assign_param(&mut self, index: u32, value: f64) {
         self.params.insert(index, value);
     }
@@ -148,7 +173,7 @@ impl Variables {
                 let index = param_index(self.number(index, span)?, span)?;
                 Val::Number(*self.params.get(&index).ok_or_else(|| {
                     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("R{index} is read and was never assigned"))
-                        .help(format!("assign it in the program, or give `R{index}` in the settings"))
+                        .help(format!("assign it in the program, or {}", give(&format!("R{index}"))))
                 })?)
             }
             Expr::Name(name) => self.name(name, span)?,
@@ -161,9 +186,16 @@ impl Variables {
                 let indices = self.indices(indices, span)?;
                 variable.values[position(name, &variable.sizes, &indices, span)?].clone()
             }
+            Expr::Call(name, arguments) if name == "AXNAME" => self.axis_name(arguments, span)?,
             Expr::Call(name, arguments) => Val::Number(self.function(name, arguments, span)?),
             Expr::Unary(function, inner) => Val::Number(apply(*function, self.number(inner, span)?, span)?),
-            Expr::Binary(operator, left, right) => self.binary(*operator, left, right, span)?,
+            Expr::Chain(first, rest) => {
+                let mut left = self.eval(first, span)?;
+                for (operator, right) in rest {
+                    left = binary(*operator, left, self.eval(right, span)?, span)?;
+                }
+                left
+            }
         })
     }
 
@@ -221,42 +253,23 @@ impl Variables {
             "_ORI_FINISH" => 11.0,
             "_ORI_SEMIFIN" => 12.0,
             "_ORI_ROUGH" => 13.0,
+            _ if is_axis(name) => return Ok(Val::Text(name.to_owned())),
             _ => return Err(unknown(name, span)),
         }))
     }
 
-    fn binary(&self, operator: Operator, left: &Expr, right: &Expr, span: Span) -> Result<Val, Fault> {
-        let (left, right) = (self.eval(left, span)?, self.eval(right, span)?);
-        if operator == Operator::Join {
-            let text = format!("{}{}", shown(&left), shown(&right));
-            if text.len() > MAX_TEXT {
-                let message = format!("the text has {} bytes; the limit is {MAX_TEXT}", text.len());
-                return Err(Fault::new(codes::BAD_VALUE, span, message).help("join fewer texts"));
-            }
-            return Ok(Val::Text(text));
-        }
-        let number = |value: f64| Ok(Val::Number(value));
-        let (a, b) = match (left, right) {
-            (Val::Number(a), Val::Number(b)) => (a, b),
-            (Val::Text(a), Val::Text(b)) if operator == Operator::Equal => return number(truth(a == b)),
-            (Val::Text(a), Val::Text(b)) if operator == Operator::NotEqual => return number(truth(a != b)),
-            (a, b) => {
-                let message = format!("`{}` and `{}` cannot be combined like this", shown(&a), shown(&b));
-                return Err(Fault::new(codes::TYPE, span, message).help("combine numbers; join texts with <<"));
-            }
+    /// `AXNAME("X")`: the axis of a name.
+    fn axis_name(&self, arguments: &[Option<Expr>], span: Span) -> Result<Val, Fault> {
+        let [Some(argument)] = arguments else {
+            return Err(Fault::new(codes::ARGUMENTS, span, "`AXNAME` takes one text").help("write AXNAME(\"X\")"));
         };
-        let equal = (a - b).abs() <= RELATIVE_EQUALITY * a.abs().max(b.abs());
-        number(match operator {
-            Operator::Mod if b != 0.0 => a - (a / b).trunc() * b,
-            Operator::Equal => truth(equal),
-            Operator::NotEqual => truth(!equal),
-            Operator::Less => truth(a < b && !equal),
-            Operator::Greater => truth(a > b && !equal),
-            Operator::LessEqual => truth(a < b || equal),
-            Operator::GreaterEqual => truth(a > b || equal),
-            Operator::Chain => return Ok(Val::Text(String::new())),
-            _ => combine(operator, a, b, span)?,
-        })
+        match self.eval(argument, span)? {
+            Val::Text(name) if is_axis(&name.to_ascii_uppercase()) => Ok(Val::Text(name.to_ascii_uppercase())),
+            other => {
+                Err(Fault::new(codes::TYPE, span, format!("`{}` is the name of no axis of the reader", shown(&other)))
+                    .help("use X Y Z A B C U V W"))
+            }
+        }
     }
 
     fn function(&self, name: &str, arguments: &[Option<Expr>], span: Span) -> Result<f64, Fault> {
@@ -305,10 +318,10 @@ pub(crate) fn param_index(value: f64, span: Span) -> Result<u32, Fault> {
 fn unknown(name: &str, span: Span) -> Fault {
     if name.starts_with('$') {
         return Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` is not supported"))
-            .help(format!("give a value for `{name}` in the settings, or take it out"));
+            .help(format!("{}, or take it out", give(name)));
     }
     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
-        .help(format!("write DEF REAL {name}, or give `{name}` in the settings"))
+        .help(format!("write DEF REAL {name}, or {}", give(name)))
 }
 
 fn position(name: &str, sizes: &[usize], indices: &[usize], span: Span) -> Result<usize, Fault> {
@@ -331,6 +344,11 @@ fn position(name: &str, sizes: &[usize], indices: &[usize], span: Span) -> Resul
 fn convert(kind: Type, value: Val, name: &str, span: Span) -> Result<Val, Fault> {
     match (kind, value) {
         (Type::Text, Val::Text(text)) => Ok(Val::Text(text)),
+        (Type::Axis, Val::Text(text)) if is_axis(&text) => Ok(Val::Text(text)),
+        (Type::Axis, value) => {
+            let message = format!("`{}` is no axis that `{name}` could hold", shown(&value));
+            Err(Fault::new(codes::TYPE, span, message).help("assign X Y Z A B C U V or W, or AXNAME(\"X\")"))
+        }
         (Type::Real, Val::Number(value)) => Ok(Val::Number(value)),
         (Type::Int, Val::Number(value)) => Ok(Val::Number(value.round())),
         (Type::Bool, Val::Number(value)) => Ok(Val::Number(f64::from(u8::from(value != 0.0)))),
@@ -339,6 +357,12 @@ fn convert(kind: Type, value: Val, name: &str, span: Span) -> Result<Val, Fault>
             Err(Fault::new(codes::TYPE, span, message).help("assign a text to STRING, a number to REAL, INT, BOOL"))
         }
     }
+}
+
+/// The letter of an axis of the reader.
+pub(crate) fn is_axis(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|letter| crate::AxisValues::index(letter).is_some()) && letters.next().is_none()
 }
 
 pub(crate) fn shown(value: &Val) -> String {
@@ -351,6 +375,39 @@ pub(crate) fn shown(value: &Val) -> String {
 impl Variable {
     /// The value of a variable that is no array.
     pub(crate) fn single(&self) -> Option<&Val> {
-        self.values.first()
+        self.values.first().filter(|_| self.sizes.is_empty())
     }
+
+    pub(crate) fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+}
+/// Value of an operation.
+fn binary(operator: Operator, left: Val, right: Val, span: Span) -> Result<Val, Fault> {
+    if operator == Operator::Join {
+        let text = format!("{}{}", shown(&left), shown(&right));
+        return expression::short_text(text, span).map(Val::Text);
+    }
+    let number = |value: f64| Ok(Val::Number(value));
+    let (a, b) = match (left, right) {
+        (Val::Number(a), Val::Number(b)) => (a, b),
+        (Val::Text(a), Val::Text(b)) if operator == Operator::Equal => return number(truth(a == b)),
+        (Val::Text(a), Val::Text(b)) if operator == Operator::NotEqual => return number(truth(a != b)),
+        (a, b) => {
+            let message = format!("`{}` and `{}` cannot be combined like this", shown(&a), shown(&b));
+            return Err(Fault::new(codes::TYPE, span, message).help("combine numbers; join texts with <<"));
+        }
+    };
+    let equal = (a - b).abs() <= RELATIVE_EQUALITY * a.abs().max(b.abs());
+    number(match operator {
+        Operator::Mod if b != 0.0 => a - (a / b).trunc() * b,
+        Operator::Equal => truth(equal),
+        Operator::NotEqual => truth(!equal),
+        Operator::Less => truth(a < b && !equal),
+        Operator::Greater => truth(a > b && !equal),
+        Operator::LessEqual => truth(a < b || equal),
+        Operator::GreaterEqual => truth(a > b || equal),
+        Operator::Chain => return Ok(Val::Text(String::new())),
+        _ => combine(operator, a, b, span)?,
+    })
 }

@@ -4,146 +4,87 @@
 //! strongest, then `* / DIV MOD`, `+ -`, `B_AND`, `B_XOR`, `B_OR`, `AND`, `XOR`, `OR`, `<<`, and the comparisons last.
 //! A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused: it is never what was meant.
 
-use crate::channel::expression::{self, Function, Indexed, MAX_DEPTH, Operator};
+use crate::channel::expression::{self, Function, Indexed, Operator};
+use crate::channel::formula::{self, Formulas, Grammar};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::Fault;
 use crate::scan::Scanner;
+
+pub(crate) use crate::channel::formula::close;
 
 /// An expression of the 840D language.
 pub(crate) type Expr = expression::Expr<Indexed>;
 
-fn priority(operator: Operator) -> u8 {
-    match operator {
-        Operator::Chain => 11,
-        Operator::Multiply | Operator::Divide | Operator::Div | Operator::Mod => MULTIPLY,
-        Operator::Add | Operator::Subtract => 9,
-        Operator::BitAnd => 8,
-        Operator::BitXor => 7,
-        Operator::BitOr => 6,
-        Operator::And => 5,
-        Operator::Xor => 4,
-        Operator::Or => 3,
-        Operator::Join => 2,
-        _ => COMPARISON,
-    }
-}
-
 const MULTIPLY: u8 = 10;
 const COMPARISON: u8 = 1;
 
+static GRAMMAR: Grammar = Grammar {
+    operators: &[
+        (":", Operator::Chain, 11),
+        ("*", Operator::Multiply, MULTIPLY),
+        ("/", Operator::Divide, MULTIPLY),
+        ("DIV", Operator::Div, MULTIPLY),
+        ("MOD", Operator::Mod, MULTIPLY),
+        ("+", Operator::Add, 9),
+        ("-", Operator::Subtract, 9),
+        ("B_AND", Operator::BitAnd, 8),
+        ("B_XOR", Operator::BitXor, 7),
+        ("B_OR", Operator::BitOr, 6),
+        ("AND", Operator::And, 5),
+        ("XOR", Operator::Xor, 4),
+        ("OR", Operator::Or, 3),
+        ("<<", Operator::Join, 2),
+        ("==", Operator::Equal, COMPARISON),
+        ("<>", Operator::NotEqual, COMPARISON),
+        ("<=", Operator::LessEqual, COMPARISON),
+        (">=", Operator::GreaterEqual, COMPARISON),
+        ("<", Operator::Less, COMPARISON),
+        (">", Operator::Greater, COMPARISON),
+    ],
+    whole_words: true,
+    comparison: Some((
+        COMPARISON,
+        "comparisons bind weaker than AND and OR on this control: put each one into brackets",
+    )),
+    sign: MULTIPLY + 1,
+    brackets: *b"()",
+    name: "expression",
+    split_with: "a variable",
+    operands: "write a number, a variable, a function or a bracket",
+};
+
+impl<'a> Formulas<'a> for Scanner<'a> {
+    type Param = Indexed;
+
+    fn grammar(&self) -> &'static Grammar {
+        &GRAMMAR
+    }
+
+    fn scanner(&mut self) -> &mut Self {
+        self
+    }
+
+    fn number(&mut self) -> Result<f64, Fault> {
+        number(self)
+    }
+
+    fn other_operand(&mut self, depth: u32) -> Result<Option<Expr>, Fault> {
+        Ok(Some(match self.peek() {
+            b'"' => Expr::Text(string(self)?),
+            b'\'' => based_integer(self)?,
+            b'A'..=b'Z' | b'a'..=b'z' | b'_' | b'$' => named(self, depth)?,
+            _ => return Ok(None),
+        }))
+    }
+}
+
 /// Parses an expression; the scanner stands behind it afterwards.
 pub(crate) fn expression(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
-    parse(s, 0, 0)
-}
-
-fn parse(s: &mut Scanner<'_>, lowest: u8, depth: u32) -> Result<Expr, Fault> {
-    let mut left = operand(s, depth)?;
-    let mut compared = false;
-    loop {
-        let before = s.pos();
-        s.skip_blanks();
-        let from = s.pos();
-        let Some(operator) = operator(s) else {
-            s.set_pos(before);
-            return Ok(left);
-        };
-        let priority = priority(operator);
-        if priority < lowest {
-            s.set_pos(before);
-            return Ok(left);
-        }
-        if priority == COMPARISON && std::mem::replace(&mut compared, true) {
-            return Err(Fault::new(codes::SYNTAX, s.span_from(from), "comparisons cannot be chained")
-                .help("comparisons bind weaker than AND and OR on this control: put each one into brackets"));
-        }
-        let right = parse(s, priority + 1, depth + 1)?;
-        left = Expr::Binary(operator, Box::new(left), Box::new(right));
-    }
-}
-
-/// Takes the operator that is next, if any.
-fn operator(s: &mut Scanner<'_>) -> Option<Operator> {
-    let (operator, length) = match (s.peek(), s.peek_at(1)) {
-        (b'+', _) => (Operator::Add, 1),
-        (b'-', _) => (Operator::Subtract, 1),
-        (b':', b) if b != b'=' => (Operator::Chain, 1),
-        (b'*', _) => (Operator::Multiply, 1),
-        (b'/', _) => (Operator::Divide, 1),
-        (b'=', b'=') => (Operator::Equal, 2),
-        (b'<', b'>') => (Operator::NotEqual, 2),
-        (b'<', b'=') => (Operator::LessEqual, 2),
-        (b'>', b'=') => (Operator::GreaterEqual, 2),
-        (b'<', b'<') => (Operator::Join, 2),
-        (b'<', _) => (Operator::Less, 1),
-        (b'>', _) => (Operator::Greater, 1),
-        (b'A'..=b'Z' | b'a'..=b'z', _) => {
-            let start = s.pos();
-            let word = s.identifier();
-            let found = [
-                ("DIV", Operator::Div),
-                ("MOD", Operator::Mod),
-                ("AND", Operator::And),
-                ("OR", Operator::Or),
-                ("XOR", Operator::Xor),
-                ("B_AND", Operator::BitAnd),
-                ("B_OR", Operator::BitOr),
-                ("B_XOR", Operator::BitXor),
-            ]
-            .into_iter()
-            .find(|(name, _)| name.eq_ignore_ascii_case(word));
-            if found.is_none() {
-                s.set_pos(start);
-            }
-            return found.map(|(_, operator)| operator);
-        }
-        _ => return None,
-    };
-    s.set_pos(s.pos() + length);
-    Some(operator)
-}
-
-fn operand(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
-    s.skip_blanks();
-    let start = s.pos();
-    if depth > MAX_DEPTH {
-        let message = format!("the expression is nested deeper than {MAX_DEPTH} levels");
-        return Err(Fault::new(codes::NESTING_LIMIT, s.here(), message).help("split it with a variable"));
-    }
-    match s.peek() {
-        b'0'..=b'9' | b'.' => number(s),
-        b'-' | b'+' => {
-            let minus = s.take(b'-');
-            s.take(b'+');
-            // The sign of a literal belongs to the literal, so that -0.5 is a number and not an operation.
-            match parse(s, MULTIPLY + 1, depth + 1)? {
-                inner if !minus => Ok(inner),
-                Expr::Number(value) => Ok(Expr::Number(-value)),
-                inner => Ok(Expr::Unary(Function::Negate, Box::new(inner))),
-            }
-        }
-        b'(' => {
-            s.bump();
-            let inner = parse(s, 0, depth + 1)?;
-            close(s, b')', start)?;
-            Ok(inner)
-        }
-        b'"' => string(s).map(Expr::Text),
-        b'\'' => based_integer(s),
-        b'A'..=b'Z' | b'a'..=b'z' | b'_' | b'$' => named(s, depth),
-        0 => {
-            Err(Fault::new(codes::MISSING_VALUE, Span::new(start, start), "a value is missing at the end of the block")
-                .help("write the value"))
-        }
-        _ => {
-            let shown = s.peek_char().unwrap_or(' ');
-            Err(Fault::new(codes::SYNTAX, s.here(), format!("a value was expected and `{shown}` was found"))
-                .help("write a number, a variable, a function or a bracket"))
-        }
-    }
+    formula::formula(s, 0)
 }
 
 /// Number with the exponent form `1.5EX-3`.
-pub(crate) fn number(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
+pub(crate) fn number(s: &mut Scanner<'_>) -> Result<f64, Fault> {
     let start = s.pos();
     let Some(mut value) = s.decimal() else {
         return Err(Fault::new(codes::SYNTAX, s.here(), "a number was expected").help("write digits"));
@@ -163,7 +104,7 @@ pub(crate) fn number(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
             Fault::new(codes::BAD_VALUE, s.span_from(start), "the number is too large").help("use fewer digits")
         );
     }
-    Ok(Expr::Number(value))
+    Ok(value)
 }
 
 /// `'H1F'` and `'B101'`.
@@ -213,7 +154,7 @@ fn named(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
         }
         if s.peek_at(1) == b'[' {
             s.set_pos(s.pos() + 2);
-            let index = parse(s, 0, depth + 1)?;
+            let index = formula::formula(s, depth + 1)?;
             close(s, b']', start)?;
             return Ok(Indexed::expr(index));
         }
@@ -221,7 +162,7 @@ fn named(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
     let name = s.identifier().to_ascii_uppercase();
     if name == "NOT" || name == "B_NOT" {
         let function = if name == "NOT" { Function::Not } else { Function::BitNot };
-        return Ok(Expr::Unary(function, Box::new(parse(s, MULTIPLY + 1, depth + 1)?)));
+        return Ok(Expr::Unary(function, Box::new(formula::parse(s, MULTIPLY + 1, depth + 1)?)));
     }
     let after = s.pos();
     s.skip_blanks();
@@ -244,7 +185,7 @@ pub(crate) fn indices(s: &mut Scanner<'_>, depth: u32) -> Result<Vec<Expr>, Faul
     s.bump();
     let mut list = Vec::new();
     loop {
-        list.push(parse(s, 0, depth)?);
+        list.push(formula::formula(s, depth)?);
         s.skip_blanks();
         if !s.take(b',') {
             close(s, b']', start)?;
@@ -268,7 +209,7 @@ fn arguments_at(s: &mut Scanner<'_>, depth: u32) -> Result<Vec<Option<Expr>>, Fa
     }
     loop {
         s.skip_blanks();
-        let argument = if matches!(s.peek(), b',' | b')') { None } else { Some(parse(s, 0, depth)?) };
+        let argument = if matches!(s.peek(), b',' | b')') { None } else { Some(formula::formula(s, depth)?) };
         list.push(argument);
         s.skip_blanks();
         if !s.take(b',') {
@@ -276,16 +217,6 @@ fn arguments_at(s: &mut Scanner<'_>, depth: u32) -> Result<Vec<Option<Expr>>, Fa
             return Ok(list);
         }
     }
-}
-
-pub(crate) fn close(s: &mut Scanner<'_>, bracket: u8, start: usize) -> Result<(), Fault> {
-    s.skip_blanks();
-    if s.take(bracket) {
-        return Ok(());
-    }
-    let bracket = char::from(bracket);
-    Err(Fault::new(codes::SYNTAX, s.span_from(start), format!("`{bracket}` is missing"))
-        .help(format!("write `{bracket}`")))
 }
 
 #[cfg(test)]
@@ -299,7 +230,9 @@ mod tests {
                 Expr::Name(n) => n.clone(),
                 Expr::Param(p) => format!("R{}", show(&p.0)),
                 Expr::Unary(u, a) => format!("({u:?} {})", show(a)),
-                Expr::Binary(b, l, r) => format!("({b:?} {} {})", show(l), show(r)),
+                Expr::Chain(first, rest) => {
+                    rest.iter().fold(show(first), |left, (o, right)| format!("({o:?} {left} {})", show(right)))
+                }
                 other => format!("{other:?}"),
             }
         }

@@ -84,8 +84,12 @@ impl Interpreter {
     /// Value of a frame expression.
     pub(crate) fn frame_value(&self, expr: &Expr, span: Span) -> Result<Frame, Fault> {
         match expr {
-            Expr::Binary(Operator::Chain, left, right) => {
-                Ok(self.frame_value(left, span)?.then(&self.frame_value(right, span)?))
+            Expr::Chain(first, rest) if rest.iter().all(|(operator, _)| *operator == Operator::Chain) => {
+                let mut frame = self.frame_value(first, span)?;
+                for (_, right) in rest {
+                    frame = frame.then(&self.frame_value(right, span)?);
+                }
+                Ok(frame)
             }
             Expr::Call(name, arguments) => self.frame_function(name, arguments, span),
             Expr::Name(name) => self.frame_by_name(name, &[], span),

@@ -134,7 +134,8 @@ impl Index {
         let (mut at, mut name, mut start) = (Mark::START, None::<String>, Mark::START);
         let (mut seen_code, mut subprogram) = (false, false);
         while let Some((line, next)) = source.line(at) {
-            let header = if line.trim_start().starts_with('%') { header_name(line) } else { None };
+            let trimmed = line.trim_start();
+            let header = if trimmed.starts_with('%') { header_name(line) } else { None };
             let head = if header.is_none() { head(line) } else { None };
             let proc = head.as_ref().is_some_and(|h| h.word.eq_ignore_ascii_case("PROC"));
             if header.is_some() || proc {
@@ -160,7 +161,7 @@ impl Index {
                 at = next;
                 continue;
             }
-            seen_code = seen_code || !line.trim_start().is_empty() && !line.trim_start().starts_with(';');
+            seen_code = seen_code || !trimmed.is_empty() && !trimmed.starts_with(';');
             if let Some(head) = head {
                 if let Some(label) = head.label {
                     index.labels.entry(label.to_ascii_uppercase()).or_default().push(at);
@@ -213,6 +214,10 @@ impl Index {
         block: &mut Block,
         faults: &mut Vec<Diagnostic>,
     ) {
+        // An address letter with its number structures nothing.
+        if head.word.as_bytes().get(1).is_some_and(u8::is_ascii_digit) {
+            return;
+        }
         let word = head.word.to_ascii_uppercase();
         let kind = match word.as_str() {
             "IF" => Open::If,

@@ -3,7 +3,7 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (control flow and calls), which executes plain blocks: [`block`] and [`assignments`]
 //! collect their words, [`act`] does them with [`motion`], [`arcs`], [`polar`], [`frames`], [`technology`],
-//! [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
+//! [`splines`], [`compensation`] and the cycles in [`drilling`], [`tapping`] and [`boring`]. [`corners`] puts chamfers and roundings between
 //! motions, [`frame_values`] and [`system`] are variables of the control, [`words`] lists what is read with a note or refused.
 
 mod act;
@@ -28,6 +28,7 @@ mod parser;
 mod pending;
 mod polar;
 mod recover;
+mod splines;
 mod statement;
 mod system;
 mod tapping;
@@ -37,11 +38,11 @@ mod words;
 use std::path::PathBuf;
 
 use super::Reader;
-use super::listed::Unlisted;
+use super::listed::{Unlisted, each_line};
 use crate::control::words::Builtin;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Fault};
 use crate::settings::Settings;
-use crate::source::{Mark, Source};
+use crate::source::Source;
 
 /// The reader does this word by itself; words that end programs are left out.
 pub(crate) fn does_word(word: Builtin) -> bool {
@@ -59,37 +60,20 @@ pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings)
 /// Words that neither the reader nor the control file gives a meaning. Names that are no word of the reader may be subprograms:
 /// they are told where they are run.
 pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
-    let mut block = parser::Block::default();
-    let mut at = Mark::START;
-    while let Some((line, next)) = source.line(at) {
-        match parser::parse_line(line, &mut block) {
-            Err(fault) => found.fault(fault, at, line),
-            Ok(()) => {
-                for word in &block.words {
-                    if let Some((key, now)) = block::unlisted_word(word, &settings.control) {
-                        found.word(key, word.span, at, line, now);
-                    }
-                }
-            }
-        }
-        at = next;
-    }
+    each_line(source, parser::parse_line, |at, line, block| {
+        let unlisted =
+            |word: &parser::Word| block::unlisted_word(word, &settings.control).map(|(key, now)| (key, word.span, now));
+        found.block(at, line, block.map(|block| block.words.iter().filter_map(unlisted)));
+    });
 }
 
 /// All faults of single lines: grammar, and words that are refused wherever they stand.
 pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
-    let mut block = parser::Block::default();
-    let mut at = Mark::START;
-    while let Some((line, next)) = source.line(at) {
-        match parser::parse_line(line, &mut block) {
-            Err(fault) => faults.push(fault.at(&source.name, at.line, line)),
-            Ok(()) => {
-                let refused = block.words.iter().filter_map(|word| block::refused_word(word, &settings.control));
-                faults.extend(refused.map(|fault| fault.at(&source.name, at.line, line)));
-            }
-        }
-        at = next;
-    }
+    each_line(source, parser::parse_line, |at, line, block: Result<&parser::Block, Fault>| {
+        let refused = |word| block::refused_word(word, &settings.control);
+        let of_line = block.map_or_else(|fault| vec![fault], |b| b.words.iter().filter_map(refused).collect());
+        faults.extend(of_line.into_iter().map(|fault| fault.at(&source.name, at.line, line)));
+    });
     faults
 }

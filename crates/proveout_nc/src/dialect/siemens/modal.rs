@@ -22,6 +22,28 @@ pub(crate) enum Interpolation {
     TapIn,
     /// G332: out of the tapped hole.
     TapOut,
+    /// BSPLINE, CSPLINE, ASPLINE.
+    Spline(SplineKind),
+    /// POLY.
+    Polynomial,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SplineKind {
+    /// BSPLINE
+    Basis,
+    /// CSPLINE
+    Cubic,
+    /// ASPLINE
+    Akima,
+}
+
+/// How a spline begins or ends: BAUTO, BNAT, BTAN and EAUTO, ENAT, ETAN.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SplineEnd {
+    Auto,
+    Natural,
+    Tangent,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +111,10 @@ pub(crate) struct Modal {
     pub(crate) polar_radius: Option<f64>,
     /// AP, degrees.
     pub(crate) polar_angle: Option<f64>,
+    pub(crate) spline_begin: SplineEnd,
+    pub(crate) spline_end: SplineEnd,
+    /// SD=
+    pub(crate) spline_degree: usize,
 }
 
 /// Cutter radius compensation as it is programmed.
@@ -198,6 +224,9 @@ impl Modal {
             pole: [0.0; 2],
             polar_radius: None,
             polar_angle: None,
+            spline_begin: SplineEnd::Auto,
+            spline_end: SplineEnd::Auto,
+            spline_degree: 3,
         }
     }
 

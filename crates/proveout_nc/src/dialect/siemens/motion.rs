@@ -22,6 +22,19 @@ impl Interpreter {
         }
         let interpolation = if p.tapping_feed { Interpolation::Linear } else { self.modal.interpolation };
         let is_thread = matches!(interpolation, Interpolation::Thread | Interpolation::TapIn | Interpolation::TapOut);
+        match interpolation {
+            Interpolation::Spline(kind) => return self.spline_point(kind, p, span),
+            Interpolation::Polynomial => return self.polynomial(p, span),
+            _ if p.weight.is_some() || p.interval.is_some() || p.polynomial.iter().any(Option::is_some) => {
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    span,
+                    "PW, PL or PO stands in a block without a spline or POLY",
+                )
+                .help("write BSPLINE or POLY before it"));
+            }
+            _ => {}
+        }
         let is_arc = !is_thread && !matches!(interpolation, Interpolation::Rapid | Interpolation::Linear);
         if is_thread && (p.has_orientation() || p.radius.is_some() || p.opening.is_some()) {
             return Err(Fault::new(codes::CONFLICT, span, "words of an arc or a tool vector stand in a thread block")
@@ -72,7 +85,7 @@ impl Interpreter {
     }
 
     /// Work coordinates at the end of the block: programmed axes replaced, the others as they are.
-    fn targets(&self, p: &Pending, span: Span) -> Result<AxisValues, Fault> {
+    pub(super) fn targets(&self, p: &Pending, span: Span) -> Result<AxisValues, Fault> {
         let mut end = self.position.work;
         if p.programmed != 0 {
             for (axis, coordinate) in p.axes.iter().enumerate() {

@@ -39,7 +39,7 @@ pub(crate) enum WordKind {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
     Number(f64),
-    Expr(Expr),
+    Expr(Box<Expr>),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +72,8 @@ pub(crate) enum Type {
     Bool,
     Text,
     Frame,
+    /// The letter of an axis.
+    Axis,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +90,8 @@ pub(crate) struct Parameter {
     pub(crate) kind: Type,
     pub(crate) by_reference: bool,
     pub(crate) initial: Option<Expr>,
+    /// Sizes of an array, none of a single value; `[,]` leaves both open.
+    pub(crate) sizes: Option<Vec<Option<Expr>>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -148,6 +152,12 @@ impl Block {
         self.words.clear();
         self.statement = None;
         self.span = Span::default();
+    }
+
+    /// Addresses with numbers and nothing else.
+    pub(crate) fn is_plain(&self) -> bool {
+        let plain = |word: &Word| matches!(word.kind, WordKind::Address { value: Value::Number(_), .. });
+        self.statement.is_none() && self.words.iter().all(plain)
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -290,17 +300,13 @@ fn address(s: &mut Scanner<'_>, letter: u8, start: usize) -> Result<WordKind, Fa
         s.set_pos(before);
         return Err(no_value(s, start));
     }
-    let value = match expr::number(s)? {
-        Expr::Number(number) => Value::Number(number),
-        other => Value::Expr(other),
-    };
-    Ok(WordKind::Address { letter, extension: None, value })
+    Ok(WordKind::Address { letter, extension: None, value: Value::Number(expr::number(s)?) })
 }
 
 fn value(s: &mut Scanner<'_>) -> Result<Value, Fault> {
     Ok(match expr::expression(s)? {
         Expr::Number(number) => Value::Number(number),
-        other => Value::Expr(other),
+        other => Value::Expr(Box::new(other)),
     })
 }
 
@@ -325,7 +331,13 @@ fn identifier_word(s: &mut Scanner<'_>, block: &mut Block) -> Result<(), Fault> 
         if !take_assign(s) {
             return Err(no_value(s, start));
         }
-        let value = expr::expression(s)?;
+        s.skip_blanks();
+        // `PO[X]=(10, 2, -3)`: end and coefficients of a polynomial.
+        let value = if name == "PO" && s.peek() == b'(' {
+            Expr::Call(name.clone(), expr::arguments(s)?)
+        } else {
+            expr::expression(s)?
+        };
         block.words.push(Word { kind: WordKind::Assign { name, indices, value }, span: s.span_from(start) });
         return Ok(());
     }

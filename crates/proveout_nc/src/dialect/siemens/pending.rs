@@ -122,6 +122,8 @@ pub(crate) struct Pending {
     pub(crate) transformation: Option<bool>,
     /// Number of the G word of the work offset: 54, 505, 500.
     pub(crate) offset: Option<u32>,
+    /// ANG=, degrees.
+    pub(crate) angle: Option<f64>,
     /// CHF=, CHR=, RND=.
     pub(crate) chamfer: Option<f64>,
     pub(crate) chamfer_leg: Option<f64>,
@@ -132,6 +134,11 @@ pub(crate) struct Pending {
     pub(crate) pole: Option<u32>,
     pub(crate) polar_angle: Option<Coordinate>,
     pub(crate) polar_radius: Option<Coordinate>,
+    /// PW= and PL= of splines and polynomials.
+    pub(crate) weight: Option<f64>,
+    pub(crate) interval: Option<f64>,
+    /// Coefficients of PO[X], PO[Y], PO[Z] from the second power on.
+    pub(crate) polynomial: [Option<[f64; 4]>; 3],
     /// FB=.
     pub(crate) block_feed: Option<f64>,
     /// OVR=, percent.

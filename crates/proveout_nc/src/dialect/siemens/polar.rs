@@ -1,17 +1,73 @@
-//! Polar coordinates: G110, G111, G112, AP=, RP=.
+//! Polar coordinates: G110, G111, G112, AP=, RP=; a straight line by its angle: ANG=.
 //!
 //! After Siemens, *NC programming, Fundamentals*, "Travel commands with polar coordinates": the angle counts from the first
 //! axis of the working plane, the radius is modal, the pole is the zero of the work coordinates before it is programmed, and
-//! a circle without center and radius runs about the pole.
+//! a circle without center and radius runs about the pole. "Contour definitions": the angle of a straight line counts from the
+//! first axis of the plane too, and one coordinate of its end gives the other.
 
 use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Coordinate, Pending, Reference};
+use crate::AXIS_LETTERS;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 
+/// Sine or cosine below which a line is taken to run along an axis.
+const ALONG_AXIS: f64 = 1e-9;
+
 impl Interpreter {
+    /// Replaces ANG= by the coordinate of the plane that the block leaves out.
+    pub(crate) fn resolve_angle(&mut self, p: &mut Pending, angle: f64, span: Span) -> Result<(), Fault> {
+        let [u, v, _] = self.modal.plane_axes();
+        if !matches!(self.modal.interpolation, Interpolation::Linear | Interpolation::Rapid) || p.machine {
+            return Err(Fault::new(codes::CONFLICT, span, "ANG= is the angle of a straight line in work coordinates")
+                .help("write G1, or take ANG= out"));
+        }
+        let (given, other) = match [u, v].map(|axis| p.axes[axis].is_some()) {
+            [true, false] => (u, v),
+            [false, true] => (v, u),
+            [true, true] => {
+                return Err(Fault::new(
+                    codes::CONFLICT,
+                    span,
+                    "ANG= with both coordinates of the end, which is the second of two lines, is not supported",
+                )
+                .help("write the corner between the two lines with its coordinates"));
+            }
+            [false, false] => {
+                return Err(Fault::new(
+                    codes::MISSING_VALUE,
+                    span,
+                    "ANG= without a coordinate of the end, which is the first of two lines, is not supported",
+                )
+                .help("write the corner between the two lines with its coordinates"));
+            }
+        };
+        let length = self.modal.units.length();
+        let end = self.targets(p, span)?.get(given).unwrap_or(0.0);
+        let from = [self.known(u, span)?, self.known(v, span)?];
+        let (s, c) = sin_cos_degrees(angle);
+        let (along, across, start, side) = if given == u { (c, s, from[0], from[1]) } else { (s, c, from[1], from[0]) };
+        let letter = AXIS_LETTERS[given];
+        if along.abs() < ALONG_AXIS || !angle.is_finite() {
+            let message = format!("the line under ANG={angle} does not move {letter}, which gives its end");
+            return Err(
+                Fault::new(codes::BAD_VALUE, span, message).help(format!("give its end with {}", AXIS_LETTERS[other]))
+            );
+        }
+        let way = (end - start) / along;
+        if way < 0.0 {
+            let message = format!("the line under ANG={angle} leads away from {letter}{}", end / length);
+            return Err(Fault::new(codes::BAD_VALUE, span, message)
+                .help("check the angle: it counts counter-clockwise from the first axis of the plane"));
+        }
+        let value = (side + way * across) / length;
+        p.axes[other] = Some(Coordinate { value, reference: Reference::Absolute });
+        p.programmed |= 1 << other;
+        Ok(())
+    }
+
     /// G110 (from the position), G111 (work coordinates), G112 (from the last pole).
     pub(crate) fn set_pole(&mut self, code: u32, p: &Pending, span: Span) -> Result<(), Fault> {
         let [u, v, _] = self.modal.plane_axes();

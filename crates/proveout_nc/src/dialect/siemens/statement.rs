@@ -187,16 +187,11 @@ fn variable_type(s: &mut Scanner<'_>) -> Result<Type, Fault> {
             Type::Text
         }
         "FRAME" => Type::Frame,
-        "AXIS" => {
-            let message = format!("variables of type `{name}` are not supported");
-            return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
-                .help("write the letter of the axis itself"));
-        }
+        "AXIS" => Type::Axis,
         _ => {
             let message = format!("`{name}` is not a type of a variable");
-            return Err(
-                Fault::new(codes::SYNTAX, s.span_from(start), message).help("use REAL, INT, BOOL, CHAR or STRING")
-            );
+            return Err(Fault::new(codes::SYNTAX, s.span_from(start), message)
+                .help("use REAL, INT, BOOL, CHAR, STRING, AXIS or FRAME"));
         }
     })
 }
@@ -248,8 +243,10 @@ fn proc(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
             let kind = variable_type(s)?;
             let name = variable_name(s)?;
             s.skip_blanks();
+            let sizes = if s.peek() == b'[' { Some(open_sizes(s)?) } else { None };
+            s.skip_blanks();
             let initial = if s.take(b'=') { Some(expr::expression(s)?) } else { None };
-            parameters.push(Parameter { name, kind, by_reference, initial });
+            parameters.push(Parameter { name, kind, by_reference, initial, sizes });
             s.skip_blanks();
             if !s.take(b',') {
                 break;
@@ -272,6 +269,22 @@ fn proc(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
         }
     }
     Ok(Statement::Proc { name, parameters, save })
+}
+
+/// `[3, 4]`, `[]`, `[,]` of an array that is a parameter.
+fn open_sizes(s: &mut Scanner<'_>) -> Result<Vec<Option<Expr>>, Fault> {
+    let start = s.pos();
+    s.bump();
+    let mut sizes = Vec::new();
+    loop {
+        s.skip_blanks();
+        sizes.push(if matches!(s.peek(), b',' | b']') { None } else { Some(expr::expression(s)?) });
+        s.skip_blanks();
+        if !s.take(b',') {
+            expr::close(s, b']', start)?;
+            return Ok(sizes);
+        }
+    }
 }
 
 /// The call behind MCALL: `NAME`, `NAME(...)`, `L100`; none when the block ends.

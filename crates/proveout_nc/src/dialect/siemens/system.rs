@@ -7,7 +7,7 @@
 
 use super::expr::Expr;
 use super::interpreter::Interpreter;
-use super::modal::{FeedMode, Interpolation, Units};
+use super::modal::{FeedMode, Interpolation, SplineKind, Units};
 use super::parser::{Block, Statement, Value, WordKind};
 use crate::channel::expression::Indexed;
 use crate::compensation::Corner;
@@ -80,10 +80,14 @@ impl Interpreter {
                     Interpolation::Clockwise => 3,
                     Interpolation::CounterClockwise => 4,
                     Interpolation::Intermediate => 5,
+                    Interpolation::Spline(SplineKind::Akima) => 6,
+                    Interpolation::Spline(SplineKind::Basis) => 7,
+                    Interpolation::Spline(SplineKind::Cubic) => 8,
+                    Interpolation::Polynomial => 9,
                     Interpolation::Thread => 10,
                     Interpolation::TapIn => 11,
                     Interpolation::TapOut => 12,
-                    Interpolation::Tangential => 20,
+                    Interpolation::Tangential => 15,
                 },
             ),
             (6, [3, 2, 1][modal.normal.min(2)]),
@@ -168,9 +172,9 @@ fn visit(expr: &Expr, visitor: &mut impl FnMut(&Expr)) {
     visitor(expr);
     match expr {
         Expr::Param(Indexed(inner)) | Expr::Unary(_, inner) => visit(inner, visitor),
-        Expr::Binary(_, left, right) => {
-            visit(left, visitor);
-            visit(right, visitor);
+        Expr::Chain(first, rest) => {
+            visit(first, visitor);
+            rest.iter().for_each(|(_, operand)| visit(operand, visitor));
         }
         Expr::Call(_, arguments) => arguments.iter().flatten().for_each(|e| visit(e, visitor)),
         Expr::Element(_, indices) => indices.iter().for_each(|e| visit(e, visitor)),

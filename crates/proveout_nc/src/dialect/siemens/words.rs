@@ -28,7 +28,7 @@ pub(crate) fn classify_name(name: &str) -> Class {
         | "SETMS" | "SPOF" | "TOFRAMEOF" | "TOROTOF" | "PAROTOF" | "TCOFR" | "ROTOF" | "GETD" | "GET" | "RELEASE"
         | "SETAL" | "PTPOF" | "CP" | "LFOF" | "LFON" | "GEOAXRESET" | "PRESETONOF" | "NCCHECK" | "PREPRO"
         | "ORIPATHSOF" | "MEASOF" | "G290" | "SUPD" | "PROTD" | "WAITENC" => Class::Note,
-        "POLY" | "ASPLINE" | "BSPLINE" | "CSPLINE" | "INVCW" | "INVCCW" | "POLYPATH" | "CPT" => Class::Refused(PLAIN),
+        "INVCW" | "INVCCW" | "POLYPATH" | "CPT" => Class::Refused(PLAIN),
         "ROTS" | "AROTS" | "CROTS" | "TOFRAME" | "TOFRAMEX" | "TOFRAMEY" | "TOFRAMEZ" | "TOROT" | "TOROTX"
         | "TOROTY" | "TOROTZ" | "PAROT" | "MEAFRAME" | "PRESETON" | "SETPAL" => Class::Refused(FRAME),
         "ORIPATH" | "ORIPATHS" | "ORIROTA" | "ORIROTR" | "ORIROTT" | "ORIROTC" | "ORIPLANE_POLY" | "ORICURVE"
@@ -79,7 +79,6 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         "OVRA" | "OVRRAP" => Class::Refused("write the feed itself with F"),
         "FA" => Class::Note,
         "FZ" | "FD" | "FDA" | "FPR" => Class::Refused("write the feed with F and G94"),
-        "ANG" => Class::Refused("program the end point with X, Y, Z"),
         "DISR" | "DISCL" | "OFFN" => Class::Refused("use G40 and programmed approach motions"),
         "POSA" | "POSP" => Class::Refused("program the axis in a G0 or G1 block"),
         "LEAD" | "TILT" | "THETA" | "PSI" | "NUT" | "XH" | "YH" | "ZH" | "PHI" => {
@@ -88,7 +87,7 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
         "TCARR" => Class::Refused("swivel the plane with CYCLE800"),
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" => Class::Refused("the twin does not measure; take the probing out"),
         "ID" | "IDS" => Class::Refused("take the synchronized action out"),
-        "SF" | "PO" | "PW" | "SD" | "PL" => Class::Refused(PLAIN),
+        "SF" | "PO" => Class::Refused(PLAIN),
         "VC" | "SVC" => Class::Refused("write the spindle speed with S"),
         "LIMS" => Class::Refused("constant cutting speed belongs to turning"),
         _ => Class::Unknown,

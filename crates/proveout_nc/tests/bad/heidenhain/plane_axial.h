@@ -1,4 +1,4 @@
-; nc-unsupported-word
+; nc-missing-value
 BEGIN PGM BAD MM
 TOOL CALL 1 Z S100
-PLANE AXIAL B+30 STAY
+PLANE AXIAL STAY

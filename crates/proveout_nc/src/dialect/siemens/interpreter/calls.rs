@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::eval::Val;
+use super::super::eval::{Val, Variable};
 use super::super::expr::Expr;
 use super::super::parser::{self, Block, Call, Parameter, Statement};
 use super::{CallLevel, Interpreter, Loaded};
@@ -51,8 +51,18 @@ impl Interpreter {
         }
         let mut values = Vec::new();
         let mut references = Vec::new();
+        let mut arrays = Vec::new();
         for (i, parameter) in parameters.iter().enumerate() {
             let argument = given.get(i).and_then(Option::as_ref);
+            if parameter.sizes.is_some() {
+                let array = self.array_argument(parameter, argument, span)?;
+                if let Some(argument) = argument.filter(|_| parameter.by_reference) {
+                    references.push((parameter.name.clone(), argument.clone()));
+                }
+                arrays.push((parameter.name.clone(), array));
+                values.push(None);
+                continue;
+            }
             let value = match argument.or(parameter.initial.as_ref()) {
                 Some(expr) => Some(self.variables.eval(expr, span)?),
                 None => None,
@@ -63,7 +73,10 @@ impl Interpreter {
             values.push(value);
         }
         self.variables.enter();
-        for (parameter, value) in parameters.iter().zip(values) {
+        for (name, array) in arrays {
+            self.variables.define_copy(&name, array, span)?;
+        }
+        for (parameter, value) in parameters.iter().zip(values).filter(|(parameter, _)| parameter.sizes.is_none()) {
             self.variables.define(&parameter.name, parameter.kind, Vec::new(), span)?;
             if let Some(value) = value {
                 self.variables.assign(&parameter.name, &[], value, span)?;
@@ -75,6 +88,35 @@ impl Interpreter {
         Ok(true)
     }
 
+    /// The array that is given for a parameter.
+    fn array_argument(&self, parameter: &Parameter, argument: Option<&Expr>, span: Span) -> Result<Variable, Fault> {
+        let name = &parameter.name;
+        let array = match argument {
+            Some(Expr::Name(given)) => self.variables.array(given),
+            _ => None,
+        };
+        let Some(array) = array else {
+            return Err(Fault::new(codes::ARGUMENTS, span, format!("the parameter `{name}` takes an array"))
+                .help("give the name of an array, such as DEF REAL A[3]"));
+        };
+        let sizes = parameter.sizes.as_deref().unwrap_or_default();
+        let fits = sizes.len() == array.sizes().len() && parameter.kind == array.kind;
+        for (size, has) in sizes.iter().zip(array.sizes()) {
+            let Some(size) = size else { continue };
+            let wanted = self.variables.number(size, span)?;
+            if wanted != *has as f64 {
+                let message =
+                    format!("the parameter `{name}` has {wanted} elements, and the array that is given {has}");
+                return Err(Fault::new(codes::ARGUMENTS, span, message).help("define both alike"));
+            }
+        }
+        if !fits {
+            let message = format!("the array that is given for `{name}` has another type or number of dimensions");
+            return Err(Fault::new(codes::ARGUMENTS, span, message).help("define both alike"));
+        }
+        Ok(array.clone())
+    }
+
     /// Leaves a subprogram, or begins its next pass.
     pub(super) fn leave(&mut self) {
         if self.next_pass() {
@@ -83,7 +125,10 @@ impl Interpreter {
         let Some(level) = self.stack.pop() else { return };
         let locals = self.variables.leave();
         for (inside, outside) in level.own.references {
-            if let Some(value) = locals.get(&inside).and_then(|variable| variable.single()) {
+            let Some(variable) = locals.get(&inside) else { continue };
+            if let (false, Expr::Name(name)) = (variable.sizes().is_empty(), &outside) {
+                self.variables.take_over(name, variable);
+            } else if let Some(value) = variable.single() {
                 // The target was read when the call was made, so that it can be assigned now.
                 let _ = self.assign_expr(&outside, value.clone(), Span::default());
             }

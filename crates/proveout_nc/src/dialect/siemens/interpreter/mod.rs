@@ -4,17 +4,17 @@ mod assign;
 mod calls;
 mod jumps;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::corners::{Corner, CornerMark};
 use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::Index;
-use super::modal::Modal;
+use super::modal::{Interpolation, Modal};
 use super::parser::{self, Block, Call, Statement};
 use super::{leftover, recover};
+use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{self, Channel, Failed, Language, Lines};
 use crate::compensation::CompStyle;
@@ -61,16 +61,8 @@ pub(crate) struct ModalCall {
 /// What an 840D keeps besides the modal state, and SAVE does not touch.
 #[derive(Debug, Default)]
 pub(crate) struct Siemens {
-    /// Commands that have passed the corners.
-    pub(crate) ready: VecDeque<Command>,
-    /// The last motion asked for a chamfer or rounding at its end.
-    pub(crate) corner_waits: bool,
-    /// A chamfer or rounding has failed: its blocks themselves were executed.
-    pub(super) corner_failed: bool,
-    /// Motions handed out so far.
-    pub(crate) moves: u64,
-    /// A motion that waits for the block behind it.
-    pub(crate) corner: Option<Box<Corner>>,
+    /// Chamfers and roundings between the motions.
+    pub(crate) corners: Corners,
     /// The FOR line is reached from its ENDFOR.
     pub(super) next_pass_of_for: bool,
     block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
@@ -87,6 +79,10 @@ pub(crate) struct Siemens {
     pub(crate) orientation_tolerance: Option<f64>,
     /// ADIS in the unit of the program.
     pub(crate) rounding: f64,
+    /// Spline whose end is not known yet.
+    pub(crate) curve: Option<Box<super::splines::Curve>>,
+    /// A block of the curve has failed.
+    pub(crate) curve_torn: bool,
     /// Pitch of the last thread block, mm, with its sign.
     pub(crate) pitch: Option<f64>,
     pub(crate) edge: Option<u32>,
@@ -148,32 +144,12 @@ impl Language for Siemens {
         channel.step_line()
     }
 
-    /// Through the corners: a motion with a chamfer or rounding waits for the next one.
     fn hand_out(channel: &mut Interpreter) -> Option<Command> {
-        loop {
-            if let Some(command) = channel.own.ready.pop_front() {
-                return Some(command);
-            }
-            if let Some((command, mark)) = channel.queue.pop_front() {
-                if mark.is_none() && channel.own.corner.is_none() {
-                    return Some(command);
-                }
-                if let Err(fault) = channel.through_corners(command, mark) {
-                    channel.queue.clear();
-                    channel.done = true;
-                    channel.own.corner_failed = true;
-                    channel.failure = Some(fault);
-                }
-                continue;
-            }
-            let corner = channel.own.corner.take_if(|_| channel.done)?;
-            channel.no_corner(corner);
-        }
+        channel.past_corners()
     }
 
     fn moving(channel: &mut Interpreter) {
         channel.passes.moved();
-        channel.own.moves += 1;
     }
 
     fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
@@ -185,9 +161,8 @@ impl Language for Siemens {
     }
 
     fn resume(channel: &mut Interpreter) -> Option<bool> {
-        channel.own.corner = None;
-        channel.own.corner_waits = false;
-        if !std::mem::take(&mut channel.own.corner_failed) {
+        channel.own.curve_torn = matches!(channel.modal.interpolation, Interpolation::Spline(_));
+        if !channel.own.corners.resume() {
             return None;
         }
         channel.done = channel.stack.is_empty();
@@ -217,6 +192,13 @@ impl Language for Siemens {
     }
 }
 
+impl Cornering for Siemens {
+    #[inline]
+    fn corners(&mut self) -> &mut Corners {
+        &mut self.corners
+    }
+}
+
 impl Lines for Siemens {
     fn run_line(
         channel: &mut Interpreter,
@@ -232,7 +214,7 @@ impl Lines for Siemens {
             return Ok(());
         }
         channel.stands_at(&loaded.source.name, at, line, block.span);
-        if line.contains('$') || !channel.own.frame_variables.is_empty() {
+        if !block.is_plain() && (line.contains('$') || !channel.own.frame_variables.is_empty()) {
             channel.refresh_system(block);
         }
         match block.statement.take() {
@@ -242,7 +224,10 @@ impl Lines for Siemens {
     }
 
     /// The end of the text ends the program as M30 and the subprogram as M17 do.
-    fn end_of_text(channel: &mut Interpreter, _: &Arc<Loaded>, _: Mark) -> Result<(), Box<Diagnostic>> {
+    fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
+        channel
+            .end_curve(None)
+            .map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();
         } else {
@@ -253,13 +238,6 @@ impl Lines for Siemens {
 }
 
 impl Interpreter {
-    /// Marks the motion handed out last, with what its end needs.
-    pub(crate) fn mark_corner(&mut self, mark: CornerMark) {
-        if let Some((_, slot)) = self.queue.back_mut() {
-            *slot = Some(Box::new(mark));
-        }
-    }
-
     /// Ends the program, or the subprogram.
     pub(crate) fn end_or_return(&mut self) {
         if self.stack.len() <= 1 {

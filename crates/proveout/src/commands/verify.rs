@@ -1,0 +1,53 @@
+use std::path::{Path, PathBuf};
+
+use proveout_sim::{verdict::State, verify as hold};
+
+use crate::{args::VerifyArgs, failure::Failure};
+
+/// Most names that are shown of a kind.
+const SHOWN: usize = 20;
+
+/// Holds a run folder against its manifest. Pass: all is as it was; fail: a file of the folder is not; unchecked: an input is not, or
+/// cannot be found.
+pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
+    let scene = args.scene.clone().or_else(|| scene_of(&args.run));
+    let folder = scene.as_deref().map(folder_of);
+    let found = hold(&args.run, folder.as_deref()).map_err(|e| {
+        Failure::new(e).with_help("name a folder that `proveout run` or `proveout compare` has written")
+    })?;
+    say!("{}: {} files are as the run wrote them", args.run.display(), found.same_files);
+    list("changed since the run", &found.changed_files);
+    list("not of the run", &found.foreign_files);
+    match &folder {
+        None => say!("inputs are not checked: nobody says where the scene is; name it with --scene"),
+        Some(folder) => {
+            say!("{}: {} inputs are as the run read them", folder.display(), found.same_inputs);
+            list("input changed since the run", &found.changed_inputs);
+        }
+    }
+    Ok(match (found.holds(), folder.is_some() && found.changed_inputs.is_empty()) {
+        (false, _) => State::Fail,
+        (true, true) => State::Pass,
+        (true, false) => State::Unchecked,
+    })
+}
+
+fn list(what: &str, names: &[String]) {
+    for name in names.iter().take(SHOWN) {
+        say!("  {what}: {name}");
+    }
+    if names.len() > SHOWN {
+        say!("  {what}: {} more", names.len() - SHOWN);
+    }
+}
+
+fn folder_of(scene: &Path) -> PathBuf {
+    if scene.is_dir() { scene.to_owned() } else { scene.parent().map_or_else(PathBuf::new, Path::to_owned) }
+}
+
+/// The scene as `run.json` names it.
+fn scene_of(run: &Path) -> Option<PathBuf> {
+    let text = std::fs::read_to_string(run.join("run.json")).ok()?;
+    let told: serde_json::Value = serde_json::from_str(&text).ok()?;
+    told["scene"].as_str().map(PathBuf::from).filter(|scene| scene.exists())
+}

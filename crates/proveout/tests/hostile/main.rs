@@ -1,0 +1,10 @@
+//! Bad days and hostile files, typed as a person types them: bounded in time and memory whatever the input, nothing of anybody lost,
+//! evidence that holds. `docs/hostile-input.md` has the list.
+
+mod bounds;
+mod chains;
+mod evidence;
+mod kept;
+mod meshes;
+mod mutation;
+mod workshop;

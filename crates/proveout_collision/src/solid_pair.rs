@@ -1,0 +1,35 @@
+//! Distance of two solids in given poses.
+
+use proveout_geom::{Pose, TriMesh};
+
+use crate::distance::{Gap, Warm, skins};
+use crate::parts::mesh_shape;
+use crate::report::CollisionError;
+use crate::shape::MeshShape;
+
+/// Two closed meshes whose distance is asked for in pose after pose: each query begins with the triangles that were nearest in the last.
+#[derive(Clone, Debug)]
+pub struct SolidPair {
+    first: MeshShape,
+    second: MeshShape,
+    warm: Warm,
+}
+
+impl SolidPair {
+    /// Two meshes, each in its own frame, mm.
+    ///
+    /// # Errors
+    /// A mesh that does not bound a solid.
+    pub fn new(first: &TriMesh, second: &TriMesh) -> Result<Self, CollisionError> {
+        let of = |name: &str, mesh: &TriMesh| mesh_shape("solid", name, mesh, true);
+        Ok(Self { first: of("first", first)?, second: of("second", second)?, warm: None })
+    }
+
+    /// Distance of the skins, mm; zero where they meet. A solid wholly inside of the other has the distance of its skin.
+    pub fn distance(&mut self, second_from_first: &Pose) -> f64 {
+        match skins(&self.first.boxes, &self.second.boxes, second_from_first, [f64::INFINITY; 2], &mut self.warm) {
+            Gap::Beyond(distance) | Gap::At(distance, ..) | Gap::Between([distance, _], ..) => distance,
+            Gap::Meeting(_) => 0.0,
+        }
+    }
+}

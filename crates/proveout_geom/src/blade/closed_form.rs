@@ -1,0 +1,73 @@
+//! Surfaces that are given by a formula: written once, differentiated and bounded by [`super::scalar`].
+
+use std::fmt::Debug;
+
+use super::{
+    cells::{Bent, Cells},
+    scalar::{Interval, Jet, Scalar},
+    surface::{Domain, Local, ParametricSurface},
+};
+use crate::{Point, Vector};
+
+/// A formula for S(u, v) that is smooth over its whole domain, seams included.
+pub trait ClosedForm: Debug + Send + Sync {
+    /// Range of the parameters.
+    fn domain(&self) -> Domain;
+    /// x, y, z in mm; `S_u x S_v` points outward.
+    fn place<T: Scalar>(&self, u: T, v: T) -> [T; 3];
+}
+
+/// A surface with a [`ClosedForm`], ready to be asked.
+#[derive(Clone, Debug)]
+pub struct ClosedSurface<F> {
+    form: F,
+    cells: Cells,
+}
+
+impl<F: ClosedForm> ClosedSurface<F> {
+    /// The surface of a formula.
+    pub fn new(form: F) -> Self {
+        let bare = Self { form, cells: Cells::default() };
+        let cells = Cells::new(&bare, [&[], &[]]);
+        Self { cells, ..bare }
+    }
+
+    /// Its formula.
+    pub fn form(&self) -> &F {
+        &self.form
+    }
+
+    /// Parameters of the nearest point, and its distance to [`super::FOOT_ERROR_MM`], mm.
+    pub fn foot(&self, p: &Point) -> ([f64; 2], f64) {
+        self.cells.nearest(self, p)
+    }
+}
+
+impl<F: ClosedForm> Bent for ClosedSurface<F> {
+    fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3] {
+        let at = self.form.place(Jet::u(Interval::new(u[0], u[1])), Jet::v(Interval::new(v[0], v[1])));
+        std::array::from_fn(|k| std::array::from_fn(|c| at[c].second[k]))
+    }
+}
+
+impl<F: ClosedForm> ParametricSurface for ClosedSurface<F> {
+    fn domain(&self) -> Domain {
+        self.form.domain()
+    }
+
+    fn local(&self, u: f64, v: f64) -> Local {
+        let [x, y, z] = self.form.place(Jet::u(u), Jet::v(v));
+        let vector = |of: &dyn Fn(&Jet<f64>) -> f64| Vector::new(of(&x), of(&y), of(&z));
+        let first = [0, 1].map(|k| vector(&|j| j.first[k]));
+        Local {
+            point: Point::from(vector(&|j| j.value)),
+            normal: first[0].cross(&first[1]).try_normalize(0.0).unwrap_or_else(Vector::x),
+            first,
+            second: [0, 1, 2].map(|k| vector(&|j| j.second[k])),
+        }
+    }
+
+    fn nearest(&self, p: &Point) -> [f64; 2] {
+        self.foot(p).0
+    }
+}

@@ -1,0 +1,166 @@
+//! Mesh files. The readers are written here, over the bytes of a whole file: nothing of a file is believed, counts are held against
+//! the bytes that are there before memory is asked for, and what cannot be read is refused by name.
+
+mod glb;
+mod obj;
+mod stl;
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use thiserror::Error;
+
+pub use self::glb::{GlbNode, read_glb_nodes};
+use crate::{MAX_LENGTH_MM, Point, TriMesh, read_regular_file};
+
+/// Largest file: an STL with the most triangles.
+const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Most triangles of a file; they take some 2 GB while vertices are joined.
+const MAX_TRIANGLES: usize = 20_000_000;
+
+/// Why a mesh file could not be read or written.
+#[derive(Debug, Error)]
+pub enum MeshFileError {
+    /// The file is missing or may not be read.
+    #[error("cannot open {path}: {source}")]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The ending is none of those that are read.
+    #[error("{path}: mesh files end in .stl, .obj, .glb or .gltf")]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The content does not follow its format.
+    #[error("{path}: {message}")]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+/// Reads a triangle mesh by the ending of its file: STL (both forms) and OBJ in millimeter as they stand; glTF is in
+/// meter with Y up and becomes millimeter with Z up, node poses applied. Equal vertices are joined.
+///
+/// # Errors
+/// [`MeshFileError`] with the path; the mesh itself is not checked, see [`TriMesh::check_solid`].
+pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let read: fn(&Path, &[u8]) -> Result<TriMesh, MeshFileError> = match ending.as_deref() {
+        Some("stl") => stl::read,
+        Some("obj") => obj::read,
+        Some("glb" | "gltf") => |path, bytes| {
+            let mut all = TriMesh::default();
+            glb::nodes(path, bytes)?.iter().for_each(|node| all.append(&node.mesh));
+            Ok(all)
+        },
+        _ => return Err(MeshFileError::UnknownFormat { path: path.into() }),
+    };
+    let mesh = read(path, &bytes_of(path)?)?;
+    checked(path, &mesh)?;
+    Ok(mesh.merge_equal_vertices())
+}
+
+/// Bytes of a mesh file.
+fn bytes_of(path: &Path) -> Result<Vec<u8>, MeshFileError> {
+    read_regular_file(path, MAX_FILE_BYTES).map_err(|source| MeshFileError::Open { path: path.into(), source })
+}
+
+fn content(path: &Path, message: impl ToString) -> MeshFileError {
+    MeshFileError::Content { path: path.into(), message: message.to_string() }
+}
+
+fn too_many(path: &Path) -> MeshFileError {
+    content(path, format!("more than {MAX_TRIANGLES} triangles: save it with a coarser tolerance"))
+}
+
+/// A finite number of a text file.
+fn number(word: Option<&str>) -> Option<f64> {
+    // Coordinates are kept as the formats define them, in 32 bits: a vertex that is written twice is one vertex.
+    word?.parse::<f32>().ok().filter(|x| x.is_finite()).map(f64::from)
+}
+
+/// Refuses what no workshop has, before anything calculates with it.
+fn checked(path: &Path, mesh: &TriMesh) -> Result<(), MeshFileError> {
+    let far = |p: &&Point| !p.iter().all(|x| x.abs() <= MAX_LENGTH_MM);
+    match mesh.positions.iter().find(far) {
+        None => Ok(()),
+        Some(p) => {
+            let place = format!("a vertex stands at ({:e}, {:e}, {:e}) mm", p.x, p.y, p.z);
+            Err(content(path, format!("{place}; the limit is {MAX_LENGTH_MM} mm: check the unit of the file")))
+        }
+    }
+}
+
+/// Triangles without shared corners, as they come.
+#[derive(Default)]
+struct Mesh(TriMesh);
+
+/// Writes a binary STL (32-bit floats, mm).
+///
+/// # Errors
+/// [`MeshFileError::Open`] when the file cannot be written.
+pub fn write_stl(path: &Path, mesh: &TriMesh) -> Result<(), MeshFileError> {
+    let fail = |source| MeshFileError::Open { path: path.into(), source };
+    let mut out = BufWriter::new(File::create(path).map_err(fail)?);
+    let mut put = |bytes: &[u8]| out.write_all(bytes).map_err(fail);
+    put(&[0; 80])?;
+    put(&(mesh.triangles.len() as u32).to_le_bytes())?;
+    for t in 0..mesh.triangles.len() {
+        let normal = mesh.area_normal(t).try_normalize(0.0).unwrap_or_default();
+        for x in normal.iter().chain(mesh.corners(t).iter().flat_map(|p| p.coords.iter())) {
+            put(&(*x as f32).to_le_bytes())?;
+        }
+        put(&[0; 2])?;
+    }
+    out.flush().map_err(fail)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cylinder_mesh;
+
+    #[test]
+    fn stl_keeps_the_solid() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("part.stl");
+        let mesh = cylinder_mesh(5.0, 0.0, 7.0, 40);
+        write_stl(&path, &mesh).expect("written");
+        let back = read_mesh(&path).expect("read");
+        back.check_solid().expect("still closed");
+        assert!((back.volume() / mesh.volume() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn obj_quads_become_triangles() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("tetra.obj");
+        std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+            .expect("written");
+        let mesh = read_mesh(&path).expect("read");
+        mesh.check_solid().expect("closed");
+        assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn bad_files_are_refused_with_their_path() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let missing = read_mesh(&folder.path().join("none.stl")).expect_err("missing");
+        assert!(missing.to_string().contains("none.stl"), "{missing}");
+        let unknown = read_mesh(Path::new("part.step")).expect_err("unknown");
+        assert!(matches!(unknown, MeshFileError::UnknownFormat { .. }));
+        let path = folder.path().join("noise.glb");
+        std::fs::write(&path, b"not a mesh").expect("written");
+        assert!(matches!(read_mesh(&path), Err(MeshFileError::Content { .. })));
+    }
+}

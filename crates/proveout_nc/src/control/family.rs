@@ -1,0 +1,47 @@
+//! Which keys of a control file the reader of a language uses.
+
+use crate::settings::Dialect;
+
+/// The families of readers, for keys that have an effect in some of them only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Family {
+    /// Fanuc, Haas.
+    MacroB,
+    LinuxCnc,
+    Siemens,
+    Heidenhain,
+    HeidenhainIso,
+    Apt,
+}
+
+impl Family {
+    pub(super) fn of(dialect: Dialect) -> Option<Self> {
+        Some(match dialect {
+            Dialect::Fanuc | Dialect::Haas => Self::MacroB,
+            Dialect::LinuxCnc => Self::LinuxCnc,
+            Dialect::Siemens840d => Self::Siemens,
+            Dialect::Heidenhain => Self::Heidenhain,
+            Dialect::HeidenhainIso => Self::HeidenhainIso,
+            Dialect::Apt => Self::Apt,
+            Dialect::Auto | Dialect::Iso => return None,
+        })
+    }
+
+    /// The reader of the language uses what this key says.
+    pub(super) fn uses(self, path: &[&str]) -> bool {
+        use Family::{Apt, Heidenhain, HeidenhainIso, LinuxCnc, MacroB, Siemens};
+        let iso = matches!(self, MacroB | LinuxCnc);
+        match path {
+            ["start", "plane" | "distance" | "feed" | "motion"] => iso || self == Siemens,
+            ["start", "unit"] => iso || matches!(self, Siemens | Apt),
+            ["start", "position_deg"] => self != Apt,
+            ["numbers", _] | ["cycles", _] | ["tool_change", "position_mm"] | ["tool_length", _] => self == MacroB,
+            ["arcs", "centers"] | ["dwell", _] => iso,
+            ["orientation", "interpolation"] => self == Siemens,
+            ["blocks", "skipped_levels"] | ["subprograms", _] | ["limits", _] => self != Apt,
+            ["unlisted", "m"] => self != Apt,
+            ["program", _] => true,
+            _ => matches!(self, MacroB | LinuxCnc | Siemens | Heidenhain | HeidenhainIso | Apt),
+        }
+    }
+}

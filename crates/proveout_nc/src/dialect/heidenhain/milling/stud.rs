@@ -1,0 +1,133 @@
+//! Cycles 256 and 257: studs, from the outside in.
+//!
+//! ```text
+//!        blank                 rings of the tool center, one overlap apart, from the blank to the finished stud; the tool
+//!     .----------.    s        plunges at s, 2 mm beside the blank, comes onto the ring on a half circle, and leaves
+//!     |  .----.  |  (          the last one on another
+//!     |  |stud|  |   ' start of a ring
+//!     '----------'
+//! ```
+
+use super::shape::{Leg, Pass, Place, Point, Shape};
+use super::{Job, MAX_PASSES, Plan, Plunge, Values};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::dialect::heidenhain::interpreter::Interpreter;
+
+/// Distance of the tool from the blank where it plunges, mm: fixed in the control.
+const BESIDE_BLANK_MM: f64 = 2.0;
+
+/// Parameters that the control writes, and what is taken for granted.
+pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
+    const CHOSEN: &str = "revolutions from the blank inwards, joined by straight lines; the tool plunges to the right of the blank \
+                          (Q437=0) and comes onto each depth on a half circle";
+    match number {
+        256 => (&[218, 424, 219, 425, 220, 368, 224, 367, 207, 351, 201, 202, 206, 200, 203, 204, 370], CHOSEN),
+        _ => (&[223, 222, 368, 207, 351, 201, 202, 206, 200, 203, 204, 370], CHOSEN),
+    }
+}
+
+impl Interpreter {
+    /// Where the stud lies, its wall, the largest thickness of the material around it, and half of the blank along the first axis.
+    pub(super) fn stud_shape(
+        &self,
+        number: u32,
+        values: &Values,
+        here: Point,
+        span: Span,
+    ) -> Result<(Place, Shape, f64, f64), Fault> {
+        let half = |key: u32, blank: u32| {
+            let (stud, blank_size) =
+                (0.5 * self.mm(values, key, None, span)?, 0.5 * self.mm(values, blank, None, span)?);
+            if stud > 0.0 && blank_size > stud {
+                return Ok((stud, blank_size));
+            }
+            Err(Fault::new(codes::BAD_VALUE, span, format!("the blank Q{blank} is not larger than the stud Q{key}"))
+                .help("write the size of the blank"))
+        };
+        if number == 257 {
+            let (r, blank) = half(223, 222)?;
+            let angle = self.cycle_number(values, 376, Some(-1.0), span)?;
+            let place = Place::new(here, if angle < 0.0 { 0.0 } else { angle });
+            return Ok((place, Shape::Rounded { a: r, b: r, corner: r }, blank - r, blank));
+        }
+        let start = self.cycle_number(values, 437, Some(0.0), span)?;
+        if start != 0.0 {
+            let word = format!("Q437={start} (approach at a corner of the stud)");
+            return Err(super::super::lexer::refused(
+                &word,
+                span,
+                "write Q437=0: the approach is to the right of the stud",
+            ));
+        }
+        let ((a, blank_a), (b, blank_b)) = (half(218, 424)?, half(219, 425)?);
+        let corner = self.mm(values, 220, Some(0.0), span)?;
+        if corner < 0.0 {
+            return Err(super::super::lexer::refused(
+                "Q220 below zero (a chamfer at the corners of the stud)",
+                span,
+                "write the contour as L and CHF blocks",
+            ));
+        }
+        let at = self.cycle_number(values, 367, Some(0.0), span)?;
+        if at.fract() != 0.0 || !(0.0..=4.0).contains(&at) {
+            return Err(Fault::new(codes::BAD_VALUE, span, format!("Q367 takes 0 to 4 and has {at}"))
+                .help("it says where the tool stands on the stud"));
+        }
+        let from = [[0.0, 0.0], [-a, -b], [a, -b], [a, b], [-a, b]][at as usize];
+        let place = super::pocket::about(here, from, self.cycle_number(values, 224, None, span)?);
+        let shape = Shape::Rounded { a, b, corner: corner.min(a).min(b) };
+        Ok((place, shape, (blank_a - a).max(blank_b - b), blank_a))
+    }
+
+    pub(super) fn stud_plan(
+        &self,
+        number: u32,
+        values: &Values,
+        job: &Job,
+        here: Point,
+        span: Span,
+    ) -> Result<Plan, Fault> {
+        let (place, shape, thickness, blank) = self.stud_shape(number, values, here, span)?;
+        let overlap = self.overlap(values, job.radius, span)?;
+        let Shape::Rounded { a, .. } = shape else {
+            return Err(Fault::new(codes::ARGUMENTS, span, "a stud is a rectangle or a circle").help("check the cycle"));
+        };
+        let ring = |outside: f64| -> Pass {
+            let ring = shape.ring(-outside);
+            if job.climb { ring.reversed() } else { ring }
+        };
+        let count =
+            |allowance: f64| ((thickness - allowance) / overlap - 1e-9).ceil().clamp(1.0, MAX_PASSES as f64) as usize;
+        // The half circle reaches from the plunge to the ring.
+        let outermost = job.radius + job.side + (count(job.side) - 1) as f64 * overlap;
+        let entry = [job.radius + BESIDE_BLANK_MM + blank.max(a + outermost - job.radius), 0.0];
+        let lead = |to: Point, ring: Point| {
+            let center = [0.5 * (entry[0] + ring[0]), 0.5 * (entry[1] + ring[1])];
+            Leg::Arc { to, center, clockwise: !job.climb }
+        };
+        let with_leads = |mut passes: Vec<Pass>| {
+            if let Some(first) = passes.first_mut() {
+                first.legs.insert(0, lead(first.start, first.start));
+                first.start = entry;
+            }
+            if let Some(last) = passes.last_mut() {
+                last.legs.push(lead(entry, last.end()));
+            }
+            passes
+        };
+        let rings = |allowance: f64| -> Vec<Pass> {
+            with_leads((0..count(allowance)).rev().map(|j| ring(job.radius + allowance + j as f64 * overlap)).collect())
+        };
+        let wall = with_leads(vec![ring(job.radius)]).swap_remove(0);
+        Ok(Plan {
+            place,
+            entry,
+            plunge: Plunge::Vertical,
+            rough: rings(job.side),
+            wall,
+            floor: rings(0.0),
+            returns: false,
+        })
+    }
+}

@@ -1,0 +1,5 @@
+; nc-arc-geometry
+BEGIN PGM BAD MM
+TOOL CALL 1 Z S100 F100
+L X+0 Y+0 Z+0 FMAX
+CC X+0 Y+0 Z+5

@@ -1,0 +1,191 @@
+//! Triangles as a shaded picture: parallel projection with a depth for each point, two bodies in color and everything else in gray.
+//!
+//! What is in color is never hidden by what is gray: a gray body in front of it is drawn as glass, so that a contact behind a door or
+//! between two walls is seen.
+
+use proveout_geom::{Point, TriMesh, Vector};
+
+use crate::canvas::Canvas;
+
+/// Color of the first body, of the second, of the others: told apart with all kinds of color vision (Okabe and Ito 2008).
+pub(crate) const COLORS: [[u8; 3]; 3] = [[213, 94, 0], [0, 114, 178], [190, 192, 196]];
+/// Behind all bodies.
+const BACKGROUND: [u8; 3] = [250, 250, 250];
+/// Share of the gray of a body that is drawn as glass.
+const GLASS: f64 = 0.22;
+
+/// What a mesh is in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    First,
+    Second,
+    Other,
+}
+
+/// Where from and how large: a parallel projection.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    right: Vector,
+    up: Vector,
+    /// Towards the viewer.
+    back: Vector,
+    focus: Point,
+    /// Points for each mm.
+    scale: f64,
+    size: [usize; 2],
+}
+
+impl View {
+    /// A view against `back` (from the viewer's side; not zero), with `focus` in the middle of `size` points and `half` mm of height
+    /// above and below it. Z stays upright where it can.
+    pub(crate) fn new(back: &Vector, focus: Point, half: f64, size: [usize; 2]) -> Self {
+        let back = back.try_normalize(1e-12).unwrap_or_else(Vector::z);
+        let side = Vector::z().cross(&back);
+        let right = side.try_normalize(1e-6).unwrap_or_else(Vector::x);
+        Self { right, up: back.cross(&right), back, focus, scale: 0.5 * size[1] as f64 / half, size }
+    }
+
+    /// Points to the right, down and towards the viewer (mm).
+    fn place(&self, p: &Point) -> [f64; 3] {
+        let way = p - self.focus;
+        let (x, y) = (way.dot(&self.right) * self.scale, way.dot(&self.up) * self.scale);
+        [0.5 * self.size[0] as f64 + x, 0.5 * self.size[1] as f64 - y, way.dot(&self.back)]
+    }
+
+    /// Points for each mm.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
+    }
+}
+
+/// Nearest surface at every point, in color and gray apart.
+pub(crate) struct Raster {
+    view: View,
+    /// Depth towards the viewer (mm), shade 0..=1 and part.
+    colored: Vec<(f64, f64, Part)>,
+    gray: Vec<(f64, f64)>,
+}
+
+impl Raster {
+    pub(crate) fn new(view: View) -> Self {
+        let points = view.size[0] * view.size[1];
+        let far = f64::NEG_INFINITY;
+        Self { view, colored: vec![(far, 0.0, Part::Other); points], gray: vec![(far, 0.0); points] }
+    }
+
+    /// Draws a mesh in the frame of the view.
+    pub(crate) fn draw(&mut self, mesh: &TriMesh, part: Part) {
+        for t in 0..mesh.triangles.len() {
+            self.triangle(mesh.corners(t), part);
+        }
+    }
+
+    fn triangle(&mut self, corners: [Point; 3], part: Part) {
+        let [a, b, c] = corners.map(|p| self.view.place(&p));
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if !(area.abs() > 1e-12 && [a, b, c].iter().flatten().all(|v| v.is_finite())) {
+            return;
+        }
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let Some(normal) = normal.try_normalize(1e-300) else { return };
+        let light = (self.view.back + self.view.up * 0.45 - self.view.right * 0.3).normalize();
+        let shade = 0.4 + 0.6 * normal.dot(&light).abs();
+        let range = |k: usize, most: usize| {
+            let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
+            let (low, high) = ((low - 0.5).ceil().max(0.0), (high - 0.5).floor().min(most as f64 - 1.0));
+            if high < low { 0..0 } else { low as usize..high as usize + 1 }
+        };
+        for y in range(1, self.view.size[1]) {
+            for x in range(0, self.view.size[0]) {
+                let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
+                let edge =
+                    |u: [f64; 3], v: [f64; 3]| ((v[0] - u[0]) * (py - u[1]) - (v[1] - u[1]) * (px - u[0])) / area;
+                let (wa, wb, wc) = (edge(b, c), edge(c, a), edge(a, b));
+                if wa < 0.0 || wb < 0.0 || wc < 0.0 {
+                    continue;
+                }
+                let depth = wa * a[2] + wb * b[2] + wc * c[2];
+                let at = y * self.view.size[0] + x;
+                if part == Part::Other {
+                    if depth > self.gray[at].0 {
+                        self.gray[at] = (depth, shade);
+                    }
+                } else if depth > self.colored[at].0 {
+                    self.colored[at] = (depth, shade, part);
+                }
+            }
+        }
+    }
+
+    /// Points at which the first and the second body are seen, and the depth of the nearest of both in the middle, mm.
+    pub(crate) fn seen(&self) -> ([usize; 2], f64) {
+        let count = |part| self.colored.iter().filter(|c| c.2 == part).count();
+        let middle = self.view.size[1] / 2 * self.view.size[0] + self.view.size[0] / 2;
+        ([count(Part::First), count(Part::Second)], self.colored[middle].0)
+    }
+
+    /// Puts the picture on a canvas, with its upper left corner at `at`.
+    pub(crate) fn put(&self, canvas: &mut Canvas, at: [usize; 2]) {
+        let mix = |a: [u8; 3], b: [u8; 3], share: f64| {
+            [0, 1, 2].map(|k| (f64::from(a[k]) * (1.0 - share) + f64::from(b[k]) * share).round() as u8)
+        };
+        let shaded = |color: [u8; 3], shade: f64| color.map(|c| (f64::from(c) * shade).round() as u8);
+        for (i, (colored, gray)) in self.colored.iter().zip(&self.gray).enumerate() {
+            let dull = shaded(COLORS[2], gray.1);
+            let color = match (colored.0.is_finite(), gray.0.is_finite()) {
+                (false, false) => BACKGROUND,
+                (false, true) => dull,
+                (true, _) => {
+                    let full = shaded(COLORS[usize::from(colored.2 == Part::Second)], colored.1);
+                    if gray.0 > colored.0 { mix(full, dull, GLASS) } else { full }
+                }
+            };
+            let [x, y] = [i % self.view.size[0], i / self.view.size[0]];
+            canvas.dot((at[0] + x) as isize, (at[1] + y) as isize, color);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proveout_geom::{Aabb, box_mesh};
+
+    use super::*;
+
+    fn cube(center: [f64; 3], half: f64) -> TriMesh {
+        let c = Vector::from(center);
+        let h = Vector::repeat(half);
+        box_mesh(&Aabb { min: Point::from(c - h), max: Point::from(c + h) })
+    }
+
+    #[test]
+    fn a_cube_covers_its_share_and_the_nearer_one_is_seen() {
+        let view = View::new(&Vector::x(), Point::origin(), 10.0, [200, 100]);
+        let mut raster = Raster::new(view);
+        raster.draw(&cube([0.0, 0.0, 0.0], 5.0), Part::First);
+        // 10 of 20 mm of height are 50 points, in both directions.
+        assert_eq!(raster.seen(), ([2500, 0], 5.0));
+        raster.draw(&cube([20.0, 0.0, 0.0], 2.0), Part::Second);
+        assert_eq!(raster.seen(), ([2500 - 400, 400], 22.0));
+        // One behind changes nothing, nor does a gray one in front.
+        raster.draw(&cube([-20.0, 0.0, 0.0], 4.0), Part::Second);
+        raster.draw(&cube([40.0, 0.0, 0.0], 9.0), Part::Other);
+        assert_eq!(raster.seen(), ([2500 - 400, 400], 22.0));
+        let mut canvas = Canvas::new(200, 100);
+        raster.put(&mut canvas, [0, 0]);
+        let color = |x: usize, y: usize| &canvas.colors[3 * (200 * y + x)..][..3];
+        assert_eq!(color(0, 0), BACKGROUND);
+        let [blue, orange] = [color(100, 50), color(82, 50)];
+        assert!(blue[2] > blue[0] && orange[0] > orange[2], "{blue:?} {orange:?}");
+    }
+
+    #[test]
+    fn degenerate_and_endless_triangles_are_left_out() {
+        let mut raster = Raster::new(View::new(&Vector::z(), Point::origin(), 1.0, [8, 8]));
+        let at = |x: f64| Point::new(x, 0.0, 0.0);
+        raster.triangle([at(0.0), at(1.0), at(0.5)], Part::First);
+        raster.triangle([at(0.0), at(f64::NAN), Point::new(0.0, 1.0, 0.0)], Part::First);
+        raster.triangle([at(0.0), at(f64::INFINITY), Point::new(0.0, 1.0, 0.0)], Part::First);
+        assert_eq!(raster.seen().0, [0, 0]);
+    }
+}

@@ -1,0 +1,115 @@
+//! How the tool axis stands at a contact.
+
+use proveout_geom::Vector;
+
+use super::{PathError, place::Place};
+
+/// A rule for the tool axis; angles in radian. f is the direction of travel, n the outward normal, k = n x f.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AxisRule {
+    /// Along the normal.
+    Normal,
+    /// Turned from n towards f by `lead`, then towards k by `tilt`: `cos t (cos l n + sin l f) + sin t k`.
+    LeadTilt {
+        /// Towards the travel.
+        lead: f64,
+        /// Towards k.
+        tilt: f64,
+    },
+    /// Inclined to n by `inclination`, in the direction that `tilt` turns from f towards k (Sturz angle and its direction):
+    /// `cos i n + sin i (cos t f + sin t k)`.
+    InclinationTilt {
+        /// From the normal.
+        inclination: f64,
+        /// About the normal.
+        tilt: f64,
+    },
+    /// A head that stands still while a rotary table about `table` turns the part: the axis keeps the angle `head` to the plane across
+    /// `table`, and in that plane the normal's direction turned by `lead` about `table` towards the travel:
+    /// `sin h d + cos h (cos l p + sin l q)`, p the normal in that plane, q = d x p or its opposite, as the travel goes.
+    FixedHead {
+        /// Unit vector of the table's axis.
+        table: Vector,
+        /// Angle of the head towards `table`.
+        head: f64,
+        /// In the plane across the table's axis, towards the travel.
+        lead: f64,
+    },
+    /// Between unit vectors that are given at parts of the line's length, 0 to 1 ascending, on great circles.
+    Interpolated(Vec<(f64, Vector)>),
+}
+
+impl AxisRule {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// The first that is out of its range.
+    pub fn check(&self) -> Result<(), PathError> {
+        let right = std::f64::consts::FRAC_PI_2;
+        match self {
+            Self::Normal => {}
+            Self::LeadTilt { lead, tilt } => {
+                PathError::within("the lead in radian", *lead, -right, right)?;
+                PathError::within("the tilt in radian", *tilt, -right, right)?;
+            }
+            Self::InclinationTilt { inclination, tilt } => {
+                PathError::within("the inclination in radian", *inclination, 0.0, right)?;
+                PathError::within("the tilt in radian", *tilt, -4.0 * right, 4.0 * right)?;
+            }
+            Self::FixedHead { table, head, lead } => {
+                PathError::within("the length of the table's axis", table.norm(), 1.0 - 1e-9, 1.0 + 1e-9)?;
+                PathError::within("the head's angle in radian", *head, -right, right)?;
+                PathError::within("the lead in radian", *lead, -right, right)?;
+            }
+            Self::Interpolated(keys) => {
+                PathError::within("the number of given axes", keys.len() as f64, 1.0, 1e6)?;
+                for pair in keys.windows(2) {
+                    PathError::within("the place of a given axis", pair[1].0, pair[0].0 + 1e-12, 1.0)?;
+                    let opposite = pair[0].1.dot(&pair[1].1);
+                    PathError::within("the cosine between neighboring given axes", opposite, -1.0 + 1e-9, 1.0 + 1e-9)?;
+                }
+                for (part, axis) in keys {
+                    PathError::within("the place of a given axis", *part, 0.0, 1.0)?;
+                    PathError::within("the length of a given axis", axis.norm(), 1.0 - 1e-9, 1.0 + 1e-9)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The axis at a place; `part` is the part of the line's length up to it. None where the rule has no direction (a normal along the
+    /// table's axis).
+    pub fn axis(&self, place: &Place, part: f64) -> Option<Vector> {
+        let Place { normal: n, feed: f, across: k, .. } = place;
+        match self {
+            Self::Normal => Some(*n),
+            Self::LeadTilt { lead, tilt } => Some((n * lead.cos() + f * lead.sin()) * tilt.cos() + k * tilt.sin()),
+            Self::InclinationTilt { inclination, tilt } => {
+                Some(n * inclination.cos() + (f * tilt.cos() + k * tilt.sin()) * inclination.sin())
+            }
+            Self::FixedHead { table, head, lead } => {
+                let p = (n - table * n.dot(table)).try_normalize(1e-9)?;
+                let q = table.cross(&p);
+                let q = if q.dot(f) < 0.0 { -q } else { q };
+                Some(table * head.sin() + (p * lead.cos() + q * lead.sin()) * head.cos())
+            }
+            Self::Interpolated(keys) => {
+                let next = keys.partition_point(|key| key.0 <= part);
+                let (Some(from), Some(to)) = (keys.get(next.saturating_sub(1)), keys.get(next.min(keys.len() - 1)))
+                else {
+                    return None;
+                };
+                if to.0 <= from.0 {
+                    return Some(from.1);
+                }
+                let t = (part - from.0) / (to.0 - from.0);
+                let sine = from.1.cross(&to.1).norm();
+                let angle = sine.atan2(from.1.dot(&to.1));
+                if sine < 1e-12 {
+                    return Some(from.1);
+                }
+                Some((from.1 * ((1.0 - t) * angle).sin() + to.1 * (t * angle).sin()) / sine)
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Paths over blades and other sides of parts: where the cutter touches, how it stands there, and what that asks of a machine.
+//!
+//! ```text
+//!   ParametricSurface ──► Strategy ──► lines in the parameter plane ──► Sampler ──► contacts ──► Setting::judge
+//!   (proveout_geom)       where        (cubic splines u(t), v(t))       chord       tip, axis     joints, feed,
+//!                         to go                                         error, axis               distance to poles
+//! ```
+//!
+//! * [`Task`] – surface, cutter, axis rule and step; [`Task::plan`] makes the contacts of a [`Strategy`].
+//! * [`QuasiCircle`], [`IsoParametric`], [`Transverse`], [`IsoPlanar`], [`ConstantScallop`], [`Row`], [`Pocket`], [`PointRoughing`] –
+//!   strategies.
+//! * [`PathCutter`] – from contact to cutter location for any convex cutter; [`AxisRule`] – how the axis stands.
+//! * [`side_step`], [`scallop_height`] – exact formulas of ridges between two cuts; [`envelope_across`] – the curvature that a moving
+//!   cutter leaves across its feed.
+//! * [`Setting::judge`] – what a path asks of a machine, before it runs.
+//!
+//! Everything is in the frame of the surface, mm and radian. Chord errors are held by measure at the middle and the quarters of every
+//! step under a bound by curvature, scallops by the osculating circles across the feed: both are figures of the plan, and a run of the
+//! program is what proves them. That shank and holder are free, and that the cutter touches nowhere else, is the run's to say as well.
+
+mod axis_rule;
+mod constant_scallop;
+mod curve;
+mod cutter;
+mod error;
+mod families;
+mod iso_planar;
+mod judge;
+mod link;
+mod place;
+mod pocket;
+mod point_roughing;
+mod polar_angle;
+mod row;
+mod sample;
+mod scallop;
+mod sections;
+mod strategy;
+
+pub use axis_rule::AxisRule;
+pub use constant_scallop::ConstantScallop;
+pub use curve::{CurvePoint, Line, ParameterCurve, Spline};
+pub use cutter::{PathCutter, Touch, envelope_across};
+pub use error::{At, MOST_POINTS, PathError};
+pub use families::{IsoParametric, QuasiCircle, Transverse};
+pub use iso_planar::IsoPlanar;
+pub use judge::{Extreme, JointDemand, PathJudgement, Setting};
+pub use link::{LinkRule, Move, linked};
+pub use place::{Form, Place};
+pub use pocket::Pocket;
+pub use point_roughing::PointRoughing;
+pub use polar_angle::{PolarPoint, Side, polar_point};
+pub use row::Row;
+pub use sample::{LineContacts, PathContact, Sampler, StepRule};
+pub use scallop::{scallop_height, side_step};
+pub use sections::{Label, SECTIONS, Section, Sections};
+pub use strategy::{Spacing, Strategy, Task};
