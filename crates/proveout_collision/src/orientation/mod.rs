@@ -44,7 +44,10 @@
 //!   |df| <= |w| |P - Q| <= |w| dist(X, ray from Q against N)                                                    (2)
 //! ```
 //!
-//! which is 0 at the contact. A ball does not change with the axis at all and is held against the solids once.
+//! which is 0 at the contact. A ball does not change with the axis at all and is held against the solids once. What else a tool with a ball
+//! end is turns about the ball's center as a body of revolution, so that a place of a solid forbids a cap of axes about the direction in
+//! which it is seen from there: `extent.rs` has the caps for every distance, `caps.rs` the search with them. It needs a small part of
+//! the time of the general one, which is left to bull-noses and flat ends.
 //!
 //! # Proofs
 //!
@@ -67,7 +70,8 @@
 //! ```
 //!
 //! [`OrientationWalk`] proves the cells of one contact with (3) added for a neighborhood: what is free or blocked there is so at all
-//! contacts of the neighborhood, and what is not keeps its list of pieces and is decided at each contact anew.
+//! contacts of the neighborhood, and what is not keeps its list of pieces and is decided at each contact anew. A ball end is as fast
+//! without.
 //!
 //! # Known limits
 //!
@@ -76,15 +80,18 @@
 //! of the work is done; a walk then spares little. Between contacts nothing is said. Faceted designs stand for themselves: give a
 //! gouge allowance above the error of their chords.
 
+mod caps;
 mod contact;
 mod curvature;
 mod cutter_end;
+mod extent;
 mod grid;
 mod limb;
 mod map;
 mod search;
 mod solids;
 mod space;
+mod spots;
 mod walk;
 
 pub use contact::{OrientationError, SurfaceContact};

@@ -6,9 +6,11 @@ use std::ops::Range;
 use proveout_geom::{Point, ToolPose, TriMesh, Vector, sin_cos};
 use proveout_tool::{Role, Tool};
 
+use super::caps::Caps;
 use super::contact::{LocalFrame, OrientationError, SurfaceContact};
 use super::curvature::{judge, least_difference};
 use super::cutter_end::CutterEnd;
+use super::extent::Extent;
 use super::grid::{Cell, Grid};
 use super::limb::Limb;
 use super::map::{AxisState, MapNode, NodeState, OrientationMap, Refusal};
@@ -91,6 +93,8 @@ pub struct OrientationSpace {
     pub(crate) solids: Vec<Solid>,
     pub(crate) end: CutterEnd,
     pub(crate) grid: Grid,
+    /// Of a ball end: from solids that are cut and from all others.
+    pub(crate) extents: Option<[Extent; 2]>,
     settings: OrientationSettings,
 }
 
@@ -123,7 +127,8 @@ impl OrientationSpace {
         limbs.extend(rest.map(|b| Limb::body(&b.profile, end.height, clear)));
         let grid = Grid::new(settings.tilt_limit.min(end.largest_tilt), settings.largest_cell, settings.finest_cell);
         let solids = solids.iter().map(|s| Solid::new(s.name, s.mesh, s.cut)).collect::<Result<_, _>>()?;
-        Ok(Self { limbs, solids, end, grid, settings: *settings })
+        let extents = (end.circle <= 0.0).then(|| [0, 1].map(|kind| Extent::new(&limbs, kind, end.round)));
+        Ok(Self { limbs, solids, end, grid, extents, settings: *settings })
     }
 
     /// How regions are looked for.
@@ -146,6 +151,12 @@ impl OrientationSpace {
         map.refusal = self.refusal(&place, None);
         if map.refusal.is_some() {
             map.block_all();
+            return Ok(map);
+        }
+        if let Some(extents) = &self.extents {
+            let mut caps = Caps::new(extents, &self.solids, &place, &self.grid);
+            caps.fill(&place, &mut map.nodes);
+            map.looked = caps.looked();
             return Ok(map);
         }
         let mut search = Search::new(&self.limbs, &self.solids);

@@ -54,6 +54,10 @@ impl<'a> OrientationWalk<'a> {
     /// # Errors
     /// As [`OrientationSpace::map`].
     pub fn next(&mut self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
+        if self.space.extents.is_some() {
+            self.cold += 1;
+            return self.space.map(contact);
+        }
         let place = self.space.place(contact)?;
         let step = self.last.replace(place).map(|last| drift(&last, &place));
         if !self.base.as_ref().is_some_and(|base| holds(base, &place)) {
