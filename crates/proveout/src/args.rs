@@ -8,7 +8,7 @@ use proveout_sim::gates::GATES;
 #[command(name = "proveout", version, max_term_width = 110)]
 #[command(
     after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail; 2 the input or the call is \
-                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked."
+                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked; 130 stopped by Ctrl-C or TERM."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -54,6 +54,10 @@ pub(crate) struct RunArgs {
     /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Go on with the run to this run folder that was stopped (Ctrl-C, a kill, a full disk): its motion is planned and judged again,
+    /// what it had cut is taken from its journal. The result is that of a run that was not stopped
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// Distance of the stock's rays, mm (default: the scene's)
     #[arg(long, value_name = "X")]
     pub(crate) resolution_mm: Option<f64>,
@@ -99,6 +103,9 @@ pub(crate) struct CompareArgs {
     /// Where the Rerun recording of each program goes
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
+    /// Exit code 0 also where this gate of a program is unchecked; may be repeated. The verdict stays as it is
+    #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
+    pub(crate) accept_unchecked: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

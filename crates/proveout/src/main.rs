@@ -23,6 +23,7 @@ mod every_option;
 mod failure;
 mod host;
 mod progress;
+mod stop;
 mod terminal;
 
 use std::process::ExitCode;

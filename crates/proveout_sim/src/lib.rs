@@ -42,6 +42,7 @@ mod engagement;
 mod engine;
 mod error;
 mod inspect;
+pub mod journal;
 mod judge;
 mod kept_motion;
 mod legs;

@@ -119,6 +119,50 @@ fn the_same_bytes_come_from_everywhere_and_with_any_number_of_threads() {
 }
 
 #[test]
+fn a_comparison_has_the_same_bytes_from_everywhere_and_with_any_number_of_threads() {
+    let shop = Workshop::new();
+    shop.write("other.mpf", PROGRAM.replace("F500", "F800"));
+    shop.scene("[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n\n[compare]\nbaseline = \"main\"\n");
+    let elsewhere = shop.path().join("machine");
+    let scene = shop.path().display().to_string();
+    let out = |name: &str| shop.path().join(name).display().to_string();
+    let mut first: Option<[BTreeMap<String, Vec<u8>>; 3]> = None;
+    for (folder, scene, name, threads) in
+        [(shop.path(), ".", "a", "1"), (&*elsewhere, "..", "b", "2"), (&*elsewhere, &scene, "c", "7")]
+    {
+        let call = ["compare", scene, "--out", &out(name), "--rerun", "off", "--threads", threads];
+        let told = proveout(folder, &call);
+        assert_eq!(told.code(), Some(3), "no design part: {}", told.text);
+        let place = shop.path().join(name);
+        let found = [files(&place), files(&place.join("main")), files(&place.join("other"))];
+        assert!(found[0].contains_key("compare.json") && found.iter().all(|files| files.len() > 2), "{found:?}");
+        let first = first.get_or_insert_with(|| found.clone());
+        for (first, found) in first.iter().zip(&found) {
+            assert_eq!(first.keys().collect::<Vec<_>>(), found.keys().collect::<Vec<_>>());
+            for (file, bytes) in found {
+                assert!(first[file] == *bytes, "{file} with {threads} threads from {} differs", folder.display());
+            }
+        }
+    }
+    // What a script tolerates is named gate by gate.
+    let call = |more: &[&str]| {
+        let mut all = vec!["compare", ".", "--out", "d", "--rerun", "off", "--threads", "1"];
+        all.extend(more);
+        shop.call(&all)
+    };
+    let verdict = json(&shop.read("a/compare.json"));
+    let gates = verdict["programs"]["main"]["gates"].as_array().expect("gates");
+    let open = gates.iter().filter(|g| g["state"] == "unchecked").map(|g| g["name"].as_str().expect("name"));
+    let accepted: Vec<&str> = open.flat_map(|name| ["--accept-unchecked", name]).collect();
+    assert!(accepted.len() >= 4, "two gates at least: {accepted:?}");
+    assert_eq!(call(&accepted[2..]).code(), Some(3), "one of them is not accepted");
+    let told = call(&accepted);
+    assert_eq!(told.code(), Some(0), "{}", told.text);
+    assert!(told.text.contains("unchecked, and accepted by the call"), "{}", told.text);
+    assert_eq!(json(&shop.read("d/compare.json"))["verdict"], "unchecked", "the verdict stays");
+}
+
+#[test]
 fn text_of_others_steers_neither_terminal_nor_page() {
     let shop = Workshop::new();
     let escape = "\u{1b}]0;owned\u{7}\u{1b}[2J\u{202e}";

@@ -5,6 +5,7 @@ mod bounds;
 mod chains;
 mod evidence;
 mod kept;
+mod kills;
 mod meshes;
 mod mutation;
 mod workshop;
