@@ -11,7 +11,8 @@
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`SolidPair`] – distance of two meshes in pose after pose.
-//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
+//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
+//! * [`PairClearance`], [`ProvedSpan`] – least distance of each pair over the motion, and what proves it.
 //!
 //! # Method
 //!
@@ -52,17 +53,20 @@ mod approach;
 mod boxes;
 mod distance;
 mod interference;
+mod least;
 mod neighbors;
 mod parts;
 mod report;
 mod shape;
 mod solid_pair;
 mod stock;
+mod swept;
 mod tool_clearance;
 mod triangle;
 
 pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;
+pub use least::{PairClearance, ProvedSpan};
 pub use parts::Fixture;
 pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
 pub use solid_pair::SolidPair;

@@ -22,7 +22,7 @@ use crate::{
     log::FindingLog,
     loose::LooseParts,
     memory::{ALLOWANCE, HISTORY_MEMORY},
-    observer::{BlockRow, LooseMotion, SampleSignals},
+    observer::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
     plunge::{self, PlungeWatch},
     prepare::Prepared,
     process::{self, CuttingState, Sweeps},
@@ -53,6 +53,7 @@ pub(crate) struct Facts {
     pub(crate) tools: Vec<ToolUse>,
     pub(crate) tools_without_holder: Vec<String>,
     pub(crate) clearance: Clearance,
+    pub(crate) proof: ClearanceProof,
     pub(crate) removed: f64,
     /// What is not known since parts came off the stock.
     pub(crate) loose: Vec<String>,
@@ -183,6 +184,11 @@ impl<'a> Engine<'a> {
             ended: false,
             last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
         })
+    }
+
+    /// Proves the least clearance of every pair of bodies as well.
+    pub(crate) fn prove_clearance(&mut self) {
+        self.bodies.keep_proof();
     }
 
     pub(crate) fn stock(&self) -> &TriDexel {
@@ -356,11 +362,13 @@ impl<'a> Engine<'a> {
             .collect();
         let unknown_plunges =
             self.unknown_plunges.iter().map(|(t, p)| wording::unknown_plunge(&library[*t], p, &self.places)).collect();
+        let (clearance, proof) = self.bodies.clearance(&self.stock_bodies);
         let facts = Facts {
             log: self.log.placed(&self.places),
             tools,
             tools_without_holder,
-            clearance: self.bodies.clearance(),
+            clearance,
+            proof,
             removed: self.removed,
             loose: self.loose.left_out(),
             loose_known: self.loose.checked(),

@@ -93,6 +93,7 @@ pub fn run_journaled(
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
     let mut engine = Engine::new(&prepared, stock, patches, journal)?;
+    engine.prove_clearance();
     let told = Instant::now();
     for observer in observers.iter_mut() {
         observer.begin(&setup(&prepared, engine.stock(), engine.patches()), folder)?;
@@ -119,7 +120,8 @@ pub fn run_journaled(
 
     let shape = surveyed.shape;
     drop(surveyed.deviations);
-    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &shape, folder };
+    let outcome =
+        Outcome { verdict: &verdict, stock: &stock, patches: &patches, surface: &shape, proof: &facts.proof, folder };
     tell(observers, &mut stages, |o| o.end(&setup, &outcome))?;
     let wall = prepared.read_time + begin.elapsed().as_secs_f64();
     let memory = |name: &str, s: &TriDexel| (name.to_owned(), s.memory_bytes());

@@ -19,7 +19,9 @@ use proveout_controller::Piece;
 use proveout_geom::TriMesh;
 use proveout_stock::{Depths, Measure, Patch, SolidOverlap, SweepItem, SweepReport, TriDexel};
 
-use crate::{bodies::StockNear, journal::Journal, prepare::Prepared, process::Sweeps, run::timed};
+use crate::{
+    bodies::StockNear, journal::Journal, prepare::Prepared, process::Sweeps, run::timed, verdict::PairClearance,
+};
 
 /// A body that stands in the stock without moving against it.
 #[derive(Clone, Debug)]
@@ -133,6 +135,18 @@ impl StockBodies {
                 return out;
             }
         }
+    }
+
+    /// Least distance of each body that is followed.
+    pub(crate) fn least(&self) -> Vec<PairClearance> {
+        let of = |(body, proved, seen): (&std::sync::Arc<str>, f64, Option<f64>)| PairClearance {
+            bodies: [body.to_string(), "stock".into()],
+            min_mm: seen,
+            error_mm: seen.map(|s| (s - proved).max(0.0)),
+            proved_mm: proved.min(f64::MAX),
+            time_s: None,
+        };
+        self.check.least().map(of).collect()
     }
 
     pub(crate) fn breach(&self, index: usize) -> Option<&StockBreach> {

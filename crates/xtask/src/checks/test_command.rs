@@ -34,6 +34,9 @@ mod tests {
 
     #[test]
     fn settings_and_comments_are_no_commands() {
-        assert_eq!(commands("#!/usr/bin/env bash\n\nset -euo pipefail\nexport CARGO_INCREMENTAL=0\n  cargo xtask ci\n# end\n"), [COMMAND]);
+        assert_eq!(
+            commands("#!/usr/bin/env bash\n\nset -euo pipefail\nexport CARGO_INCREMENTAL=0\n  cargo xtask ci\n# end\n"),
+            [COMMAND]
+        );
     }
 }
