@@ -39,6 +39,8 @@ pub(crate) enum Command {
     View(ViewArgs),
     /// Hold a run folder against its manifest: files that are not as the run wrote them, inputs that have changed since
     Verify(VerifyArgs),
+    /// Sign the manifest of a run folder, so that `verify` tells who vouches for it
+    Sign(SignArgs),
 }
 
 #[derive(Debug, Args)]
@@ -460,7 +462,7 @@ pub(crate) struct ViewArgs {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not; 3 the folder is, but an input has \
+    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not, or the signature does not hold; 3 the folder is, but an input has \
                         changed since, is gone, or cannot be found."
 )]
 pub(crate) struct VerifyArgs {
@@ -469,4 +471,16 @@ pub(crate) struct VerifyArgs {
     /// Folder of the scene, or its scene.toml (default: as run.json says)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<PathBuf>,
+    /// Ed25519 public key (PEM) whose signature the manifest must have
+    #[arg(long, value_name = "FILE")]
+    pub(crate) public_key: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SignArgs {
+    /// Run folder, or the folder of a comparison
+    pub(crate) run: PathBuf,
+    /// Ed25519 private key (PEM), as `openssl genpkey -algorithm ed25519` makes it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
 }

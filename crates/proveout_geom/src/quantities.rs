@@ -18,7 +18,7 @@ pub const MAX_LENGTH_MM: f64 = 1e5;
 const PLAIN: f64 = 1e9;
 
 /// A unit (`_mm`) or a whole key, its least and its largest value, and whether zero is meant beside them ("none", "not stated").
-const RANGES: [(&str, f64, f64, bool); 31] = [
+const RANGES: [(&str, f64, f64, bool); 30] = [
     // Keys with a range of their own; they stand before the units.
     ("resolution_mm", 1e-5, 1e3, false),
     ("cell_mm", 1e-5, 1e3, false),
@@ -27,7 +27,6 @@ const RANGES: [(&str, f64, f64, bool); 31] = [
     ("tool_change_time_s", 0.0, 3600.0, true),
     ("start_time_s", 0.0, 3600.0, true),
     ("simulated_time_s", 1.0, 1e7, false),
-    ("blocks", 1.0, 4_294_967_295.0, false),
     ("max_velocity_mm_min", 0.1, 1e6, false),
     ("max_velocity_deg_s", 1e-3, 1e5, false),
     ("max_acceleration_mm_s2", 0.1, 1e6, false),

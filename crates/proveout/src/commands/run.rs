@@ -107,7 +107,9 @@ fn failed(error: &SimError, folder: &RunFolder) -> Failure {
         SimError::Observer(_) | SimError::Folder(_) if folder.journal().is_file() => {
             failure.with_help("make room, then go on: the same call with --resume")
         }
-        // A journal that does not fit is of use to nobody, and those of runs that end here would end here again.
+        // The program that wrote it may go on with it.
+        SimError::Journal(_) => failure,
+        // A run that ends here would end here again.
         _ => {
             std::fs::remove_file(folder.journal()).ok();
             failure

@@ -76,6 +76,41 @@ fn a_forged_stock_is_found_by_the_next_setup() {
     assert!(told.text.contains("is not as the run left it"), "{}", told.text);
 }
 
+#[test]
+fn a_signature_says_who_vouches_for_a_run() {
+    let shop = Workshop::new();
+    assert_eq!(shop.run().code(), Some(3));
+    // The first key of RFC 8032, and another one.
+    let of_key =
+        |begin: &str, middle: &str| format!("-----BEGIN {begin} KEY-----\n{middle}\n-----END {begin} KEY-----\n");
+    shop.write("key.pem", of_key("PRIVATE", "MC4CAQAwBQYDK2VwBCIEIJ1hsZ3v/VpguoRK9JLsLMREScVpezJpGXA7rAMcrn9g"));
+    shop.write("public.pem", of_key("PUBLIC", "MCowBQYDK2VwAyEA11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo="));
+    shop.write("other.pem", of_key("PUBLIC", "MCowBQYDK2VwAyEAPUAXw+hDiVqStwqnTRt+vJyYLM8uxJaMwM1V8Sr0Zgw="));
+    let told = |arguments: &[&str], code: i32, word: &str| {
+        let told = shop.call(arguments);
+        assert_eq!(told.code(), Some(code), "{arguments:?}: {}", told.text);
+        assert!(told.text.contains(word), "{arguments:?}: {}", told.text);
+    };
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
+    told(&["sign", "result", "--key", "public.pem"], 2, "is no private Ed25519 key in PEM");
+    told(&["sign", "result", "--key", "key.pem"], 0, "signed");
+    told(&["verify", "result"], 0, "files are as the run wrote them");
+    told(&["verify", "result", "--public-key", "public.pem"], 0, "the manifest is signed with this key");
+    told(&["verify", "result", "--public-key", "other.pem"], 1, "not that of this key");
+    told(&["verify", "result", "--public-key", "key.pem"], 2, "is no public Ed25519 key in PEM");
+    // Whoever changes a file and its line in the manifest has no signature for it.
+    let (verdict, manifest) = (shop.read("result/verdict.json"), shop.read("result/manifest.json"));
+    shop.write("result/manifest.json", manifest.replacen("\"bytes\": 1", "\"bytes\": 2", 1));
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "not that of this key");
+    shop.write("result/manifest.json", &manifest);
+    shop.write("result/verdict.json", verdict.replace("\"unchecked\"", "\"pass\""));
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "changed since the run: verdict.json");
+    told(&["sign", "result", "--key", "key.pem"], 2, "is not as the run wrote it");
+    // The next run is another one, and not signed.
+    assert_eq!(shop.run().code(), Some(3));
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
+}
+
 /// All files below a folder but those that may differ.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).expect("there").flatten();
