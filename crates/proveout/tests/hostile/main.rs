@@ -6,6 +6,8 @@ mod chains;
 mod evidence;
 mod kept;
 mod kills;
+#[cfg(target_os = "linux")]
+mod long;
 mod meshes;
 mod mutation;
 mod workshop;
