@@ -79,14 +79,27 @@ pub fn nearest_leaves<A: BoxTree, B: BoxTree, W>(
 
 /// The same, where a distance needs to be exact only up to the first of two limits; the second is that of [`nearest_leaves`].
 pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
+    pair: (&A, &B),
+    b_from_a: &Pose,
+    limits: [f64; 2],
+    start: Option<(f64, W)>,
+    distance: impl FnMut(u32, u32, f64) -> (f64, W),
+) -> NearestLeaves<W> {
+    near_leaves_grown(pair, b_from_a, ([Vector::zeros(); 2], u64::MAX), limits, start, distance)
+}
+
+/// The same where `distance` knows of something that is added to every item of `a`; `grown` is half its box, along the axes of a and of b, mm.
+/// After `most` pairs of boxes it ends with what is proved by then: a smaller distance than the limit may be told as [`NearestLeaves::Beyond`].
+pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     (a, b): (&A, &B),
     b_from_a: &Pose,
+    (grown, most): ([Vector; 2], u64),
     [exact, limit]: [f64; 2],
     start: Option<(f64, W)>,
     mut distance: impl FnMut(u32, u32, f64) -> (f64, W),
 ) -> NearestLeaves<W> {
     let (Some(root_a), Some(root_b)) = (a.root(), b.root()) else { return NearestLeaves::Beyond(f64::INFINITY) };
-    let frames = Frames { b_from_a: *b_from_a, size: b_from_a.rotation.abs() };
+    let frames = Frames { b_from_a: *b_from_a, size: b_from_a.rotation.abs(), grown };
     // What is left out is at least as far as the best was then, and the best only falls.
     let mut left_out = f64::INFINITY;
     let mut bound = limit;
@@ -103,7 +116,13 @@ pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
     let mut open_below = if best.is_some() { enough(bound) } else { bound };
     let apart = |x: A::Node, y: B::Node| frames.apart(&frames.moved(a.bounds(x)), &b.bounds(y));
     let mut open = vec![(apart(root_a, root_b), root_a, root_b)];
+    let mut left = most;
     while let Some((least, x, y)) = open.pop() {
+        if left == 0 {
+            let open = open.iter().map(|o| o.0).fold(least, f64::min);
+            return NearestLeaves::Beyond(left_out.min(bound).min(open));
+        }
+        left -= 1;
         if bound <= 0.0 {
             // Nothing that is left is looked at any more.
             left_out = left_out.min(0.0);
@@ -228,11 +247,14 @@ struct Turned {
 struct Frames {
     b_from_a: Pose,
     size: Matrix3<f64>,
+    /// Half the box of what is added to a, along the axes of a and of b.
+    grown: [Vector; 2],
 }
 
 impl Frames {
     fn moved(&self, (middle, half): (Point, Vector)) -> Turned {
-        Turned { middle: self.b_from_a.point(&middle), half, half_in_b: self.size * half }
+        let [in_a, in_b] = self.grown;
+        Turned { middle: self.b_from_a.point(&middle), half: half + in_a, half_in_b: self.size * half + in_b }
     }
 
     /// Lower bound of the distance of two boxes.

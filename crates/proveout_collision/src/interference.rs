@@ -8,6 +8,7 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_tool::Tool;
 
 use crate::advance::{Pair, State, Step, dot, lower};
+use crate::least::{KeptPiece, Proof};
 use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, rests};
 use crate::parts::{
     Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, tool_parts,
@@ -52,6 +53,8 @@ pub struct Interference {
     pub(crate) nearest: Option<Nearest>,
     pub(crate) lower_bound: f64,
     pub(crate) effort: Effort,
+    /// The motion, where the least clearances are asked for.
+    pub(crate) proof: Option<Proof>,
 }
 
 impl Interference {
@@ -92,6 +95,7 @@ impl Interference {
             nearest: None,
             lower_bound: f64::INFINITY,
             effort: Effort::default(),
+            proof: None,
         };
         all.pair_fixed_parts();
         Ok(all)
@@ -120,6 +124,7 @@ impl Interference {
 
     /// Changes the tool in the spindle; none empties it. Open breaches of the old tool end.
     pub fn set_tool(&mut self, tool: Option<&Tool>) {
+        self.prove_kept();
         let fixed = self.fixed_parts;
         self.lower_bound = self.clearance().lower_bound;
         for p in self.pairs.iter().filter(|p| p.a >= fixed || p.b >= fixed) {
@@ -267,6 +272,7 @@ impl Interference {
         }
         self.last = Some(*to);
         self.last_time = time[1];
+        self.keep_piece(KeptPiece { joints: [*from, *to], time, off: *off, slack });
         before..self.breaches.len()
     }
 

@@ -12,7 +12,8 @@
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
 //! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of `orientation`).
 //! * [`SolidPair`] – distance of two meshes in pose after pose.
-//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved.
+//! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
+//! * [`PairClearance`], [`ProvedSpan`] – least distance of each pair over the motion, and what proves it.
 //!
 //! # Method
 //!
@@ -53,6 +54,7 @@ mod approach;
 mod boxes;
 mod distance;
 mod interference;
+mod least;
 mod neighbors;
 mod orientation;
 mod parts;
@@ -60,11 +62,13 @@ mod report;
 mod shape;
 mod solid_pair;
 mod stock;
+mod swept;
 mod tool_clearance;
 mod triangle;
 
 pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;
+pub use least::{PairClearance, ProvedSpan};
 pub use orientation::{
     AxisState, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings, OrientationSpace,
     OrientationWalk, Refusal, SurfaceContact,

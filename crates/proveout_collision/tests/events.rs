@@ -171,6 +171,41 @@ fn corner(random: &mut Random, depth: f64) -> Event {
     Event { what: "corner".into(), body, from: ends[0], to: ends[1], first, distance }
 }
 
+/// Least clearance, proved and measured; the spans of every pair are without a gap and true.
+fn least_of_all(check: &mut Interference, event: &Event) -> [f64; 2] {
+    let least = check.least_clearances().to_vec();
+    for pair in &least {
+        let spans: Vec<_> = check.proved_spans().iter().filter(|s| s.pair == pair.pair).collect();
+        // Parts of one piece have its time in common, and go on where the one before them ends.
+        let proved = spans.iter().map(|s| s.least()).fold(f64::INFINITY, f64::min);
+        assert_eq!((spans[0].time[0], spans[spans.len() - 1].time[1]), (0.0, 1.0));
+        assert_eq!(proved, pair.proved);
+        assert!(spans.windows(2).all(|w| w[0].time[1] == w[1].time[0] || w[0].time == w[1].time));
+        for w in spans.windows(2) {
+            let touches = (0..w[0].low.0.len()).all(|j| w[0].low[j].max(w[1].low[j]) <= w[0].high[j].min(w[1].high[j]));
+            assert!(touches, "a gap: {w:?}");
+        }
+    }
+    // The event tells of the nearest of the parts of the tool.
+    for k in 0..=200 {
+        let t = f64::from(k) / 200.0;
+        let q = event.from.interpolated(event.to, t);
+        let holds = |s: &&proveout_collision::ProvedSpan| {
+            (0..q.0.len()).all(|j| s.low[j] - 1e-12 <= q[j] && q[j] <= s.high[j] + 1e-12)
+        };
+        for pair in &least {
+            assert!(check.proved_spans().iter().filter(holds).any(|s| s.pair == pair.pair), "{}: at {t}", event.what);
+        }
+        let at = check.proved_spans().iter().filter(holds).map(proveout_collision::ProvedSpan::least);
+        // Up to the nearest place.
+        if (event.distance)(t) > (event.distance)(1.0) {
+            assert!(at.fold(f64::INFINITY, f64::min) <= (event.distance)(t) + 1e-6, "{}: at {t}", event.what);
+        }
+    }
+    let proved = least.iter().map(|p| p.proved).fold(f64::INFINITY, f64::min);
+    [proved, least.iter().filter_map(|p| p.measured).fold(f64::INFINITY, f64::min)]
+}
+
 /// A small block wholly inside of the holder, or beside it; it stands still or is passed along the axis.
 fn inside(random: &mut Random, depth: f64) -> Event {
     let turn = random.next(0.0, TAU);
@@ -202,7 +237,8 @@ fn injected_events_are_found_and_misses_are_not_named() {
         let size = 10_f64.powf(random.next(-3.0, -1.0));
         let meets = (k / families.len()).is_multiple_of(2);
         let event = families[k % families.len()](&mut random, if meets { size } else { -size });
-        let mut check = Interference::new(&machine, std::slice::from_ref(&event.body), 0.0).expect("solids");
+        let mut check =
+            Interference::new(&machine, std::slice::from_ref(&event.body), 0.0).expect("solids").with_proof();
         check.set_tool(Some(&tool));
         let pieces = 1 + random.pick(6);
         let mut borders: Vec<f64> = (1..pieces).map(|_| random.next(0.0, 1.0)).chain([0.0, 1.0]).collect();
@@ -227,6 +263,9 @@ fn injected_events_are_found_and_misses_are_not_named() {
                 assert!(check.breaches().is_empty(), "invented: {}", about());
                 let proved = check.clearance().lower_bound;
                 assert!(proved > 0.0 && proved <= size + 1e-9, "proved {proved}: {}", about());
+                let least = least_of_all(&mut check, &event);
+                assert!((-1e-6..=1.001e-3).contains(&(least[1] - least[0])), "{least:?}: {}", about());
+                assert!(least[0] <= size + 1e-9 && least[1] >= size - 1e-6, "{least:?}: {}", about());
             }
         }
     }

@@ -20,7 +20,7 @@ use proveout_machine::{JointValues, Machine};
 use proveout_record::{RerunMode, observers};
 use proveout_sim::{
     SurfaceShape,
-    observer::{Batch, Outcome, SampleSignals, Setup},
+    observer::{Batch, ClearanceProof, Outcome, SampleSignals, Setup},
     scene::Scene,
 };
 use proveout_stock::TriDexel;
@@ -142,7 +142,14 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
     };
     let verdict = support::verdict(1.0, 0.0, "a picture of a machine is no prove-out");
     let surface = SurfaceShape::default();
-    let outcome = Outcome { verdict: &verdict, stock: &stock, patches: &[], surface: &surface, folder };
+    let outcome = Outcome {
+        verdict: &verdict,
+        stock: &stock,
+        patches: &[],
+        surface: &surface,
+        proof: &ClearanceProof::default(),
+        folder,
+    };
     for observer in observers(&RerunMode::File)?.iter_mut().filter(|o| o.name() == "rerun") {
         observer.begin(&setup, folder)?;
         observer.batch(&setup, &batch)?;

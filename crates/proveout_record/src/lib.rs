@@ -17,6 +17,7 @@
 //! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch; nodes of the roughness maps with their heights |
 //! | [`StockObserver`] | `stock.dexel`, `stock-patch-NAME.dexel` | the stock that is left and its patches, bit for bit, as raw stock of the next setup; W, mm |
 //! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
+//! | [`ClearanceObserver`] | `clearance.parquet` | spans of time that prove the least clearance of every pair of bodies |
 //! | [`MapFilesObserver`] | `maps/NAME.png`, `.sdf`, `.x3p` | roughness maps that are cut at all nodes: picture with color bar, and files of ISO 25178-71 and -72 |
 //! | | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
 //! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
@@ -47,6 +48,7 @@
 
 mod canvas;
 mod classes;
+mod clearance;
 mod color;
 pub mod compare;
 mod contact;
@@ -59,6 +61,7 @@ mod glb;
 mod height_picture;
 mod json;
 mod map_files;
+mod mesh_file;
 mod mode;
 mod page_safety;
 mod part;
@@ -75,11 +78,13 @@ mod tables;
 mod texture;
 mod units;
 
+pub use clearance::ClearanceObserver;
 pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
 pub use height_picture::{height_map_png, write_height_map_png};
 pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
 pub use map_files::MapFilesObserver;
+pub use mesh_file::write_mesh;
 pub use mode::{RECORDING_FILE, RerunMode};
 pub use part::{GltfObserver, write_part_files};
 pub use program::ProgramObserver;

@@ -3,8 +3,8 @@
 use proveout_sim::Observer;
 
 use crate::{
-    GltfObserver, JsonObserver, MapFilesObserver, ProgramObserver, RecordError, ReportObserver, RerunMode,
-    StockObserver, TableObserver,
+    ClearanceObserver, GltfObserver, JsonObserver, MapFilesObserver, ProgramObserver, RecordError, ReportObserver,
+    RerunMode, StockObserver, TableObserver,
 };
 
 /// The observers that write a whole run folder (but `run.json`, which is known only after them).
@@ -16,6 +16,7 @@ pub fn observers(rerun: &RerunMode) -> Result<Vec<Box<dyn Observer>>, RecordErro
         Box::new(JsonObserver),
         Box::new(ProgramObserver),
         Box::<TableObserver>::default(),
+        Box::new(ClearanceObserver),
         Box::<MapFilesObserver>::default(),
         Box::new(StockObserver),
         Box::<GltfObserver>::default(),

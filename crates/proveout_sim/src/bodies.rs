@@ -6,7 +6,13 @@ use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
 use proveout_stock::TriDexel;
 
-use crate::{prepare::Prepared, process::CuttingState, stock_bodies::StockBodies, verdict::Clearance};
+use crate::{
+    observer::ClearanceProof,
+    prepare::Prepared,
+    process::CuttingState,
+    stock_bodies::StockBodies,
+    verdict::{Clearance, PairClearance, UncheckedPair},
+};
 
 /// How a hit is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +86,11 @@ impl<'a> BodyCheck<'a> {
         Ok((Self { prepared, world, errors, tool: None }, against_stock))
     }
 
+    /// Keeps the motion from now on, so that the least clearance of every pair is told at the end.
+    pub(crate) fn keep_proof(&mut self) {
+        self.world.keep_proof();
+    }
+
     /// Checks pieces in order; `states` tells the tool of each.
     pub(crate) fn check(&mut self, pieces: &[Piece], states: &[CuttingState]) -> Vec<Checked> {
         pieces.iter().zip(states).map(|(piece, state)| self.check_one(piece, state)).collect()
@@ -104,16 +115,60 @@ impl<'a> BodyCheck<'a> {
         self.world.breaches().get(breach).map(|b| (b.penetration_estimate, b.least_distance))
     }
 
-    /// Smallest proved clearance with the pair that came nearest.
-    pub(crate) fn clearance(&self) -> Clearance {
-        let all = self.world.clearance();
-        let nearest = all.measured.as_ref();
-        Clearance {
-            min_mm: all.lower_bound.is_finite().then_some(all.lower_bound),
-            pair: nearest.map(|n| n.bodies.clone().map(|b| b.to_string())),
-            time_s: nearest.map(|n| n.time),
+    /// Least clearance of every pair over the run, with that of the bodies against the stock, and the proof.
+    pub(crate) fn clearance(&mut self, stock: &StockBodies) -> (Clearance, ClearanceProof) {
+        let bound = self.world.clearance();
+        let all = self.world.least_clearances().to_vec();
+        let infos = self.world.pairs();
+        let names = |pair: usize| infos[pair].bodies.clone().map(|b| b.to_string());
+        let pair = |l: &proveout_collision::PairClearance| PairClearance {
+            bodies: names(l.pair),
+            min_mm: l.measured,
+            error_mm: l.measured.map(|m| (m - l.proved).max(0.0)),
+            proved_mm: l.proved,
+            time_s: l.time,
+        };
+        let near = self.prepared.scene.file.tolerances.near_miss_mm;
+        let against = stock.least();
+        // Neighbors are near each other all the time: they count where they come nearer than wanted.
+        let counted = all.iter().filter(|l| !l.neighbors || l.measured.is_some_and(|m| m < near)).map(pair);
+        let counted = counted.chain(against.iter().filter(|p| p.min_mm.is_some()).cloned());
+        let least = counted.min_by(|a, b| a.min_mm.unwrap_or(f64::MAX).total_cmp(&b.min_mm.unwrap_or(f64::MAX)));
+        // No pair of bodies is nearer than what is proved of it. Against the stock more is not asked than whether the clearance is kept.
+        let proved = all.iter().filter(|l| !l.neighbors).map(|l| l.proved).fold(f64::INFINITY, f64::min);
+        let proved = least.as_ref().map_or(proved, |l| proved.min(l.proved_mm));
+        let pairs: Vec<PairClearance> = all.iter().map(pair).chain(against).collect();
+        let min_mm =
+            least.as_ref().and_then(|l| l.min_mm).or(bound.lower_bound.is_finite().then_some(bound.lower_bound));
+        let time_s = match (&least, &bound.measured) {
+            (Some(l), Some(n)) if l.time_s.is_none() && n.bodies.clone().map(|b| b.to_string()) == l.bodies => {
+                Some(n.time)
+            }
+            (Some(l), _) => l.time_s,
+            (None, n) => n.as_ref().map(|n| n.time),
+        };
+        let clearance = Clearance {
+            min_mm,
+            error_mm: min_mm.map(|m| (m - proved).max(0.0)).filter(|e| e.is_finite()),
+            pair: least.map(|l| l.bodies).or(bound.measured.map(|n| n.bodies.map(|b| b.to_string()))),
+            time_s,
             checks: self.world.pieces(),
-        }
+            pairs,
+            unchecked: self.unchecked(),
+        };
+        let bodies = infos.iter().map(|i| i.bodies.clone()).collect();
+        (clearance, ClearanceProof { bodies, spans: self.world.proved_spans().to_vec() })
+    }
+
+    /// Pairs that nobody checks, with the reason; parts that move as one are no pair.
+    fn unchecked(&self) -> Vec<UncheckedPair> {
+        let pairs =
+            self.world.pairs().iter().filter_map(|p| Some((p, p.unchecked.filter(|u| *u != Unchecked::Rigid)?)));
+        let words = |(p, why): (&proveout_collision::PairInfo, Unchecked)| UncheckedPair {
+            bodies: p.bodies.clone().map(|b| b.to_string()),
+            reason: why.reason().into(),
+        };
+        pairs.map(words).collect()
     }
 
     /// What stands on the table and reaches behind its face: no motion tells of it, since it moves as one with the table.

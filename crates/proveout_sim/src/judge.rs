@@ -1,5 +1,6 @@
 //! From the cut part and the facts of the loop to the verdict.
 
+use proveout_collision::Unchecked;
 use std::collections::BTreeMap;
 
 use proveout_controller::{Dynamics, Summary};
@@ -293,6 +294,11 @@ fn judge_gates(
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
         collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
+    }
+    let bear = facts.clearance.unchecked.iter().filter(|u| u.reason == Unchecked::Neighbors.reason());
+    let bear: Vec<String> = bear.map(|u| u.bodies.join(" against ")).collect();
+    if !bear.is_empty() {
+        collision.left_out.push(format!("neighbors that bear on each other all over: {}", bear.join(", ")));
     }
     if !facts.across_platforms.is_empty() {
         let pairs = facts.across_platforms.join(", ");

@@ -2,6 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
+use proveout_collision::ProvedSpan;
 use proveout_controller::{Dynamics, Event, MoveKind, Piece, Sample, servo::Plant};
 use proveout_geom::{Point, Pose, TriMesh, Vector};
 use proveout_machine::Machine;
@@ -69,6 +70,15 @@ pub struct SampleSignals {
     pub clearance: Option<f64>,
     /// Index of the tool in the library.
     pub tool: Option<u32>,
+}
+
+/// What proves the least clearance of every pair of bodies: spans of time with a distance that is proved.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClearanceProof {
+    /// Names of the two bodies of each pair.
+    pub bodies: Vec<[Arc<str>; 2]>,
+    /// By pair (an index of `bodies`), in order of time.
+    pub spans: Vec<ProvedSpan>,
 }
 
 /// One executed block, complete.
@@ -183,6 +193,8 @@ pub struct Outcome<'a> {
     pub patches: &'a [Patch],
     /// What the surface of the cut part was made of, whose points and meshes were shown before.
     pub surface: &'a SurfaceShape,
+    /// Proof of the least clearances.
+    pub proof: &'a ClearanceProof,
     /// Folder for the files of the run; it exists.
     pub folder: &'a Path,
 }

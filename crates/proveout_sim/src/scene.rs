@@ -12,7 +12,9 @@ use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
 use crate::names;
-pub use crate::scene_blade::{BladeFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile};
+pub use crate::scene_blade::{
+    BladeFile, BladeKindFile, EndFile, EndPlatformFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile,
+};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
@@ -201,8 +203,10 @@ pub struct PartFile {
     pub chord_error_mm: f64,
     /// Lateral face of a circular cone frustum.
     pub cone_frustum: Option<ConeFrustumFile>,
-    /// Blade on a platform.
+    /// Blade on a platform, or a face with a closed form.
     pub blade: Option<BladeFile>,
+    /// File of the sections of a blade of kind `sections`, CSV; see docs/blades.md.
+    pub sections: Option<PathBuf>,
     /// Only surface points in this box are judged, workpiece frame; everywhere when left out.
     pub judged: Option<BoxFile>,
 }
@@ -452,6 +456,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let at = file.resolution_mm.span().start;
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
     }
+    if file.limits.blocks == Some(0) {
+        let at = text.find("blocks").unwrap_or(0);
+        let message = format!("`limits.blocks` = 0 is out of range: 1 to {}", u32::MAX);
+        return fault(at, message, "leave it out for ten million");
+    }
     // These become names of files and folders.
     let patches = file.stock.get_ref().patch.iter().map(|p| &p.get_ref().name);
     let programs = file.program.iter().map(|p| &p.name);
@@ -516,6 +525,17 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
         {
             return fault("the judged box holds nothing", "min_mm must be below max_mm");
+        }
+        match &part.blade {
+            Some(blade) => {
+                if let Some((message, help)) = blade.fault(part.sections.is_some()) {
+                    return fault(&message, &help);
+                }
+            }
+            None if part.sections.is_some() => {
+                return fault("`sections` belongs to a blade", "give [part.blade] with kind = \"sections\"");
+            }
+            None => {}
         }
         if part.blade.is_some_and(|b| !(1e-5..=1.0).contains(&b.chord_error_mm)) {
             return fault("chord_error_mm of the blade is out of range", "give 0.00001 to 1 mm");

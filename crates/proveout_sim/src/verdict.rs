@@ -236,6 +236,9 @@ pub struct Deviation {
     /// Missing walls are looked for on rays through the mesh; null where there is none.
     #[serde(default)]
     pub mesh_error_mm: Option<f64>,
+    /// Chord error that the scene asks of that mesh where the design has a closed form, mm; null elsewhere.
+    #[serde(default)]
+    pub mesh_asked_mm: Option<f64>,
     /// Deviations below this may come from the error of the design (`design_error_mm`) or the sweep bound, mm.
     pub tolerance_floor_mm: Option<f64>,
     /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is missing on a ray where that
@@ -436,14 +439,50 @@ pub struct BlockShare {
 /// Interference figures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Clearance {
-    /// Smallest proved clearance of all checked pairs, mm; null when nothing was checked.
+    /// Least clearance of all checked pairs over the run, mm: measured at `time_s`, and the true one is nowhere less than this less
+    /// `error_mm`. Bodies against the stock count where material was seen nearer; how far else they keep away is only bounded
+    /// (`pairs`). Null when nothing was checked.
     pub min_mm: Option<f64>,
+    /// By how much the true least clearance may be less, mm: what the search left, the piece tolerance, what joints may be off.
+    #[serde(default)]
+    pub error_mm: Option<f64>,
     /// The two bodies.
     pub pair: Option<[String; 2]>,
     /// When, s.
     pub time_s: Option<f64>,
     /// Number of checks of a motion piece against the world.
     pub checks: u64,
+    /// Every checked pair.
+    #[serde(default)]
+    pub pairs: Vec<PairClearance>,
+    /// Pairs that are not checked, each with the reason; those that move as one are not listed.
+    #[serde(default)]
+    pub unchecked: Vec<UncheckedPair>,
+}
+
+/// Least clearance of one pair over the run. It is searched to a micrometer below 20 mm and where it is the smallest of all, and
+/// elsewhere to 5 percent; `error_mm` says what was reached.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PairClearance {
+    /// The two bodies; `stock` for the in-process stock.
+    pub bodies: [String; 2],
+    /// Measured, mm; against the stock that of the nearest material on a ray. Null where nobody asked how far, beyond what is proved.
+    pub min_mm: Option<f64>,
+    /// By how much the true one may be less, mm.
+    pub error_mm: Option<f64>,
+    /// It is nowhere less than this, mm; `clearance.parquet` holds the proof for all but the stock.
+    pub proved_mm: f64,
+    /// When, s.
+    pub time_s: Option<f64>,
+}
+
+/// A pair that is not checked.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct UncheckedPair {
+    /// The two bodies.
+    pub bodies: [String; 2],
+    /// Why.
+    pub reason: String,
 }
 
 /// Use of one tool.

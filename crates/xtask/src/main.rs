@@ -16,6 +16,8 @@ mod machine_models;
 #[cfg(feature = "schemas")]
 mod schemas;
 mod tools;
+#[cfg(any(test, feature = "certificates"))]
+mod verify_clearance;
 mod workspace;
 
 use std::{
@@ -44,6 +46,8 @@ cargo xtask COMMAND
   jobs DIR         write scenes that stand for what a user waits for, to be timed with `proveout run`
   schemas          write docs/schemas
   experiments DIR  write docs/experiments.md from the compare.json of these folders, made by `proveout compare`
+  verify-clearance RUN SCENE
+                   check what a run folder says of the clearance of each pair of bodies, with distances of its own
   figures          make the runs of docs/figures.toml and fill the figures of the pages; --run NAME: that run (also a long one),
                    --kept: results in target/figures as they are
 
@@ -87,6 +91,7 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             println!("{}", figures::run(&root, &figures::Wanted::read(options)?)?);
             Ok(())
         }
+        ["verify-clearance", folder, scene] => verify_clearance(&root, folder, scene),
         ["machine-models"] => machine_models::run(&root, false),
         ["machine-models", "--check"] => machine_models::run(&root, true),
         ["cone-frustum"] => cone_frustum::run(&root, false),
@@ -110,21 +115,32 @@ fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
     experiments::run(root, folders)
 }
 
+#[cfg(feature = "certificates")]
+fn verify_clearance(_: &Path, folder: &str, scene: &str) -> Result<(), Failure> {
+    println!("{}", verify_clearance::run(Path::new(folder), Path::new(scene))?);
+    Ok(())
+}
+
+#[cfg(not(feature = "certificates"))]
+fn verify_clearance(root: &Path, folder: &str, scene: &str) -> Result<(), Failure> {
+    with_product(root, "certificates", "verify-clearance", &[folder, scene])
+}
+
 #[cfg(not(feature = "schemas"))]
 fn schemas(root: &Path, options: &[&str]) -> Result<(), Failure> {
-    with_product(root, "schemas", options)
+    with_product(root, "schemas", "schemas", options)
 }
 
 #[cfg(not(feature = "schemas"))]
 fn experiments(root: &Path, folders: &[&str]) -> Result<(), Failure> {
-    with_product(root, "experiments", folders)
+    with_product(root, "schemas", "experiments", folders)
 }
 
 /// Starts the build that has the types of the product.
-#[cfg(not(feature = "schemas"))]
-fn with_product(root: &Path, command: &str, words: &[&str]) -> Result<(), Failure> {
+#[cfg(not(all(feature = "schemas", feature = "certificates")))]
+fn with_product(root: &Path, feature: &str, command: &str, words: &[&str]) -> Result<(), Failure> {
     let status = std::process::Command::new(workspace::cargo())
-        .args(["run", "--quiet", "--locked", "--package", "xtask", "--features", "schemas", "--", command])
+        .args(["run", "--quiet", "--locked", "--package", "xtask", "--features", feature, "--", command])
         .args(words)
         .current_dir(root)
         .status()

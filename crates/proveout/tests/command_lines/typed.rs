@@ -15,6 +15,8 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("nc", "", "PROGRAM", "part/main.mpf"),
     ("nc --dialect", "", "PROGRAM", "part/fanuc.nc"),
     ("nc", "--post", "DIALECT", "fanuc"),
+    ("blade", "", "SCENE", "scenes/li-2022-s-theta"),
+    ("blade", "--output", "FILE", "blade.stl"),
     ("plan", "", "SCENE", "scenes/li-2022-s-theta"),
     ("plan", "--output", "FILE", "helix.apt"),
     ("reschedule", "", "SCENE", "scenes/li-2022-s-theta"),
@@ -31,6 +33,9 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("diff", "", "RUN_A", "out/part-main"),
     ("diff", "", "RUN_B", "out/part-other"),
     ("verify", "", "RUN", "out/part-main"),
+    ("verify", "--public-key", "FILE", "public.pem"),
+    ("sign", "", "RUN", "out/part-main"),
+    ("sign", "--key", "FILE", "key.pem"),
     ("view", "", "RUN", "out/part-main"),
 ];
 

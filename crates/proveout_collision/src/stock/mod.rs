@@ -205,6 +205,15 @@ impl StockCheck {
         self.bodies.iter().map(|b| &b.part.name)
     }
 
+    /// Least distance of every body that is followed, over all motion so far: proved, and of material on a ray where any was seen, mm. The true one is
+    /// at least the first; and at most the second, of what stood there at the begin of the motion.
+    pub fn least(&self) -> impl Iterator<Item = (&Arc<str>, f64, Option<f64>)> {
+        self.bodies.iter().map(|b| {
+            let [proved, seen] = b.least(&self.path);
+            (&b.part.name, proved, seen.is_finite().then_some(seen))
+        })
+    }
+
     /// Bodies that move as one with the stock.
     pub fn fixed_to_stock(&self) -> &[Arc<str>] {
         &self.fixed_to_stock

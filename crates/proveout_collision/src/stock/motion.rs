@@ -46,6 +46,10 @@ struct Known {
     fresh: bool,
     near: Option<usize>,
     contact: Option<usize>,
+    /// Least distance that was proved so far, mm, but for what is kept now.
+    proved: f64,
+    /// Least distance of material on a ray that was seen, mm.
+    seen: f64,
 }
 
 /// A body that is followed.
@@ -70,6 +74,8 @@ impl Follow {
             fresh: true,
             near: None,
             contact: None,
+            proved: f64::INFINITY,
+            seen: f64::INFINITY,
         };
         Some(Self { part, flush: false, known })
     }
@@ -79,6 +85,12 @@ impl Follow {
             Shape::Mesh(mesh) => Some(mesh),
             Shape::Convex(_) => None,
         }
+    }
+
+    /// Least distance so far: proved, and seen of material on a ray, mm.
+    pub(super) fn least(&self, path: &[f64; MAX_JOINTS]) -> [f64; 2] {
+        let now = if self.known.fresh { f64::INFINITY } else { self.lower(path) };
+        [self.known.proved.min(now).max(0.0), self.known.seen]
     }
 
     /// Distance that is proved for now, mm.
@@ -94,6 +106,8 @@ pub(super) struct StockGap {
     /// What is proved, mm.
     lower: f64,
     near: NearRay,
+    /// Of material on a ray; otherwise of the box of the raw stock.
+    on_ray: bool,
 }
 
 /// A motion under examination.
@@ -210,7 +224,7 @@ impl StockCheck {
                     return false;
                 }
                 let near = NearRay { distance: 0.0, on_body: point, on_ray: point };
-                self.open(i, Severity::Collision, step, 0.0, StockGap { lower: 0.0, near }, true);
+                self.open(i, Severity::Collision, step, 0.0, StockGap { lower: 0.0, near, on_ray: true }, true);
             }
             self.bodies[i].known.fresh = false;
         }
@@ -227,6 +241,11 @@ impl StockCheck {
                 return true;
             };
             self.bodies[i].known.reach = FIRST_REACH_MM;
+            // The box of the raw stock is no material that stands there.
+            if step.exact && found.on_ray {
+                let known = &mut self.bodies[i].known;
+                known.seen = known.seen.min(found.near.distance);
+            }
             if found.lower > floor + TOLERANCE_MM {
                 self.keep(i, found.lower, step, t);
                 self.leave_near(i, found.lower, step, t);
@@ -293,8 +312,19 @@ impl StockCheck {
         for (s, m) in at.iter_mut().zip(step.way) {
             *s += m * t;
         }
+        self.end_of_kept(i, &at, self.slack(i, step));
         let known = &mut self.bodies[i].known;
         (known.kept, known.at) = (distance, at);
+    }
+
+    /// What was kept held up to here, and was least at its end.
+    fn end_of_kept(&mut self, i: usize, at: &[f64; MAX_JOINTS], slack: f64) {
+        let body = &mut self.bodies[i];
+        let end = body.lower(at) - slack;
+        // Nothing was kept before the first look, and after a jump.
+        if body.known.kept > f64::NEG_INFINITY {
+            body.known.proved = body.known.proved.min(end.max(0.0));
+        }
     }
 
     fn open(&mut self, i: usize, severity: Severity, step: &Step<'_>, t: f64, found: StockGap, inside: bool) {
@@ -321,9 +351,11 @@ impl StockCheck {
         if let Some(b) = known.near.and_then(|k| self.breaches.get_mut(k)) {
             b.least_distance = b.least_distance.min(breach.distance);
         }
+        known.proved = known.proved.min(breach.distance);
         if near {
             (known.near, known.state) = (Some(index), State::Near);
         } else {
+            (known.proved, known.seen) = (0.0, 0.0);
             (known.contact, known.state) = (Some(index), State::Contact);
         }
         self.breaches.push(breach);
@@ -365,6 +397,9 @@ impl StockCheck {
         let way = last.zip_map(*from, |a, b| (b - a).abs());
         let used = dot(&self.largest_weights, &way.0);
         if used > JOIN_MM {
+            for i in 0..self.bodies.len() {
+                self.end_of_kept(i, &self.path.clone(), 0.0);
+            }
             for body in &mut self.bodies {
                 (body.known.kept, body.known.fresh) = (f64::NEG_INFINITY, true);
             }
@@ -415,11 +450,11 @@ impl StockCheck {
         if from_box > self.clearance + BOX_ENOUGH_MM {
             let middle = pose.point(&body.part.shape.ball().0);
             let near = NearRay { distance: from_box, on_body: middle, on_ray: middle };
-            return (from_box < limit).then_some(StockGap { lower: from_box, near });
+            return (from_box < limit).then_some(StockGap { lower: from_box, near, on_ray: false });
         }
         let near = nearest(&body.mesh()?.boxes, &pose, &self.rays(i, stock), limit + self.unseen)?;
         let lower = (near.distance - self.unseen).max(from_box).max(0.0);
-        (lower < limit).then_some(StockGap { lower, near })
+        (lower < limit).then_some(StockGap { lower, near, on_ray: true })
     }
 
     /// Distance of a body from the box of the raw stock as a solid, where it is below `limit`.

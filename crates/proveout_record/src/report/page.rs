@@ -175,7 +175,8 @@ fn figures(v: &Verdict) -> Vec<Entry> {
         out.push(entry("Most material left", length_or_dash(d.excess_max_mm), ""));
     }
     let pair = v.clearance.pair.as_ref().map_or_else(String::new, |[a, b]| format!("{a} to {b}"));
-    out.push(entry("Least clearance proved", length_or_dash(v.clearance.min_mm), pair));
+    let error = v.clearance.error_mm.map_or_else(String::new, |e| format!(", less by no more than {}", length(e)));
+    out.push(entry("Least clearance", length_or_dash(v.clearance.min_mm), pair + &error));
     if let Some(ratio) = v.path.min_feed_ratio {
         out.push(entry("Lowest feed", format!("{} %", fixed(100.0 * ratio, 0)), "of the programmed feed"));
     }

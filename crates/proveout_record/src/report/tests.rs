@@ -88,6 +88,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
             pair: Some([message.into(), "table".into()]),
             time_s: Some(3.0),
             checks: 9,
+            ..verdict::Clearance::default()
         },
         tools: vec![ToolUse { number: 4, name: message.into(), ..Default::default() }],
         inspection: vec![Inspected {

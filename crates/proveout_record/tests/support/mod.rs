@@ -9,7 +9,7 @@ use proveout_machine::{JointValues, Machine};
 use proveout_sim::{
     MapPoint, Observer, SurfaceMap,
     finding::{self, Code, Finding},
-    observer::{Batch, BlockRow, Outcome, SampleSignals, Setup},
+    observer::{Batch, BlockRow, ClearanceProof, Outcome, SampleSignals, Setup},
     scene::Scene,
     verdict::{
         Axis, Clearance, Deviation, Gate, Inspected, MachineUsed, Path as PathFigures, Removal, State, Surface, Time,
@@ -177,7 +177,14 @@ pub(crate) fn run(observers: &mut [Box<dyn Observer>], folder: &Path, cell: f64,
     shown.verdict.findings.push(finding_of(&finding::NOTE, &state, "COOLON has no effect in the twin"));
     shown.surface = measure(&stock);
     let shape = shown.surface.shape();
-    let outcome = Outcome { verdict: &shown.verdict, stock: &stock, patches: &[], surface: &shape, folder };
+    let outcome = Outcome {
+        verdict: &shown.verdict,
+        stock: &stock,
+        patches: &[],
+        surface: &shape,
+        proof: &ClearanceProof::default(),
+        folder,
+    };
     for o in observers.iter_mut() {
         shown.surface.point_bands().for_each(|band| o.surface_points(&setup, &band).expect("points"));
         shown.surface.mesh_parts().for_each(|part| o.surface_mesh(&setup, &shape, &part).expect("mesh"));
@@ -449,6 +456,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             against: Some("mesh".into()),
             design_error_mm: Some(0.001),
             mesh_error_mm: Some(0.001),
+            mesh_asked_mm: Some(0.002),
             tolerance_floor_mm: Some(0.0012),
             gouge_max_mm: Some(0.0312),
             excess_max_mm: Some(0.18),
@@ -464,6 +472,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             pair: Some(["holder".into(), "clamping pot".into()]),
             time_s: Some(41.0),
             checks: 2100,
+            ..Clearance::default()
         },
         tools: vec![
             ToolUse {

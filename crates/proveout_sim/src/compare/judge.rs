@@ -182,7 +182,7 @@ impl Wanted<'_> {
             ScallopMean => (program.surface.scallop_mean_um, "µm"),
             ScallopP95 => (program.surface.scallop_p95_um, "µm"),
             CenterShift => (program.made.as_ref().and_then(|m| m.center_shift_mm), "mm"),
-            Clearance => (program.clearance.min_mm, "mm"),
+            Clearance => (program.clearance.min_mm.map(|m| m - program.clearance.error_mm.unwrap_or(0.0)), "mm"),
             Study => return self.study(program, name),
             DemandVelocity | DemandAcceleration | MaxVelocity | MaxAcceleration | MaxJerk | Reversals => {
                 return self.of_joint(program, name);

@@ -1,0 +1,359 @@
+//! The least distance of every pair over a motion, and the proof of it.
+//!
+//! The check of a motion (text of the crate) only asks whether two parts come nearer than wanted: what it proves of a pair is a bound that is good
+//! enough for that. Here the pieces are kept and looked at afterwards, by branch and bound over time (`search.rs`): the least distance of a pair
+//! is measured at a place of the motion, and proved to a micrometer and what the joints may be off. The stretches that are needed for it are a
+//! certificate: whoever can measure a distance can check it.
+//!
+//! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
+//! or lie one within the other have the distance zero in that part of the motion.
+
+mod search;
+mod way;
+
+use std::sync::Arc;
+
+use proveout_geom::{Point, Pose, Vector};
+use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+
+use crate::Interference;
+use crate::advance::Pair;
+use crate::distance::{Gap, Warm, gap, skins};
+use crate::neighbors::Rests;
+use crate::parts::{Part, chain_to};
+use crate::report::Severity;
+use crate::shape::Shape;
+use crate::swept::{Places, least_distance, least_of_skins};
+use search::{Ask, Bound, Measured, Search, Tolerance, turned};
+pub(crate) use way::KeptPiece;
+use way::{Stretch, Way};
+
+/// Pieces that are kept at most: 7 MB.
+const MOST_PIECES: usize = 1 << 15;
+/// The least distance of a pair is searched to this, mm,
+const FINE_MM: f64 = 1e-3;
+/// where it is below this, mm, or may be the smallest of all;
+const NEAR_MM: f64 = 20.0;
+/// elsewhere to this part of it: who keeps half a meter away does not care for micrometers.
+const COARSE: f64 = 0.05;
+/// Stretches that are looked at for one pair and the pieces that are kept at a time, for the coarse search and the fine one.
+const MOST_LOOKS: [usize; 2] = [100, 2000];
+/// Largest distance that is asked for, mm: beyond any machine.
+const ENOUGH_MM: f64 = 1e6;
+/// Joints that differ by less stand still, mm and radian: rounding.
+const STANDS: f64 = 1e-8;
+/// Neighbors are proved to keep the clearance and this, mm, as the check of the motion wants it.
+const ABOVE_CLEARANCE_MM: f64 = 1e-5;
+
+/// Least distance of a pair over the motion so far. The true one is at least `proved`, and at most `measured` where that is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairClearance {
+    /// Index in [`Interference::pairs`].
+    pub pair: usize,
+    /// Proved, mm; zero where the two may have met.
+    pub proved: f64,
+    /// Measured at some joints of the motion, mm; none where nobody asked, since it is beyond what is of interest.
+    pub measured: Option<f64>,
+    /// When that was, s.
+    pub time: Option<f64>,
+    /// Machine bodies of neighboring joints, which are near each other all the time: only proved to keep the clearance.
+    pub neighbors: bool,
+}
+
+/// A part of the motion of a pair in which it keeps apart by at least `distance - motion`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProvedSpan {
+    /// Index in [`Interference::pairs`].
+    pub pair: usize,
+    /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place. Spans that follow each other with the same time
+    /// are parts of one piece of the motion: at every moment of it the joints are in one of them.
+    pub time: [f64; 2],
+    /// The joints are in this range in this part of the motion, mm and radian.
+    pub low: JointValues,
+    /// Upper end of the range.
+    pub high: JointValues,
+    /// Distance that is proved, mm: measured at a place (both ends of `straight`); or with the turning joints in the middle of their ranges and the slides anywhere in theirs; or, with `straight`, of
+    /// the hulls of one body at both ends, as the other sees it.
+    pub distance: f64,
+    /// Most by which it is smaller anywhere in the span, mm: what turns, leaves the straight way, and the slack of the motion.
+    pub motion: f64,
+    /// Ends of the straight motion that the joints follow, but for what is in `motion`.
+    pub straight: Option<[JointValues; 2]>,
+}
+
+impl ProvedSpan {
+    /// What is proved, mm.
+    pub fn least(&self) -> f64 {
+        (self.distance - self.motion).max(0.0)
+    }
+}
+
+/// What is kept of the motion, and what was proved so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Proof {
+    kept: Vec<KeptPiece>,
+    least: Vec<PairClearance>,
+    joints: Vec<Option<JointValues>>,
+    spans: Vec<ProvedSpan>,
+    /// Where and when the motion ended by now.
+    end: Option<(JointValues, f64)>,
+    looks: u64,
+}
+
+impl Interference {
+    /// The same, with the motion kept so that [`Self::least_clearances`] can be told.
+    #[must_use]
+    pub fn with_proof(mut self) -> Self {
+        self.keep_proof();
+        self
+    }
+
+    /// Keeps the motion from now on.
+    pub fn keep_proof(&mut self) {
+        self.proof = Some(Proof::default());
+    }
+
+    /// Least distance of every pair that is checked over all motion so far, in the order of [`Self::pairs`]; empty without [`Self::with_proof`].
+    pub fn least_clearances(&mut self) -> &[PairClearance] {
+        self.prove_kept();
+        self.proof.as_ref().map_or(&[], |p| &p.least)
+    }
+
+    /// The spans of time that prove what [`Self::least_clearances`] said, by pair and time.
+    pub fn proved_spans(&self) -> &[ProvedSpan] {
+        self.proof.as_ref().map_or(&[], |p| &p.spans)
+    }
+
+    /// Stretches of motion that were looked at for it.
+    pub fn looks(&self) -> u64 {
+        self.proof.as_ref().map_or(0, |p| p.looks)
+    }
+
+    pub(crate) fn keep_piece(&mut self, piece: KeptPiece) {
+        let Some(proof) = &mut self.proof else { return };
+        proof.kept.push(piece);
+        if proof.kept.len() >= MOST_PIECES {
+            self.prove_kept();
+        }
+    }
+
+    /// Looks at what is kept; before a tool is changed, and when there is much of it.
+    pub(crate) fn prove_kept(&mut self) {
+        let Some(mut proof) = self.proof.take() else { return };
+        if let Some(way) = Way::new(std::mem::take(&mut proof.kept)) {
+            self.prove_way(&way, &mut proof);
+        }
+        self.proof = Some(proof);
+    }
+
+    fn prove_way(&self, way: &Way, proof: &mut Proof) {
+        let whole = way.time(Stretch::Node(1));
+        let begin = whole[0];
+        let met = |pair: usize| {
+            let meets = |b: &&crate::Breach| b.pair == pair && b.severity != Severity::NearMiss;
+            self.breaches.iter().filter(meets).any(|b| b.end_time.is_none_or(|t| t >= begin))
+        };
+        let mut searches: Vec<(&Pair, PairAsk<'_>, Search)> = Vec::new();
+        for pair in &self.pairs {
+            let known = proof.least.iter().position(|l| l.pair == pair.info);
+            let known = known.and_then(|k| {
+                let (least, joints) = (&proof.least[k], proof.joints[k]?);
+                Some(Measured { distance: least.measured?, time: least.time?, joints })
+            });
+            let enough = if pair.neighbors.is_some() { self.clearance + ABOVE_CLEARANCE_MM } else { ENOUGH_MM };
+            let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, enough) };
+            searches.push((pair, PairAsk::new(self, pair), Search::new(way, known, enough)));
+        }
+        for (_, ask, search) in &mut searches {
+            search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: COARSE }, MOST_LOOKS[0]);
+        }
+        let measured = |s: &Search| s.measured.map_or(f64::INFINITY, |m| m.distance);
+        let least = searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min);
+        for (pair, ask, search) in &mut searches {
+            if pair.neighbors.is_some() {
+                continue;
+            }
+            if measured(search) > least.max(NEAR_MM) {
+                // Not the smallest of all: it is enough to know that.
+                search.lower_enough(least.max(NEAR_MM));
+            }
+            if search.proved() < least.max(NEAR_MM) {
+                search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: 0.0 }, MOST_LOOKS[1]);
+            }
+        }
+        let ends = way.ends();
+        // Where the joints stood since, the last span holds until now.
+        let stood = |(q, _): &(JointValues, f64)| ends.is_some_and(|[from, _]| (from - *q).max_abs() <= STANDS);
+        let stood_since = proof.end.filter(stood).map(|(_, time)| time);
+        for (pair, ask, search) in &searches {
+            proof.looks += ask.looks;
+            let last = proof.spans.iter_mut().rfind(|s| s.pair == pair.info);
+            if let Some(last) = last.filter(|s| Some(s.time[1]) == stood_since) {
+                last.time[1] = begin;
+            }
+            self.note(way, pair, search, proof);
+        }
+        proof.end = ends.map(|[_, to]| (to, whole[1]));
+    }
+
+    fn note(&self, way: &Way, pair: &Pair, search: &Search, proof: &mut Proof) {
+        let before = proof.spans.len();
+        for (stretch, bound) in search.spans(way) {
+            let range = way.range(stretch);
+            proof.spans.push(ProvedSpan {
+                pair: pair.info,
+                time: way.time(stretch),
+                low: range.low,
+                high: range.high,
+                distance: bound.distance,
+                motion: bound.turning + bound.slack,
+                straight: bound.chord,
+            });
+        }
+        let proved = proof.spans[before..].iter().map(ProvedSpan::least).fold(f64::INFINITY, f64::min);
+        let measured = search.measured;
+        let met = search.is_met();
+        let (distance, time, joints) = match measured {
+            Some(m) => (Some(m.distance), Some(m.time), Some(m.joints)),
+            None if met => (Some(0.0), None, None),
+            None => (None, None, None),
+        };
+        let Some(k) = proof.least.iter().position(|l| l.pair == pair.info) else {
+            let neighbors = pair.neighbors.is_some();
+            proof.least.push(PairClearance { pair: pair.info, proved, measured: distance, time, neighbors });
+            proof.joints.push(joints);
+            return;
+        };
+        let known = &mut proof.least[k];
+        known.proved = known.proved.min(proved);
+        if distance.is_some_and(|d| known.measured.is_none_or(|m| d < m)) {
+            (known.measured, known.time) = (distance, time);
+            proof.joints[k] = joints;
+        }
+    }
+}
+
+/// Distances and bounds of one pair.
+struct PairAsk<'a> {
+    machine: &'a Machine,
+    a: &'a Part,
+    b: &'a Part,
+    rests: Option<&'a Arc<Rests>>,
+    weights: [f64; MAX_JOINTS],
+    turns: [bool; MAX_JOINTS],
+    /// Joints that carry b.
+    of_b: [bool; MAX_JOINTS],
+    warm: Warm,
+    looks: u64,
+}
+
+impl<'a> PairAsk<'a> {
+    fn new(world: &'a Interference, pair: &'a Pair) -> Self {
+        let joints = &world.machine.joints;
+        let (mut a, mut b) = (&world.parts[pair.a], &world.parts[pair.b]);
+        if matches!(*b.shape, Shape::Convex(_)) {
+            (a, b) = (b, a);
+        }
+        let carries = chain_to(&world.machine, b.attached);
+        Self {
+            machine: &world.machine,
+            a,
+            b,
+            rests: pair.neighbors.as_ref().map(|n| &n.rests),
+            weights: pair.weights,
+            turns: std::array::from_fn(|j| joints.get(j).is_some_and(proveout_machine::Joint::is_rotary)),
+            of_b: std::array::from_fn(|j| carries.contains(&j)),
+            warm: None,
+            looks: 0,
+        }
+    }
+
+    fn b_from_a(&self, q: &JointValues) -> Pose {
+        self.b.pose(self.machine, q).inverse() * self.a.pose(self.machine, q)
+    }
+
+    fn exact(&mut self, b_from_a: &Pose, limit: f64) -> f64 {
+        let limits = [limit; 2];
+        let found = match (self.rests, &*self.a.shape, &*self.b.shape) {
+            (Some(rests), ..) => skins(&rests.skins[0], &rests.skins[1], b_from_a, limits, &mut self.warm),
+            // Beyond the limit nothing needs to be known of them.
+            (_, Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limits, &mut self.warm),
+            (_, a, b) => gap(a, b, b_from_a, limits, &mut self.warm),
+        };
+        match found {
+            Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(ENOUGH_MM),
+            Gap::At(d, ..) if d.is_finite() => d,
+            Gap::At(..) | Gap::Meeting(_) => 0.0,
+        }
+    }
+
+    /// Where a point goes for a unit of a slide, at some joints, in the frame of b.
+    fn column(&self, q: &JointValues, joint: usize) -> Vector {
+        let (mut low, mut high) = (*q, *q);
+        (low[joint], high[joint]) = (q[joint] - 0.5, q[joint] + 0.5);
+        self.b_from_a(&high).point(&Point::origin()) - self.b_from_a(&low).point(&Point::origin())
+    }
+
+    fn sum(&self, of: impl Fn(usize) -> f64) -> f64 {
+        (0..MAX_JOINTS).map(|j| self.weights[j] * of(j)).sum()
+    }
+
+    /// By how much points may leave the hull of both ends of a straight motion, where they are nearer to b than `wanted`, mm.
+    fn bent(&self, [from, to]: &[JointValues; 2], wanted: f64) -> f64 {
+        let way = (*to - *from).map(f64::abs);
+        let moves = |j: usize| if self.weights[j] > 0.0 { way[j] } else { 0.0 };
+        let turn: f64 = (0..MAX_JOINTS).filter(|&j| self.turns[j]).map(moves).sum();
+        let motion = self.sum(|j| way[j]);
+        let farther = |j: &usize| self.turns[*j] && self.of_b[*j];
+        0.25 * turn * (motion + (0..MAX_JOINTS).filter(farther).map(moves).sum::<f64>() * (wanted + motion))
+    }
+
+    fn least(&mut self, places: &Places, limit: f64) -> f64 {
+        let distance = match (places.single(), self.rests) {
+            (Some(pose), _) => self.exact(&pose, limit),
+            (None, Some(rests)) => least_of_skins(&rests.skins[0], &rests.skins[1], places, limit),
+            (None, None) => least_distance(&self.a.shape, &self.b.shape, places, limit),
+        };
+        distance.min(ENOUGH_MM)
+    }
+}
+
+impl Ask for PairAsk<'_> {
+    fn bound(&mut self, way: &Way, stretch: Stretch, wanted: f64) -> Bound {
+        self.looks += 1;
+        let range = way.range(stretch);
+        let aside = self.sum(|j| range.off[j]);
+        let half = (range.high - range.low) * 0.5;
+        let turning = turned(&self.weights, &self.turns, &half);
+        if let Some((ends, off)) = way.chord(stretch, &self.weights) {
+            let bent = self.bent(&ends, wanted) + self.sum(|j| off[j]);
+            if bent < turning || bent <= 1.01 * aside {
+                let limit = (wanted + bent - aside).max(0.0) * (1.0 + 1e-12);
+                let places = Places::between(ends.map(|q| self.b_from_a(&q)));
+                // What is farther was not looked at.
+                let distance = self.least(&places, limit).min(limit);
+                return Bound { distance, turning: bent, slack: range.slack, aside, chord: Some(ends) };
+            }
+        }
+        let middle = (range.low + range.high) * 0.5;
+        let mut places = Places::at(self.b_from_a(&middle));
+        for j in (0..MAX_JOINTS).filter(|&j| !self.turns[j] && self.weights[j] > 0.0) {
+            places.shift(self.column(&middle, j) * half[j]);
+        }
+        let limit = (wanted + turning - aside).max(0.0) * (1.0 + 1e-12);
+        Bound { distance: self.least(&places, limit), turning, slack: range.slack, aside, chord: None }
+    }
+
+    fn distance(&mut self, joints: &JointValues, limit: f64) -> f64 {
+        self.looks += 1;
+        let pose = self.b_from_a(joints);
+        self.exact(&pose, limit)
+    }
+
+    fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound {
+        let range = way.range(stretch);
+        let far = (range.high - *joints).zip_map(*joints - range.low, f64::max);
+        let (turning, aside) = (self.sum(|j| far[j]), self.sum(|j| range.off[j]));
+        Bound { distance, turning, slack: range.slack, aside, chord: Some([*joints; 2]) }
+    }
+}

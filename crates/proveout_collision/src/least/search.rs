@@ -1,0 +1,249 @@
+//! Branch and bound over time, for one pair of bodies.
+//!
+//! Of a stretch of the motion one of three things is proved.
+//!
+//! *Place.* At a place q of the motion the distance D is measured; elsewhere in the stretch it is smaller by at most `T = sum w_j max |q'_j - q_j|`
+//! (Mirtich 1996).
+//!
+//! *Box.* The joints are in a box. At its middle, with the slides free and the turning joints held, the distance D of the two is proved (text of
+//! `swept.rs`); turning to any other place of the box moves a point of one against the other by at most `T = sum w_j h_j` over the turning
+//! joints, w being farthest distances from their axes and h half the edges of the box.
+//!
+//! *Chord.* The joints go from one end of the stretch to the other along a straight line d, and leave it by no more than e_j. D is the distance of the
+//! hull of the body at both ends. A point p of it leaves its own chord by at most `|p''| / 8`; its second derivative is a sum over pairs of
+//! joints of which the outer one turns, `|p''| <= 2 (sum |d_turning|) (sum w_j |d_j|)`, so that `T = (sum |d_turning|) (sum w_j |d_j|) / 4 +
+//! sum w_j e_j`. Only points nearer to the other body than what is asked for count; for joints that carry the other body w is their distance from
+//! the axis, so much more than that of the other body's points. It shrinks with the square of the length, that of the box with the length.
+//!
+//! Over the whole stretch then
+//!
+//! ```text
+//!    distance >= D - T - slack                        D - T is within the tolerance below the least distance measured: done
+//!                                                     else both halves of the stretch, the one with the smaller bound first
+//! ```
+//!
+//! Every stretch that is done is a part of the certificate: its time, the box, D and T. Since the stretch with the smallest bound comes first, what is
+//! opened has a bound below the true least distance less the tolerance, whatever the order in which places are measured (Hart, Nilsson and
+//! Raphael 1968). At the end the longest stretches count whose bound is good enough.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use proveout_machine::{JointValues, MAX_JOINTS};
+
+use super::ENOUGH_MM;
+use super::way::{Stretch, Way};
+
+/// What is proved of a stretch: D, and by how much at most the distance is smaller somewhere in it (T and the slack), mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bound {
+    pub(crate) distance: f64,
+    pub(crate) turning: f64,
+    pub(crate) slack: f64,
+    /// Share of it that no shorter stretch gets rid of: the joints may be off the straight motion, mm.
+    pub(crate) aside: f64,
+    /// Ends of the straight motion for which it holds; none for the box.
+    pub(crate) chord: Option<[JointValues; 2]>,
+}
+
+impl Bound {
+    pub(crate) fn least(&self) -> f64 {
+        (self.distance - self.turning - self.slack).max(0.0)
+    }
+
+    /// The better of two.
+    fn or(self, other: Self) -> Self {
+        if other.reached() > self.reached() { other } else { self }
+    }
+
+    /// The same without what no shorter stretch makes better.
+    fn reached(&self) -> f64 {
+        self.distance - self.turning + self.aside
+    }
+}
+
+/// The least distance that was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Measured {
+    pub(crate) distance: f64,
+    pub(crate) joints: JointValues,
+    pub(crate) time: f64,
+}
+
+/// How near the bound is to come to the least distance that was measured: the larger of a length, mm, and a part of the distance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tolerance {
+    pub(crate) absolute: f64,
+    pub(crate) relative: f64,
+}
+
+/// Asks about one pair.
+pub(crate) trait Ask {
+    /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only.
+    fn bound(&mut self, way: &Way, stretch: Stretch, limit: f64) -> Bound;
+
+    /// Distance at some joints, or something above the limit that is proved, mm.
+    fn distance(&mut self, joints: &JointValues, limit: f64) -> f64;
+
+    /// What a distance there says of a stretch.
+    fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound;
+}
+
+struct Looked {
+    stretch: Stretch,
+    bound: Bound,
+    parent: Option<usize>,
+}
+
+/// A stretch that is open; its parent says what is known of it.
+#[derive(PartialEq)]
+struct Open {
+    least: f64,
+    stretch: Stretch,
+    begin: (usize, f64),
+    parent: Option<usize>,
+}
+
+impl Eq for Open {}
+
+impl Ord for Open {
+    /// The smallest bound is the greatest; the earlier of equals.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.least.total_cmp(&self.least).then(along(&other.begin, &self.begin))
+    }
+}
+
+impl PartialOrd for Open {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// A search that can be taken up again with a finer tolerance.
+pub(crate) struct Search {
+    open: BinaryHeap<Open>,
+    looked: Vec<Looked>,
+    /// Stretches that are good enough, by their place in `looked`.
+    done: Vec<usize>,
+    pub(crate) measured: Option<Measured>,
+    /// Beyond this nobody asks how far, mm.
+    enough: f64,
+}
+
+impl Search {
+    /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not asked how far.
+    pub(crate) fn new(way: &Way, known: Option<Measured>, enough: f64) -> Self {
+        let whole = Stretch::Node(1);
+        let open = Open { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
+        Self { open: BinaryHeap::from([open]), looked: Vec::new(), done: Vec::new(), measured: known, enough }
+    }
+
+    fn wanted(&self, tolerance: Tolerance) -> f64 {
+        let least = |d: f64| d - tolerance.absolute.max(tolerance.relative * d);
+        self.measured.map_or(self.enough, |m| least(m.distance).min(self.enough))
+    }
+
+    /// Goes on until the bound is within `tolerance` of the least distance measured, or `most` stretches were looked at.
+    pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: usize) {
+        // What was good enough for a coarser tolerance is opened again.
+        let wanted = self.wanted(tolerance);
+        let (keep, again) =
+            std::mem::take(&mut self.done).into_iter().partition(|&k: &usize| self.looked[k].bound.reached() >= wanted);
+        self.done = keep;
+        let again: Vec<usize> = again;
+        for k in again {
+            self.part(way, k);
+        }
+        let mut left = most;
+        while let Some(next) = self.open.pop() {
+            let wanted = self.wanted(tolerance);
+            if next.least >= wanted || wanted <= 0.0 || left == 0 {
+                self.open.push(next);
+                return;
+            }
+            left -= 1;
+            let place = self.measure(way, ask, next.stretch, wanted);
+            let wanted = self.wanted(tolerance);
+            if wanted <= 0.0 {
+                self.open.push(next);
+                return;
+            }
+            let bound = if place.reached() >= wanted { place } else { ask.bound(way, next.stretch, wanted).or(place) };
+            self.looked.push(Looked { stretch: next.stretch, bound, parent: next.parent });
+            let k = self.looked.len() - 1;
+            if bound.reached() >= wanted { self.done.push(k) } else { self.part(way, k) }
+        }
+    }
+
+    /// Measures at a place of the stretch, as far as is needed for what is wanted.
+    fn measure(&mut self, way: &Way, ask: &mut impl Ask, stretch: Stretch, wanted: f64) -> Bound {
+        let (joints, time) = way.middle(stretch);
+        let known = self.measured.map_or(self.enough, |m| m.distance);
+        let needed = wanted - ask.about(way, stretch, &joints, 0.0).reached();
+        let limit = if self.measured.is_none() { ENOUGH_MM } else { known.max(needed) * (1.0 + 1e-12) };
+        let distance = ask.distance(&joints, limit);
+        if distance < known.min(limit) {
+            self.measured = Some(Measured { distance, joints, time });
+        }
+        ask.about(way, stretch, &joints, distance)
+    }
+
+    fn part(&mut self, way: &Way, k: usize) {
+        let of = &self.looked[k];
+        let halves = way.halves(of.stretch).into_iter().flatten();
+        let least = of.bound.reached();
+        let open = halves.map(|stretch| Open { least, stretch, begin: way.begin(stretch), parent: Some(k) });
+        self.open.extend(open);
+    }
+
+    /// Beyond this it is asked no longer how far, mm.
+    pub(crate) fn lower_enough(&mut self, enough: f64) {
+        self.enough = self.enough.min(enough);
+    }
+
+    /// What is proved of the whole so far, mm.
+    pub(crate) fn proved(&self) -> f64 {
+        let open = self.open.iter().map(|o| o.parent.map_or(0.0, |k| self.looked[k].bound.least()));
+        open.chain(self.done.iter().map(|&k| self.looked[k].bound.least())).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The two meet, so that nobody asks.
+    pub(crate) fn is_met(&self) -> bool {
+        self.enough <= 0.0
+    }
+
+    /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than what the search has reached in all.
+    pub(crate) fn spans(&self, way: &Way) -> Vec<(Stretch, Bound)> {
+        let none = Bound { distance: 0.0, turning: 0.0, slack: 0.0, aside: 0.0, chord: None };
+        let mut ends: Vec<((usize, f64), Option<usize>)> = self.open.iter().map(|o| (o.begin, o.parent)).collect();
+        ends.extend(self.done.iter().map(|&k| (way.begin(self.looked[k].stretch), Some(k))));
+        ends.sort_by(|a, b| along(&a.0, &b.0));
+        let reached =
+            ends.iter().map(|(_, k)| k.map_or(0.0, |k| self.looked[k].bound.least())).fold(self.enough, f64::min);
+        let mut out: Vec<usize> = Vec::new();
+        for (_, known) in ends {
+            let Some(mut k) = known else { return vec![(Stretch::Node(1), none)] };
+            let mut best = k;
+            while let Some(parent) = self.looked[k].parent {
+                k = parent;
+                if self.looked[k].bound.least() >= reached {
+                    best = k;
+                }
+            }
+            if out.last() != Some(&best) {
+                out.push(best);
+            }
+        }
+        out.into_iter().map(|k| (self.looked[k].stretch, self.looked[k].bound)).collect()
+    }
+}
+
+/// Order along the way.
+fn along(a: &(usize, f64), b: &(usize, f64)) -> Ordering {
+    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+}
+
+/// `sum w h` over the joints that turn, mm.
+pub(crate) fn turned(weights: &[f64; MAX_JOINTS], turns: &[bool; MAX_JOINTS], half: &JointValues) -> f64 {
+    (0..MAX_JOINTS).filter(|&j| turns[j]).map(|j| weights[j] * half[j]).sum()
+}

@@ -1,0 +1,165 @@
+//! Whether a body in all its places is nearer to another than claimed.
+//!
+//! A body is a list of convex pieces: triangles of a mesh, or the rings of points of a body of revolution. A piece in all its places is the hull of
+//! its points at both ends, shifted along a few vectors. Boxes leave out what is far; GJK of the query library tells the rest.
+
+use parry3d_f64::math::{Pose as ParryPose, Vector as ParryVector};
+use parry3d_f64::query::details::distance_support_map_support_map;
+use parry3d_f64::shape::SupportMap;
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
+use proveout_machine::{JointValues, Machine};
+use proveout_tool::{Profile, Segment};
+
+use super::Body;
+use super::table::Span;
+
+/// Points on an arc of a tool, and round its axis.
+const ARC: usize = 48;
+const ROUND: usize = 180;
+
+/// Convex pieces of a body, each by its points, and a tree of boxes over them.
+pub(super) struct Form {
+    pub(super) pieces: Vec<Vec<Point>>,
+    tree: Vec<Node>,
+}
+
+struct Node {
+    bounds: Aabb,
+    /// A piece, or two nodes.
+    holds: Result<usize, [usize; 2]>,
+}
+
+impl Form {
+    pub(super) fn mesh(mesh: &TriMesh) -> Self {
+        Self::new((0..mesh.triangles.len()).map(|t| mesh.corners(t).to_vec()).collect())
+    }
+
+    /// Bodies of revolution of a tool in the spindle, in M with all joints at zero; their points lie on the bodies.
+    pub(super) fn revolved(profiles: &[&Profile], gauge: &Pose, gauge_length: f64) -> Self {
+        let pose = *gauge * Pose::from_translation(Vector::new(0.0, 0.0, -gauge_length));
+        let ring = |[r, z]: [f64; 2]| {
+            (0..ROUND).map(move |k| {
+                let (s, c) = (std::f64::consts::TAU * k as f64 / ROUND as f64).sin_cos();
+                Point::new(r * c, r * s, z)
+            })
+        };
+        let of = |p: &&Profile| p.segments().iter().flat_map(outline).flat_map(ring).map(|q| pose.point(&q)).collect();
+        Self::new(profiles.iter().map(of).collect())
+    }
+
+    fn new(pieces: Vec<Vec<Point>>) -> Self {
+        let mut form = Self { tree: Vec::new(), pieces };
+        let mut all: Vec<usize> = (0..form.pieces.len()).collect();
+        if !all.is_empty() {
+            form.grow(&mut all);
+        }
+        form
+    }
+
+    fn grow(&mut self, items: &mut [usize]) -> usize {
+        let bounds = Aabb::of_points(items.iter().flat_map(|&i| &self.pieces[i]));
+        let at = self.tree.len();
+        self.tree.push(Node { bounds, holds: Ok(items[0]) });
+        if items.len() > 1 {
+            let axis = bounds.size().imax();
+            let middle = |i: &usize| Aabb::of_points(&self.pieces[*i]).center()[axis];
+            items.sort_by(|x, y| middle(x).total_cmp(&middle(y)));
+            let (low, high) = items.split_at_mut(items.len() / 2);
+            self.tree[at].holds = Err([self.grow(low), self.grow(high)]);
+        }
+        at
+    }
+}
+
+fn outline(segment: &Segment) -> Vec<[f64; 2]> {
+    match *segment {
+        Segment::Line { from, to } => vec![from, to],
+        Segment::Arc { center, radius, from, to } => {
+            let angle = |p: [f64; 2]| (p[1] - center[1]).atan2(p[0] - center[0]);
+            let (a, mut b) = (angle(from), angle(to));
+            if b < a {
+                b += std::f64::consts::TAU;
+            }
+            let at = |k: usize| {
+                let (s, c) = (a + (b - a) * k as f64 / ARC as f64).sin_cos();
+                [(center[0] + radius * c).max(0.0), center[1] + radius * s]
+            };
+            (0..=ARC).map(at).collect()
+        }
+    }
+}
+
+/// Places of the first body as the second one sees it.
+pub(super) struct Places {
+    poses: [Pose; 2],
+    shifts: Vec<Vector>,
+}
+
+impl Places {
+    pub(super) fn of(machine: &Machine, [a, b]: [&Body; 2], span: &Span) -> Self {
+        let b_from_a =
+            |q: &JointValues| machine.attachment_pose(b.attached, q).inverse() * machine.attachment_pose(a.attached, q);
+        if let Some(ends) = &span.straight {
+            return Self { poses: ends.each_ref().map(b_from_a), shifts: Vec::new() };
+        }
+        let middle = (span.low + span.high) * 0.5;
+        let here = b_from_a(&middle);
+        let slides = machine.joints.iter().enumerate().filter(|(_, j)| !j.is_rotary());
+        let shifts = slides.map(|(j, _)| {
+            let mut end = middle;
+            end[j] = span.high[j];
+            b_from_a(&end).point(&Point::origin()) - here.point(&Point::origin())
+        });
+        Self { poses: [here; 2], shifts: shifts.filter(|v| v.norm() > 0.0).collect() }
+    }
+}
+
+struct Hull<'a> {
+    points: Vec<Point>,
+    shifts: &'a [Vector],
+}
+
+impl SupportMap for Hull<'_> {
+    fn local_support_point(&self, direction: ParryVector) -> ParryVector {
+        let d = Vector::new(direction.x, direction.y, direction.z);
+        let mut best = (f64::NEG_INFINITY, Point::origin());
+        for p in &self.points {
+            let height = p.coords.dot(&d);
+            if height > best.0 {
+                best = (height, *p);
+            }
+        }
+        let p = self.shifts.iter().fold(best.1, |p, s| if s.dot(&d) > 0.0 { p + s } else { p - s });
+        ParryVector::new(p.x, p.y, p.z)
+    }
+}
+
+/// A distance below `limit` (mm), where there is one.
+pub(super) fn nearer_than(a: &Form, b: &Form, places: &Places, limit: f64) -> Option<f64> {
+    let grown = places.shifts.iter().fold(Vector::zeros(), |sum, s| sum + s.abs());
+    for piece in &a.pieces {
+        let points: Vec<Point> = places.poses.iter().flat_map(|x| piece.iter().map(|p| x.point(p))).collect();
+        let bounds = Aabb::of_points(&points);
+        let (low, high) = (bounds.min - grown, bounds.max + grown);
+        let hull = Hull { points, shifts: &places.shifts };
+        let mut open = Vec::from_iter((!b.tree.is_empty()).then_some(0));
+        while let Some(at) = open.pop() {
+            let node = &b.tree[at];
+            let apart = (low - node.bounds.max).sup(&(node.bounds.min - high)).map(|x| x.max(0.0)).norm();
+            if apart >= limit {
+                continue;
+            }
+            match node.holds {
+                Err(two) => open.extend(two),
+                Ok(item) => {
+                    let other = Hull { points: b.pieces[item].clone(), shifts: &[] };
+                    let distance = distance_support_map_support_map(&ParryPose::IDENTITY, &hull, &other);
+                    if distance < limit {
+                        return Some(distance);
+                    }
+                }
+            }
+        }
+    }
+    None
+}

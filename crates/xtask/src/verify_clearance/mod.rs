@@ -1,0 +1,286 @@
+//! Checks the certificates of a run (`clearance.parquet`) with code of its own.
+//!
+//! Machine, tools and fixtures are read again from the scene; the motion from `signals.parquet`; the claims from `verdict.json` and
+//! `clearance.parquet`. Nothing of `proveout_collision` is used: distances come from the query library's GJK between hulls of triangles that are
+//! found by a search of boxes here (`distance.rs`), bounds of motion from the vertices of the bodies (`motion.rs`). What is checked:
+//!
+//! 1. The inputs are those of the run, by their digests.
+//! 2. Every pair that moves against each other is told: as checked, or as unchecked with a reason.
+//! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the motion while both bodies are in
+//!    place has its joints in the range of a span of its time. Parts of one piece of the motion have the time of the piece in common.
+//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the joints do in it.
+//! 5. What the verdict tells of a pair is what its spans prove; a pair of which nothing is proved has a finding. With a pair that is not
+//!    checked the gate does not pass.
+//!
+//! A certificate is refused where it claims what is not true, has a gap, or is not what the verdict tells; one that claims less than is true is none
+//! the worse. That no byte of it was changed is for `proveout verify` to say.
+//!
+//! Not seen: distances of machine bodies of neighboring joints, of which the volume in which they bear on each other is left out by the
+//! product's own text (their cover and motion are checked), and the stock, which is another one at every moment.
+
+mod distance;
+mod motion;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use proveout_machine::{Attachment, JointValues, Machine};
+use proveout_sim::{Choice, Prepared};
+use proveout_tool::{Role, Tool};
+use serde_json::Value;
+
+use crate::Failure;
+use distance::{Form, Places};
+use table::{Sample, Span};
+
+/// By how much a claim may be beyond what is found here, mm: rounding, and arcs of tools that stand as polygons here.
+const SLACK_MM: f64 = 1e-3;
+/// By how much what the verdict tells may differ from what the spans prove, mm: rounding of the sum.
+const VERDICT_SLACK_MM: f64 = 1e-9;
+/// By how much a joint of a sample may be outside of the range of its span: rounding of degrees.
+const JOINT_SLACK: f64 = 1e-6;
+/// By how much the time of a sample may be outside of a span: rounding.
+const TIME_SLACK_S: f64 = 1e-9;
+
+/// A body in the frame of what it hangs on.
+struct Body {
+    attached: Attachment,
+    is_machine: bool,
+    /// Number of the tool that it is a part of.
+    tool: Option<u32>,
+    form: Form,
+}
+
+/// Checks a run folder against its scene; gives what was seen.
+///
+/// # Errors
+/// The first claim that does not hold, or a file that cannot be read.
+pub(crate) fn run(folder: &Path, scene: &Path) -> Result<String, Failure> {
+    let verdict: Value = serde_json::from_str(&crate::files::get(&folder.join("verdict.json"))?)
+        .map_err(|e| Failure(format!("verdict.json: {e}")))?;
+    let choice = Choice { program: verdict["program"].as_str().map(Into::into), ..Choice::default() };
+    let setup = Prepared::read(scene, &choice).map_err(|e| Failure(format!("{}: {e}", scene.display())))?;
+    for (role, digest) in &setup.digests {
+        if verdict["digests"][role].as_str() != Some(digest) {
+            return Err(Failure(format!("{role} is not the one of the run: its digest differs")));
+        }
+    }
+    let spans = table::spans(&folder.join("clearance.parquet"), &setup.machine)?;
+    let samples = table::samples(&folder.join("signals.parquet"), &setup.machine)?;
+    check(&verdict, &setup, &spans, &samples)
+}
+
+fn bodies(setup: &Prepared) -> BTreeMap<String, Body> {
+    let machine = &setup.machine;
+    let table = machine.work_chain.last().map_or(Attachment::Base, |&j| Attachment::Joint(j));
+    let of_machine = machine.bodies.iter().filter(|b| b.check).map(|b| {
+        let body = Body { attached: b.attached_to, is_machine: true, tool: None, form: Form::mesh(&b.mesh) };
+        (b.name.clone(), body)
+    });
+    let fixtures = setup.fixtures.iter().map(|(name, mesh)| {
+        (name.clone(), Body { attached: table, is_machine: false, tool: None, form: Form::mesh(mesh) })
+    });
+    let mut all: BTreeMap<String, Body> = of_machine.chain(fixtures).collect();
+    for tool in &setup.tools.tools {
+        all.extend(tool_bodies(machine, tool));
+    }
+    all
+}
+
+fn tool_bodies<'a>(machine: &'a Machine, tool: &'a Tool) -> impl Iterator<Item = (String, Body)> + 'a {
+    let roles = [(Role::Cutting, "cutter"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
+    roles.into_iter().filter_map(|(role, word)| {
+        let profiles: Vec<_> = tool.bodies.iter().filter(|b| b.role == role).map(|b| &b.profile).collect();
+        let form = Form::revolved(&profiles, &machine.spindle.gauge_pose, tool.gauge_length);
+        let body = Body { attached: machine.spindle.attached_to, is_machine: false, tool: Some(tool.number), form };
+        (!profiles.is_empty()).then(|| (format!("{word} of {}", tool.name), body))
+    })
+}
+
+/// Joints that carry an attachment, from the base.
+fn carriers(machine: &Machine, attached: Attachment) -> Vec<usize> {
+    let Attachment::Joint(joint) = attached else { return Vec::new() };
+    let of = |chain: &[usize]| chain.iter().position(|&j| j == joint).map(|end| chain[..=end].to_vec());
+    of(&machine.tool_chain).or_else(|| of(&machine.work_chain)).unwrap_or_default()
+}
+
+/// Machine bodies with one joint between them.
+fn are_neighbors(machine: &Machine, a: &Body, b: &Body) -> bool {
+    let (x, y) = (carriers(machine, a.attached), carriers(machine, b.attached));
+    let (short, long) = if x.len() < y.len() { (x, y) } else { (y, x) };
+    a.is_machine && b.is_machine && long.len() == short.len() + 1 && long.starts_with(&short)
+}
+
+type Pair = (String, String);
+
+fn ordered(a: &str, b: &str) -> Pair {
+    if a <= b { (a.into(), b.into()) } else { (b.into(), a.into()) }
+}
+
+fn pair_of(value: &Value) -> Option<Pair> {
+    Some(ordered(value["bodies"][0].as_str()?, value["bodies"][1].as_str()?))
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().map_or(&[], Vec::as_slice)
+}
+
+fn check(verdict: &Value, setup: &Prepared, spans: &[Span], samples: &[Sample]) -> Result<String, Failure> {
+    let machine = &setup.machine;
+    let bodies = bodies(setup);
+    let clearance = &verdict["clearance"];
+    let unchecked: BTreeSet<Pair> = list(&clearance["unchecked"]).iter().filter_map(pair_of).collect();
+    let claimed: BTreeMap<Pair, f64> =
+        list(&clearance["pairs"]).iter().filter_map(|p| Some((pair_of(p)?, p["proved_mm"].as_f64()?))).collect();
+    let passes = |g: &Value| g["name"] == "collision" && g["state"] == "pass";
+    if let Some((a, b)) = unchecked.first().filter(|_| list(&verdict["gates"]).iter().any(passes)) {
+        return Err(Failure(format!("{a} against {b}: not checked, and the gate of collisions passes all the same")));
+    }
+    let found: BTreeSet<Pair> = list(&verdict["findings"]).iter().filter_map(pair_of).collect();
+    let mut of_pair: BTreeMap<Pair, Vec<&Span>> = BTreeMap::new();
+    for span in spans {
+        of_pair.entry(ordered(&span.bodies[0], &span.bodies[1])).or_default().push(span);
+    }
+    let used: BTreeSet<u32> = samples.iter().filter_map(|s| s.tool).collect();
+    let (mut pairs, mut seen, mut neighbors) = (0_usize, 0_usize, 0_usize);
+    let names: Vec<&String> = bodies.keys().collect();
+    for (k, one) in names.iter().enumerate() {
+        for other in &names[k + 1..] {
+            let (a, b) = (&bodies[*one], &bodies[*other]);
+            let tool = a.tool.or(b.tool);
+            let of_run = tool.is_none_or(|t| used.contains(&t));
+            if (a.tool.is_some() && b.tool.is_some()) || a.attached == b.attached || !of_run {
+                continue;
+            }
+            let pair = ordered(one, other);
+            if unchecked.contains(&pair) {
+                continue;
+            }
+            let about = |text: String| Failure(format!("{one} against {other}: {text}"));
+            let Some(spans) = of_pair.get(&pair) else {
+                return Err(about("no span of time, and not told as unchecked".into()));
+            };
+            cover(machine, spans, samples, tool).map_err(about)?;
+            let beside = are_neighbors(machine, a, b);
+            pairs += 1;
+            neighbors += usize::from(beside);
+            for span in spans {
+                if !beside {
+                    seen += 1;
+                    holds(machine, &bodies, span, samples).map_err(about)?;
+                }
+            }
+            let proved = spans.iter().map(|s| (s.distance - s.motion).max(0.0)).fold(f64::INFINITY, f64::min);
+            let Some(said) = claimed.get(&pair) else { return Err(about("the verdict does not tell of it".into())) };
+            if (*said - proved).abs() > VERDICT_SLACK_MM {
+                return Err(about(format!("the verdict tells {said} mm, its spans prove {proved} mm")));
+            }
+            if proved <= 0.0 && !found.contains(&pair) {
+                return Err(about("nothing is proved of it, and no finding names it".into()));
+            }
+        }
+    }
+    Ok(format!(
+        "{pairs} pairs, {} spans: no gap over {} samples; {seen} distances and motions hold; {neighbors} pairs of neighbors by cover alone; {} \
+         told as unchecked",
+        spans.len(),
+        samples.len(),
+        unchecked.len()
+    ))
+}
+
+/// The spans are one after the other and hold all samples.
+fn cover(machine: &Machine, spans: &[&Span], samples: &[Sample], tool: Option<u32>) -> Result<(), String> {
+    let in_place = |s: &Sample| tool.is_none() || s.tool == tool;
+    for two in spans.windows(2) {
+        follow(machine, two[0], two[1], samples, &in_place)?;
+    }
+    let mut first = 0;
+    for sample in samples.iter().filter(|s| in_place(s)) {
+        while first + 1 < spans.len() && spans[first].time[1] < sample.time {
+            first += 1;
+        }
+        let begun = spans[first..].iter().take_while(|s| s.time[0] <= sample.time + TIME_SLACK_S);
+        let near: Vec<&&Span> = begun.filter(|s| sample.time <= s.time[1] + TIME_SLACK_S).collect();
+        // Before the first span and beyond the last one nothing moves.
+        let outside = sample.time < spans[0].time[0] || spans[spans.len() - 1].time[1] < sample.time;
+        let near = if near.is_empty() && outside && tool.is_none() { vec![&spans[first]] } else { near };
+        if near.is_empty() {
+            return Err(format!("at {} s: a gap", sample.time));
+        }
+        if !near.iter().any(|s| holds_joints(machine, s, &sample.joints)) {
+            let beyond = near.iter().map(|s| beyond(machine, s, &sample.joints));
+            let (most, joint) = beyond.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+            let name = machine.joints.get(joint).map_or("a joint", |j| &j.name);
+            return Err(format!(
+                "at {} s: its joints leave the range of the span: {name} by {most} (mm or radian)",
+                sample.time
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The second span goes on where the first one ends, or is another part of the same piece of the motion; their ranges touch. Only where the tool is
+/// not in the spindle there may be time between them.
+fn follow(
+    machine: &Machine,
+    one: &Span,
+    next: &Span,
+    samples: &[Sample],
+    in_place: &impl Fn(&Sample) -> bool,
+) -> Result<(), String> {
+    let from = samples.partition_point(|s| s.time < one.time[1]);
+    let to = samples.partition_point(|s| s.time <= next.time[0]);
+    let changed = one.time[1] < next.time[0] && samples.get(from..to).is_some_and(|s| s.iter().any(|s| !in_place(s)));
+    if changed {
+        return Ok(());
+    }
+    if one.time[1] != next.time[0] && one.time != next.time {
+        return Err(format!("a gap from {} to {} s", one.time[1], next.time[0]));
+    }
+    let apart = |j: usize| one.low[j].max(next.low[j]) > one.high[j].min(next.high[j]) + JOINT_SLACK;
+    match (0..machine.joints.len()).find(|&j| apart(j)) {
+        Some(j) => Err(format!("at {} s: {} goes on from elsewhere", next.time[0], machine.joints[j].name)),
+        None => Ok(()),
+    }
+}
+
+/// Joint that is farthest outside of the range of a span, and by how much.
+fn beyond(machine: &Machine, span: &Span, q: &JointValues) -> (f64, usize) {
+    let off = |j: usize| (span.low[j] - q[j]).max(q[j] - span.high[j]);
+    (0..machine.joints.len()).map(|j| (off(j), j)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+}
+
+/// Whether the joints are in the range of a span.
+fn holds_joints(machine: &Machine, span: &Span, q: &JointValues) -> bool {
+    (0..machine.joints.len()).all(|j| in_range(span, q, j))
+}
+
+fn in_range(span: &Span, q: &JointValues, j: usize) -> bool {
+    span.low[j] - JOINT_SLACK <= q[j] && q[j] <= span.high[j] + JOINT_SLACK
+}
+
+/// Distance and motion of one span.
+fn holds(machine: &Machine, bodies: &BTreeMap<String, Body>, span: &Span, samples: &[Sample]) -> Result<(), String> {
+    if span.distance <= span.motion {
+        return Ok(());
+    }
+    let [a, b] = span.bodies.each_ref().map(|name| &bodies[name]);
+    let motion = motion::least(machine, [a, b], span, samples);
+    if motion > span.motion + SLACK_MM {
+        return Err(format!(
+            "from {} s: a motion of {} mm is claimed, the joints make at least {motion} mm",
+            span.time[0], span.motion
+        ));
+    }
+    let places = Places::of(machine, [a, b], span);
+    let limit = span.distance - SLACK_MM;
+    if let Some(nearer) = distance::nearer_than(&a.form, &b.form, &places, limit) {
+        return Err(format!("from {} s: {} mm are claimed, {nearer} mm are found", span.time[0], span.distance));
+    }
+    Ok(())
+}

@@ -1,0 +1,137 @@
+//! A run is made, its certificates hold; each forgery is refused.
+
+use std::fs;
+use std::path::Path;
+
+use proveout_geom::{Aabb, Point, box_mesh};
+use proveout_record::{RerunMode, observers};
+
+use super::*;
+
+const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-20. Y10.\nZ5.\nG1 Z-2. F600\nX60. Y12.\n\
+                       A20. C60.\nX30. Z3.\nA-15. C-90.\nG0 Z60.\nM5\nM30\n%\n";
+
+/// Writes a scene with a post beside the block on a five-axis machine, and proves it out into a folder.
+fn made(folder: &Path) -> (Value, Prepared, Vec<Span>, Vec<Sample>) {
+    let root = crate::workspace_root();
+    let tools = "[[tool]]\nnumber = 1\nname = \"T1\"\nkind = \"ball\"\ndiameter_mm = 10\nflute_length_mm = 25\nshank_diameter_mm = 10\n\
+                 gauge_length_mm = 80\ncenter_cutting = true\nholder = { sections = [{ diameter_mm = 40, length_mm = 40 }] }\n";
+    let scene = format!(
+        "name = \"bench\"\nmachine = {:?}\ntools = \"tools.toml\"\nresolution_mm = 2\n[stock.box]\nmin_mm = [0, 0, -20]\n\
+         max_mm = [60, 20, 0]\n[mount]\ntranslation_mm = [0, 0, 150]\n[work_offsets.G54]\nZ_mm = 150\n\
+         [[fixture]]\nname = \"post\"\nbox = {{ min_mm = [70, -40, -100], max_mm = [90, -20, 10] }}\n\
+         [[program]]\nname = \"bench\"\nfile = \"program.nc\"\n",
+        root.join("machines/ac-trunnion-620")
+    );
+    for (name, text) in [("tools.toml", tools), ("scene.toml", &scene), ("program.nc", PROGRAM)] {
+        fs::write(folder.join(name), text).expect("written");
+    }
+    let read = || Prepared::read(&folder.join("scene.toml"), &Choice::default()).unwrap_or_else(|e| panic!("{e}"));
+    let out = folder.join("run");
+    fs::create_dir(&out).expect("a folder");
+    let mut watchers = observers(&RerunMode::Off).expect("observers");
+    proveout_sim::run::run(read(), &mut watchers, &out).unwrap_or_else(|e| panic!("{e}"));
+    drop(watchers);
+    let verdict = serde_json::from_str(&fs::read_to_string(out.join("verdict.json")).expect("text")).expect("JSON");
+    let setup = read();
+    let spans = table::spans(&out.join("clearance.parquet"), &setup.machine).expect("spans");
+    let samples = table::samples(&out.join("signals.parquet"), &setup.machine).expect("samples");
+    (verdict, setup, spans, samples)
+}
+
+fn refused(what: &str, result: Result<String, Failure>) {
+    match result {
+        Err(Failure(text)) => println!("{what}: {text}"),
+        Ok(text) => panic!("{what} is not refused: {text}"),
+    }
+}
+
+#[test]
+fn what_a_run_says_holds_and_forgeries_are_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    let (verdict, mut setup, spans, samples) = made(folder.path());
+    let said =
+        run(&folder.path().join("run"), &folder.path().join("scene.toml")).unwrap_or_else(|Failure(e)| panic!("{e}"));
+    println!("{said}");
+    assert!(said.contains("told as unchecked") && spans.len() > 100, "{said}");
+
+    // Of each body the pair that came nearest, and the spans of the moment at which that was measured: D less the motion is the least distance, but for
+    // the error. At the place that was measured the true distance of hull or box is no more than it and the motion, so that 0.05 mm more are a lie.
+    let least = |s: &Span| s.distance - s.motion;
+    let nearest = |name: &str| {
+        let told = list(&verdict["clearance"]["pairs"]).iter().filter_map(|p| {
+            let (min, error, time) = (p["min_mm"].as_f64()?, p["error_mm"].as_f64()?, p["time_s"].as_f64()?);
+            let pair = pair_of(p)?;
+            ((pair.0 == name || pair.1 == name) && min > 0.0 && error < 0.02).then_some((min, time, pair))
+        });
+        let (_, time, pair) = told.min_by(|x, y| x.0.total_cmp(&y.0)).expect("a pair");
+        let at = |s: &Span| ordered(&s.bodies[0], &s.bodies[1]) == pair && s.time[0] <= time && time <= s.time[1];
+        (0..spans.len()).filter(|&k| at(&spans[k])).collect::<Vec<_>>()
+    };
+    for name in ["post", "holder of T1", "cutter of T1"] {
+        let at = nearest(name);
+        for raised in [0.05, 1.0, 100.0] {
+            let mut forged = spans.clone();
+            at.iter().for_each(|&k| forged[k].distance += raised);
+            refused(&format!("{name}: a distance raised by {raised} mm"), check(&verdict, &setup, &forged, &samples));
+        }
+        let mut forged = spans.clone();
+        at.iter().rev().for_each(|&k| drop(forged.remove(k)));
+        refused(&format!("{name}: a span removed"), check(&verdict, &setup, &forged, &samples));
+        let half = 0.5 * (spans[at[0]].time[1] - spans[at[0]].time[0]);
+        for by in [[0.0, -half], [half, 0.0], [half, half], [-half, -half]] {
+            let mut forged = spans.clone();
+            forged[at[0]].time = [forged[at[0]].time[0] + by[0], forged[at[0]].time[1] + by[1]];
+            refused(&format!("{name}: times moved by {by:?} s"), check(&verdict, &setup, &forged, &samples));
+        }
+    }
+    // A pair that was checked is told as not checked.
+    let mut claim = verdict.clone();
+    let of_post = |p: &Value| p["bodies"].to_string().contains("holder of T1\",\"post");
+    claim["clearance"]["pairs"].as_array_mut().expect("pairs").retain(|p| !of_post(p));
+    claim["clearance"]["unchecked"] = serde_json::json!([{ "bodies": ["holder of T1", "post"], "reason": "none" }]);
+    for gate in claim["gates"].as_array_mut().expect("gates") {
+        gate["state"] = "pass".into();
+    }
+    let mut forged = spans.clone();
+    forged.retain(|s| ordered(&s.bodies[0], &s.bodies[1]) != ordered("holder of T1", "post"));
+    refused("a pair told as unchecked", check(&claim, &setup, &forged, &samples));
+
+    // Parts of one piece of the motion have its time in common: what is left is without a gap in time, but not along the way.
+    let whole = |k: &usize| spans[*k].bodies == spans[k + 1].bodies && spans[*k].time == spans[k + 1].time;
+    let goes = |k: usize| (spans[k + 1].high - spans[k + 1].low).max_abs();
+    let k = (0..spans.len() - 1).filter(whole).max_by(|&a, &b| goes(a).total_cmp(&goes(b))).expect("parts of a piece");
+    assert!(goes(k) > 0.01, "{}", goes(k));
+    let mut forged = spans.clone();
+    forged.remove(k + 1);
+    refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
+
+    let k = (0..spans.len())
+        .filter(|&k| least(&spans[k]) > 1.0)
+        .max_by(|&x, &y| spans[x].motion.total_cmp(&spans[y].motion));
+    let mut forged = spans.clone();
+    forged[k.expect("a span")].motion = 0.0;
+    refused("a motion of nothing", check(&verdict, &setup, &forged, &samples));
+
+    let mut forged = spans.clone();
+    forged.retain(|s| !s.bodies.iter().any(|b| b == "post"));
+    refused("a body left out", check(&verdict, &setup, &forged, &samples));
+
+    let mut claim = verdict.clone();
+    let pairs = claim["clearance"]["pairs"].as_array_mut().expect("pairs");
+    let of_post = pairs.iter_mut().find(|p| of_post(p)).expect("a pair");
+    of_post["proved_mm"] = (of_post["proved_mm"].as_f64().expect("number") + 0.01).into();
+    refused("a claim of the verdict", check(&claim, &setup, &spans, &samples));
+
+    // The certificates are those of a smaller post than the one that stands there.
+    let (min, max) = (Point::new(69.0, -41.0, 50.0), Point::new(91.0, -19.0, 161.0));
+    let post = setup.fixtures.iter_mut().find(|(name, _)| name == "post").expect("the post");
+    post.1 = box_mesh(&Aabb { min, max });
+    refused("a body shrunk", check(&verdict, &setup, &spans, &samples));
+
+    // The scene is another one than that of the run.
+    let scene = folder.path().join("scene.toml");
+    let text = fs::read_to_string(&scene).expect("scene").replace("[90, -20, 10]", "[89, -20, 10]");
+    fs::write(&scene, text).expect("written");
+    refused("another scene", run(&folder.path().join("run"), &scene));
+}
