@@ -56,7 +56,7 @@ pub(super) fn variable(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
 
 /// `CALL O200 Q3` or `RTS`, if it is next.
 pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Statement>, Fault> {
-    if flavor.is_linuxcnc() {
+    if !s.peek_at(1).is_ascii_alphabetic() || flavor.is_linuxcnc() {
         return Ok(None);
     }
     let start = s.pos();

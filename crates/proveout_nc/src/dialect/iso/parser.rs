@@ -220,7 +220,7 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                     block.statement = Some(found);
                 } else {
                     let word = word(&mut s, flavor)?;
-                    if s.slice(at).contains('=') {
+                    if matches!(word.value, Value::Expr(_)) && s.slice(at).contains('=') {
                         block.osp = Some(("`=` behind a letter", word.span));
                     }
                     block.words.push(word);
