@@ -12,6 +12,7 @@ use std::{
     time::Instant,
 };
 
+use proveout_collision::Effort;
 use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
 use proveout_nc::Diagnostic;
 use proveout_stock::{Patch, TriDexel};
@@ -50,6 +51,19 @@ pub struct Stages {
     pub record: f64,
 }
 
+/// How the checks of bodies were settled: what they cost, on any host.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Checks {
+    /// Bodies against bodies.
+    pub bodies: Effort,
+    /// Stretches of motion that were looked at for the least clearance of each pair.
+    pub looks: u64,
+    /// Motions that were followed against the stock.
+    pub stock_motions: u64,
+    /// Distances from its rays that were asked for.
+    pub stock_queries: u64,
+}
+
 /// What a run leaves.
 #[derive(Clone, Debug)]
 pub struct RunResult {
@@ -65,6 +79,8 @@ pub struct RunResult {
     pub announced_memory: u64,
     /// Memory of the stock, and of each patch by its name, at the end, bytes.
     pub stock_memory: Vec<(String, u64)>,
+    /// How the checks were settled.
+    pub checks: Checks,
 }
 
 /// Runs a prepared program and tells the observers, which may write into `folder`.
@@ -111,7 +127,8 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     let memory = |name: &str, s: &TriDexel| (name.to_owned(), s.memory_bytes());
     let stock_memory =
         std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
-    Ok(RunResult { verdict, stages, wall, pieces, announced_memory: prepared.memory.total(), stock_memory })
+    let announced_memory = prepared.memory.total();
+    Ok(RunResult { verdict, stages, wall, pieces, announced_memory, stock_memory, checks: facts.effort })
 }
 
 /// Takes the motion through stock and bodies without a judgement of the surface; the observers hear of the stretches alone.
