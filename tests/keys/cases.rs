@@ -162,6 +162,17 @@ cases! {
     "scene/ConeFrustumFile.from_mm", Cone, ["scene", "part.cone_frustum.from_mm", "32"];
     "scene/ConeFrustumFile.to_mm", Cone, ["scene", "part.cone_frustum.to_mm", "35"];
     "scene/ConeFrustumFile.reach_mm", Cone, ["scene", "part.cone_frustum.reach_mm", "1"];
+    "scene/PartFile.sections", Sections, ["scene", "part.sections", "\"other.csv\""];
+    "scene/BladeFile.kind", EndedBlade, ["scene", "part.blade.kind", "\"lu-untwisted\""];
+    "scene/BladeFile.root", EndedBlade, ["scene", "part.blade.root", ""];
+    "scene/BladeFile.tip", EndedBlade, ["scene", "part.blade.tip", ""];
+    "scene/BladeFile.underside_mm", Face, ["scene", "part.blade.underside_mm", "-6"];
+    "scene/EndFile.x_mm", EndedBlade, ["scene", "part.blade.tip.x_mm", "90"];
+    "scene/EndFile.platform", EndedBlade, ["scene", "part.blade.root.platform", ""];
+    "scene/EndPlatformFile.fillet_radius_mm", EndedBlade, ["scene", "part.blade.root.platform.fillet_radius_mm", "5"];
+    "scene/EndPlatformFile.thickness_mm", EndedBlade, ["scene", "part.blade.root.platform.thickness_mm", "12"];
+    "scene/EndPlatformFile.y_mm", EndedBlade, ["scene", "part.blade.root.platform.y_mm", "[-40, 40]"];
+    "scene/EndPlatformFile.z_mm", EndedBlade, ["scene", "part.blade.root.platform.z_mm", "[-40, 40]"];
     "scene/BladeFile.chord_mm", Blade, ["scene", "part.blade.chord_mm", "61"];
     "scene/BladeFile.camber_angle_deg", Blade, ["scene", "part.blade.camber_angle_deg", "58"];
     "scene/BladeFile.thickness_mm", Blade, ["scene", "part.blade.thickness_mm", "9"];

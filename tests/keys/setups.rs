@@ -12,6 +12,44 @@ use crate::texts::{
 /// Text of a file, or its bytes, by its name.
 pub(crate) type Files = BTreeMap<String, Vec<u8>>;
 
+const ENDED_BLADE_PART: &str = r#"
+[part.blade]
+kind = "lu"
+chord_error_mm = 0.2
+root = { x_mm = 2, platform = { fillet_radius_mm = 3, thickness_mm = 6, y_mm = [-30, 30], z_mm = [-30, 30] } }
+tip = { x_mm = 97 }
+"#;
+
+const SECTIONS_PART: &str = r#"
+[part]
+sections = "sections.csv"
+
+[part.blade]
+kind = "sections"
+chord_error_mm = 0.2
+root = { x_mm = 0 }
+tip = { x_mm = 30 }
+"#;
+
+const FACE_PART: &str = r#"
+[part.blade]
+kind = "dong"
+chord_error_mm = 0.2
+underside_mm = -5
+"#;
+
+/// Four ellipses of this half length.
+fn sections(half: f64) -> String {
+    let mut text = "section,x_mm,y_mm,z_mm\n".to_owned();
+    for j in 0..4 {
+        for k in 0..40 {
+            let (s, c) = (f64::from(k) * std::f64::consts::TAU / 40.0).sin_cos();
+            text += &format!("s{j},{},{},{}\n", 10 * j, half * c, 5.0 * s);
+        }
+    }
+    text
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Setup {
     /// Three linear joints, set points of the control.
@@ -32,6 +70,12 @@ pub(crate) enum Setup {
     Cone,
     /// A blade as part and stock.
     Blade,
+    /// A blade between two ends.
+    EndedBlade,
+    /// A blade through sections of a file.
+    Sections,
+    /// A face over a block.
+    Face,
     /// A mesh that is inside out as stock.
     Mesh,
     /// The stock that an earlier setup has left.
@@ -139,12 +183,21 @@ impl Setup {
                 );
                 scene += CONE;
             }
-            Self::Blade => {
+            Self::Blade | Self::EndedBlade | Self::Sections | Self::Face => {
                 scene = scene
                     .replace("box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }", "blade_allowance_mm = 0.5")
                     .replace("resolution_mm = 0.5", "resolution_mm = 4")
                     .replace("translation_mm = [0, 0, 40]", "translation_mm = [0, 0, 100]");
-                scene += BLADE_PART;
+                scene += match self {
+                    Self::EndedBlade => ENDED_BLADE_PART,
+                    Self::Sections => SECTIONS_PART,
+                    Self::Face => FACE_PART,
+                    _ => BLADE_PART,
+                };
+                if self == Self::Sections {
+                    more.push(("sections.csv", sections(20.0).into_bytes()));
+                    more.push(("other.csv", sections(18.0).into_bytes()));
+                }
                 program = "%\nO1\nG17 G21 G90 G94\nG54\nM30\n%\n".into();
             }
             Self::Next => {

@@ -27,6 +27,8 @@ pub(crate) enum Command {
     Nc(NcArgs),
     /// Tool poses of joint positions, or joint positions of tool poses: CSV in, CSV out
     Kinematics(KinematicsArgs),
+    /// Write the blade of a scene as a closed mesh, STL or glTF
+    Blade(BladeArgs),
     /// Write a program for the blade of a scene
     Plan(PlanArgs),
     /// Write a program of a scene with new tool axes: contact points, feeds and structure stay
@@ -264,6 +266,27 @@ pub(crate) struct KinematicsArgs {
     pub(crate) output: Option<PathBuf>,
     /// Write over a file that is there
     #[arg(long, requires = "output")]
+    pub(crate) force: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    proveout blade scenes/li-2022-s-theta --output blade.stl\n  \
+    proveout blade scenes/li-2022-s-theta --output stock.glb --allowance-mm 0.5 --chord-error-mm 0.01")]
+pub(crate) struct BladeArgs {
+    /// Folder of the scene, or its scene.toml
+    pub(crate) scene: PathBuf,
+    /// Mesh file: .stl (mm), .glb (glTF, meter)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Material left on the blade, mm
+    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    pub(crate) allowance_mm: f64,
+    /// Largest distance of the mesh from the blade, mm (default: the scene's)
+    #[arg(long, value_name = "X")]
+    pub(crate) chord_error_mm: Option<f64>,
+    /// Write over a file that is there
+    #[arg(long)]
     pub(crate) force: bool,
 }
 

@@ -58,6 +58,7 @@ fn main() -> ExitCode {
         Command::Check(args) => commands::check::check(&args).map(|clean| if clean { PASS } else { WRONG }),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
+        Command::Blade(args) => commands::blade::blade(&args).map(|()| PASS),
         Command::Plan(args) => commands::plan::plan(&args).map(|()| PASS),
         Command::Reschedule(args) => commands::plan::reschedule(&args).map(|()| PASS),
         Command::Measure(args) => {

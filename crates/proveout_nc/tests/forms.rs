@@ -132,6 +132,44 @@ proptest! {
         near(in_plane(moves(&ops)[1], axes), to, &text);
     }
 
+    /// Two lines by their angles meet where the lines were drawn, in all planes, with a rounding at the corner or none, through a
+    /// turned frame or none, behind angles counted on by whole turns. Corners of less than 3 degrees are left out.
+    #[test]
+    fn two_lines_by_their_angles(
+        angle in 0.0f64..360.0,
+        turn in prop_oneof![3.0f64..177.0, -177.0f64..-3.0],
+        lengths in [1.0f64..200.0, 1.0..200.0],
+        from in [-50.0f64..50.0, -50.0..50.0],
+        plane in 0usize..3,
+        turned in any::<bool>(),
+        radius in prop::option::of(10u32..20),
+        turns in -1i32..2,
+    ) {
+        let (word, axes, letters) = [("G17", [0, 1, 2], ["X", "Y"]), ("G18", [2, 0, 1], ["Z", "X"]), ("G19", [1, 2, 0], ["Y", "Z"])][plane];
+        let ((s, c), (s2, c2)) = (angle.to_radians().sin_cos(), (angle + turn).to_radians().sin_cos());
+        let corner = [from[0] + lengths[0] * c, from[1] + lengths[0] * s];
+        let to = [corner[0] + lengths[1] * c2, corner[1] + lengths[1] * s2];
+        let frame = if turned { "ROT RPL=30" } else { "" };
+        let radius = radius.map(|r| f64::from(r) / 1000.0);
+        let rounding = radius.map_or(String::new(), |r| format!(" RND={r}"));
+        let text = format!(
+            "{word} G90 G0 X0 Y0 Z0\n{frame}\nG1 {}={:.12} {}={:.12} F100\nANG={:.12}{rounding}\n; between\n{}={:.12} {}={:.12} ANG={:.12} F200\nM30\n",
+            letters[0], from[0], letters[1], from[1], angle, letters[0], to[0], letters[1], to[1],
+            angle + turn + 360.0 * f64::from(turns),
+        );
+        let ops = ops(Dialect::Siemens840d, &text);
+        let found = moves(&ops);
+        prop_assert_eq!(found.len(), if radius.is_some() { 4 } else { 3 }, "{}", text);
+        // The rounding of r takes r tan(turn / 2) off the first line.
+        let off = radius.map_or(0.0, |r| r * (turn.to_radians() / 2.0).tan().abs());
+        prop_assume!(off < 0.9);
+        near(in_plane(found[1], axes), [corner[0] - off * c, corner[1] - off * s], &text);
+        near(in_plane(found.last().unwrap(), axes), to, &text);
+        let feed = |op: &Op| matches!(op, Op::Feed(_));
+        let first = ops.iter().position(|op| std::ptr::eq(op, found[1])).unwrap();
+        prop_assert!(ops[first..].iter().any(feed), "the feed of the second block comes behind the first line");
+    }
+
     /// Where Z is not known, a curve of X and Y is the same as with it, as chords; every chord end lies on the curve with Z.
     #[test]
     fn curves_without_z(points in prop::collection::vec([-40i32..40, -40..40], 3..8), kind in 0usize..3) {
@@ -234,7 +272,11 @@ fn an_angle_that_gives_no_end_is_refused() {
         ("G1 Y10 ANG=180", "does not move Y"),
         ("G1 X10 ANG=180", "leads away"),
         ("G1 X10 Y10 ANG=45", "second of two lines"),
-        ("G1 ANG=45", "first of two lines"),
+        ("G1 ANG=45 Z2", "more than G0 or G1"),
+        ("G1 ANG=45 CR=2", "more than G0 or G1"),
+        ("G1 ANG=45 FB=2", "more than G0 or G1"),
+        ("G1 ANG=45 M9", "acts behind the motion"),
+        ("G1 ANG=45 L100", "acts behind the motion"),
         ("G2 X10 ANG=45 CR=5", "angle of a straight line"),
         ("SUPA G1 X10 ANG=45", "angle of a straight line"),
     ] {
@@ -242,6 +284,37 @@ fn an_angle_that_gives_no_end_is_refused() {
         let fault = read(Dialect::Siemens840d, &text).expect_err(&text);
         assert!(fault.starts_with("3:") && fault.contains(says), "{says}: {fault}");
     }
+}
+
+#[test]
+fn two_lines_without_a_corner_are_refused() {
+    for (blocks, line, says) in [
+        ("G1 ANG=45\nX10 Y5", 4, "line 3 has ANG= alone"),
+        ("G1 ANG=45\nX10 ANG=0", 4, "line 3 has ANG= alone"),
+        ("G1 ANG=45\nR1=5\nX10 Y5 ANG=0", 4, "line 3 has ANG= alone"),
+        ("G1 ANG=45\nIF 1==1\nENDIF\nX10 Y5 ANG=0", 4, "line 3 has ANG= alone"),
+        ("G1 ANG=45\nM8\nX10 Y5 ANG=0", 4, "line 3 has ANG= alone"),
+        ("G1 ANG=45\nG2 X10 Y5 ANG=0 CR=9", 4, "line 3 has ANG= alone"),
+        ("G1 ANG=45\nX10 Y10 ANG=225", 4, "parallel"),
+        ("G1 ANG=45\nX10 Y5 ANG=45", 4, "parallel"),
+        ("G1 ANG=45\nX10 Y5 ANG=90", 4, "second line would run against"),
+        ("G1 ANG=225\nX10 Y5 ANG=0", 4, "first line would run against"),
+        ("G1 ANG=45\nG91 X10 Y5 ANG=0", 4, "is an increment"),
+        ("G1 ANG=45\nX=IC(10) Y5 ANG=0", 4, "is an increment"),
+        ("G1 ANG=45\nG55 X10 Y5 ANG=0", 4, "changes the plane"),
+        ("G1 ANG=45\nG18 X10 Y5 Z3 ANG=10", 4, "changes the plane"),
+        ("G1 ANG=45\nG41 D1 X10 Y5 ANG=0", 4, "changes the plane"),
+        ("G1 ANG=45\nSUPA X10 Y5 ANG=0", 4, "changes the plane"),
+        ("MCALL CYCLE81(5,0,1,-5)\nG1 ANG=45\nX10 Y5 ANG=0\nMCALL", 4, "MCALL is in force"),
+        ("G1 ANG=45", 4, "line 3 has ANG= alone"),
+    ] {
+        let text = format!("G0 X0 Y0 Z0\nF100\n{blocks}\nM30\n");
+        let fault = read(Dialect::Siemens840d, &text).expect_err(&text);
+        assert!(fault.starts_with(&format!("{line}:")) && fault.contains(says), "{says}: {fault}\n{text}");
+    }
+    // The end of the text, without M30.
+    let fault = read(Dialect::Siemens840d, "G0 X0 Y0\nG1 F5 ANG=45\n").unwrap_err();
+    assert!(fault.contains("line 2 has ANG= alone"), "{fault}");
 }
 
 /// G70 and G71 of a Haas: the manual's example of twelve holes, and an arc; every hole is drilled once, and no other.

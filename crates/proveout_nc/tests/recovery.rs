@@ -272,7 +272,8 @@ fn each_wrong_line_is_told_and_no_other() {
                     // Behind a block that is run; an approach or a corner wants its contour behind it.
                     let before =
                         lines_before[..*at].iter().rfind(|line| !line.starts_with(';')).map_or("", String::as_str);
-                    let waits = ["APPR", "RND", "CHF", "G24", "G25", "CYCL"].iter().any(|word| before.contains(word));
+                    let waits =
+                        ["APPR", "RND", "CHF", "ANG=", "G24", "G25", "CYCL"].iter().any(|word| before.contains(word));
                     let ends = ["M30", "m30", "M2", "m2", "M17", "M99", "FINI", "END", "AUXFUN", "RET", "FUNCTION"]
                         .iter()
                         .any(|word| before.contains(word));

@@ -62,7 +62,6 @@ impl Picture {
 
     /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled, so that
     /// boxes look like boxes.
-    #[cfg_attr(not(feature = "rerun"), allow(dead_code, reason = "for the recording"))]
     pub(crate) fn creased(mesh: &TriMesh, crease: f64) -> Self {
         let limit = crease.cos();
         let merged = mesh.merge_equal_vertices();

@@ -8,7 +8,7 @@ use std::{
 
 use proveout_geom::{
     Point, TriMesh, Vector,
-    blade::{Blade, NEAREST_ERROR_MM},
+    blade::{Blade, FOOT_ERROR_MM, NEAREST_ERROR_MM},
     rad,
 };
 use proveout_surface::{ConeFlank, ConeFrustum, DesignMesh, DesignSurface, chord_error};
@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use crate::{
     prepare::Prepared,
     scene::ConeFrustumFile,
+    shape::Shape,
     surface_map::{MapPoint, SurfaceMap},
 };
 
@@ -38,6 +39,8 @@ pub(crate) struct Design<'a> {
     pub(crate) floor: f64,
     /// Error of its mesh, mm, by which the rays are judged: as the scene states it, or as measured against the closed form.
     pub(crate) solid_floor: f64,
+    /// Chord error that the scene asks of the mesh of a closed form, mm.
+    pub(crate) mesh_asked: Option<f64>,
     /// What the points are held against, in words.
     pub(crate) against: &'static str,
     /// Area of the face where it has a closed form, mm².
@@ -153,6 +156,7 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
             reach: cone.reach_mm,
             floor: 0.0,
             solid_floor: 0.0,
+            mesh_asked: None,
             against: "closed form of the cone",
             area: Some(area),
             name: "cone flank",
@@ -166,12 +170,18 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
     };
     let closed = part.blade.and_then(|file| file.blade(0.0).ok()).filter(|b| steepest(b) <= STEEPEST);
     let closed = closed.and_then(|b| Some((chord_error(mesh, &b)?, b)));
-    let (surface, floor, solid_floor, against): (Arc<dyn DesignSurface>, _, _, _) = match closed {
-        Some((measured, blade)) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
-        None => {
-            let asked = part.blade.map_or(part.chord_error_mm, |b| b.chord_error_mm);
-            (tree.clone(), asked, asked, MESH)
+    let ended = part.blade.filter(|b| b.kind.has_ends()).and_then(|file| {
+        match Shape::of_scene(&prepared.scene, &file, 0.0).ok()? {
+            Shape::Ended(solid) => Some(solid),
+            _ => None,
         }
+    });
+    let asked = part.blade.map(|b| b.chord_error_mm);
+    let stated = prepared.part_mesh_error.or(asked).unwrap_or(part.chord_error_mm);
+    let (surface, floor, solid_floor, against): (Arc<dyn DesignSurface>, _, _, _) = match (closed, ended) {
+        (None, Some(solid)) => (Arc::new(solid), FOOT_ERROR_MM, stated, "closed form of the blade"),
+        (Some((measured, blade)), _) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
+        (None, None) => (tree.clone(), stated, stated, MESH),
     };
     let name = if part.judged.is_some() { "surface in the judged box" } else { "whole surface" };
     Some(Design {
@@ -180,6 +190,7 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
         reach: f64::INFINITY,
         floor,
         solid_floor,
+        mesh_asked: asked,
         against,
         area: None,
         name,

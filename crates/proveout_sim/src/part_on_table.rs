@@ -7,7 +7,7 @@ use proveout_tool::Tool;
 use proveout_toolpath::BladeSurface;
 use proveout_toolpath::reschedule::{ContactSurface, FeasibleRegion};
 
-use crate::{config::ConfigError, scene::Scene};
+use crate::{config::ConfigError, scene::Scene, shape::Shape};
 
 /// Clearances above this are not told apart, mm: a method asks whether a pose is free and by how much, not how far away
 /// everything else is.
@@ -32,11 +32,10 @@ impl PartOnTable {
         fixtures: &[(String, TriMesh)],
     ) -> Result<Self, ConfigError> {
         let blade = scene.file.part.as_ref().and_then(|p| p.blade);
-        let blade = blade.map(|b| b.blade(0.0)).transpose();
-        let blade = blade.map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade]"))?;
+        let surface = blade.map(|b| Ok::<_, ConfigError>(Shape::of_scene(scene, &b, 0.0)?.surface())).transpose()?;
         let part = part.map(|mesh| ("part".to_owned(), mesh.transformed(table_from_work)));
         Ok(Self {
-            surface: blade.map(|b| BladeSurface::new(b, *table_from_work)),
+            surface: surface.map(|s| BladeSurface::of(s, *table_from_work)),
             solids: part.into_iter().chain(fixtures.iter().cloned()).collect(),
         })
     }

@@ -1,8 +1,8 @@
 //! Paths that a scene plans over its blade: contacts, program, and what it asks of the machine before it runs.
 
-use std::fmt::Write as _;
+use std::{fmt::Write as _, sync::Arc};
 
-use proveout_geom::blade::{CamberSide, ParametricSurface};
+use proveout_geom::blade::ParametricSurface;
 use proveout_geom::{ToolPose, Vector, deg};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
@@ -17,6 +17,7 @@ use crate::{
     error::SimError,
     programs::{Head, Writer, offset_of, tip},
     scene::{PathFile, Scene, StrategyFile},
+    shape::Shape,
 };
 
 /// Longest step of a rapid, mm, and largest turn of the tool axis in it, radian (5 degrees): between two of them a control without tool
@@ -155,7 +156,10 @@ pub fn plan(
     tools: &ToolLibrary,
     strategy: StrategyFile,
 ) -> Result<Planned, SimError> {
-    plan_over(scene, machine, tools, strategy, surface(scene)?.as_ref())
+    let shape = shape(scene)?;
+    let planned = plan_over(scene, machine, tools, strategy, shape.surface().as_ref())?;
+    check_ends(scene, strategy.name(), &shape, &planned.lines)?;
+    Ok(planned)
 }
 
 /// The path of a strategy of a scene over any surface of the workpiece frame.
@@ -226,11 +230,15 @@ fn check(file: &PathFile) -> Result<(), (String, String)> {
     Ok(())
 }
 
-/// The side of the part that is cut.
+/// The side of the part that is cut, without its ends.
 ///
 /// # Errors
 /// The scene has no blade, or numbers that make none.
-pub fn surface(scene: &Scene) -> Result<Box<dyn ParametricSurface>, ConfigError> {
+pub fn surface(scene: &Scene) -> Result<Arc<dyn ParametricSurface>, ConfigError> {
+    Ok(shape(scene)?.surface())
+}
+
+fn shape(scene: &Scene) -> Result<Shape, ConfigError> {
     let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
     let Some(blade) = blade else {
         return Err(ConfigError::file(
@@ -239,8 +247,29 @@ pub fn surface(scene: &Scene) -> Result<Box<dyn ParametricSurface>, ConfigError>
             "describe it as [part.blade]",
         ));
     };
-    let blade = blade.blade(0.0).map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade]"))?;
-    Ok(Box::new(CamberSide::new(blade)))
+    Shape::of_scene(scene, blade, 0.0)
+}
+
+/// Contacts that lie where an end of the blade cuts its surface off: there is no such face.
+fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) -> Result<(), ConfigError> {
+    let Shape::Ended(solid) = shape else { return Ok(()) };
+    for line in lines {
+        for contact in &line.contacts {
+            let ([u, v], p) = (contact.place.uv, contact.place.point);
+            if !solid.leaves(u, v) {
+                let message = format!(
+                    "[plan.{name}]: line {} touches the blade at X{:.3} Y{:.3} Z{:.3}, where its end or a fillet is",
+                    line.name, p.x, p.y, p.z
+                );
+                return Err(ConfigError::file(
+                    &scene.path,
+                    message,
+                    "let the path begin and end farther from both ends",
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn tool_of<'a>(scene: &Scene, tools: &'a ToolLibrary, plan: &str, name: &str) -> Result<&'a Tool, ConfigError> {

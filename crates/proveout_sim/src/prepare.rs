@@ -28,10 +28,10 @@ use crate::{
     program_survey, programs,
     raw_stock::{self, RawStock},
     scene::{
-        BladeFile, BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile,
-        Scene,
+        BoxFile, CylinderFile, DynamicsFile, FixtureFile, FixtureFrame, OffsetFile, PlantFile, ProgramFile, Scene,
     },
     scene_limits::{ChangedLimit, limit_joints},
+    shape::{self, Shape},
     texture::Plan,
 };
 
@@ -106,6 +106,8 @@ pub struct Prepared {
     pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
+    /// Largest distance of that mesh from the closed form of its blade, mm, where it was measured as the mesh was made.
+    pub part_mesh_error: Option<f64>,
     /// Places of `[surface]`, where the scene has them.
     pub(crate) texture: Option<Plan>,
     /// Fixtures: name and closed mesh in the table frame.
@@ -187,7 +189,8 @@ impl Prepared {
         let cells = choice.resolution_mm.map_or_else(|| scene.file.resolution_mm.get_ref().edges(), |c| [c; 3]);
         let mount = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount);
         let table_from_work = mount.table_from_work();
-        let part_mesh = part_mesh(&scene, &mut inputs)?;
+        let (part_mesh, part_mesh_error) = part_mesh(&scene, &mut inputs)?.unzip();
+        let part_mesh_error = part_mesh_error.flatten();
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
         let texture = Plan::new(&scene, part_mesh.as_ref(), &tools)?;
         let lines = ProgramText::open(&program_path)?.lines() as u64;
@@ -267,6 +270,7 @@ impl Prepared {
             stock,
             memory,
             part_mesh,
+            part_mesh_error,
             texture,
             fixtures,
             table_from_work,
@@ -341,7 +345,7 @@ impl Prepared {
     /// A mesh that cannot be read or bounds no solid, numbers that make no blade.
     pub fn part_on_table(scene: &Scene, entry: Option<&ProgramFile>) -> Result<PartOnTable, SimError> {
         let table_from_work = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount).table_from_work();
-        let part = part_mesh(scene, &mut Vec::new())?;
+        let part = part_mesh(scene, &mut Vec::new())?.map(|(mesh, _)| mesh);
         let fixtures = fixture_meshes(scene, &table_from_work, &mut Vec::new())?;
         Ok(PartOnTable::new(scene, &table_from_work, part.as_ref(), &fixtures)?)
     }
@@ -434,26 +438,21 @@ fn holder_zones(tools: &ToolLibrary, clearance: f64) -> Vec<Vec<Profile>> {
     tools.tools.iter().map(zones).collect()
 }
 
-fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Option<TriMesh>, SimError> {
+/// The mesh of the design, and how far it lies from a closed form as measured, mm.
+fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
     let Some(part) = &scene.file.part else { return Ok(None) };
     if let Some(path) = &part.mesh {
         let path = scene.resolve(path);
         inputs.push(("part".into(), path.clone()));
-        return Ok(Some(read_solid(&path)?));
+        return Ok(Some((read_solid(&path)?, None)));
     }
     match &part.blade {
-        Some(blade) => Ok(Some(blade_mesh(scene, blade, 0.0)?)),
+        Some(blade) => {
+            inputs.extend(shape::sections_file(scene).map(|path| ("sections".to_owned(), path)));
+            Ok(Some(Shape::of_scene(scene, blade, 0.0)?.mesh(scene, blade.chord_error_mm)?))
+        }
         None => Ok(None),
     }
-}
-
-pub(crate) fn blade_mesh(scene: &Scene, blade: &BladeFile, allowance: f64) -> Result<TriMesh, SimError> {
-    let solid = blade
-        .blade(allowance)
-        .map_err(|e| ConfigError::file(&scene.path, e.to_string(), "correct [part.blade] or the allowance"))?;
-    let mesh = solid.mesh(blade.chord_error_mm);
-    mesh.check_solid().map_err(|source| SimError::Mesh { path: scene.path.clone(), source })?;
-    Ok(mesh)
 }
 
 fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, ConfigError> {

@@ -16,8 +16,9 @@ use crate::{
     error::SimError,
     manifest::{MANIFEST, Manifest},
     memory::{self, Demand, GROWTH, HISTORY_MEMORY, Memory},
-    prepare::{blade_mesh, read_solid},
+    prepare::read_solid,
     scene::{PatchFile, Scene, StockFile},
+    shape::Shape,
 };
 
 /// File of a run folder that holds the stock that is left.
@@ -214,7 +215,7 @@ fn formed(
     }
     let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
     if let (Some(allowance), Some(blade)) = (file.blade_allowance_mm, blade) {
-        return Ok(RawBody::mesh(blade_mesh(scene, blade, allowance)?)?);
+        return Ok(RawBody::mesh(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.0)?);
     }
     let path = scene.resolve(file.mesh.as_deref().unwrap_or(Path::new("")));
     inputs.push(("stock".into(), path.clone()));

@@ -12,7 +12,9 @@ use serde_spanned::Spanned;
 
 use crate::config::{ConfigError, parse_toml, read_text};
 use crate::names;
-pub use crate::scene_blade::{BladeFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile};
+pub use crate::scene_blade::{
+    BladeFile, BladeKindFile, EndFile, EndPlatformFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile,
+};
 pub use crate::scene_compare::{CompareFile, ExpectFile, FormFile, PublishedFile, QuantityFile};
 pub use crate::scene_limits::JointLimitFile;
 pub use crate::scene_patch::PatchFile;
@@ -201,8 +203,10 @@ pub struct PartFile {
     pub chord_error_mm: f64,
     /// Lateral face of a circular cone frustum.
     pub cone_frustum: Option<ConeFrustumFile>,
-    /// Blade on a platform.
+    /// Blade on a platform, or a face with a closed form.
     pub blade: Option<BladeFile>,
+    /// File of the sections of a blade of kind `sections`, CSV; see docs/blades.md.
+    pub sections: Option<PathBuf>,
     /// Only surface points in this box are judged, workpiece frame; everywhere when left out.
     pub judged: Option<BoxFile>,
 }
@@ -516,6 +520,17 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
             && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
         {
             return fault("the judged box holds nothing", "min_mm must be below max_mm");
+        }
+        match &part.blade {
+            Some(blade) => {
+                if let Some((message, help)) = blade.fault(part.sections.is_some()) {
+                    return fault(&message, &help);
+                }
+            }
+            None if part.sections.is_some() => {
+                return fault("`sections` belongs to a blade", "give [part.blade] with kind = \"sections\"");
+            }
+            None => {}
         }
         if part.blade.is_some_and(|b| !(1e-5..=1.0).contains(&b.chord_error_mm)) {
             return fault("chord_error_mm of the blade is out of range", "give 0.00001 to 1 mm");

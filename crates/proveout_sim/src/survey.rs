@@ -397,6 +397,7 @@ impl Sums {
             against: Some(design.against.into()),
             design_error_mm: Some(design.floor),
             mesh_error_mm: mesh_error,
+            mesh_asked_mm: design.mesh_asked,
             tolerance_floor_mm: Some(floor),
             gouge_max_mm: if deeper.is_some() { Some(gouge_max) } else { known(gouge_max) },
             excess_max_mm: known(excess_max),

@@ -236,6 +236,9 @@ pub struct Deviation {
     /// Missing walls are looked for on rays through the mesh; null where there is none.
     #[serde(default)]
     pub mesh_error_mm: Option<f64>,
+    /// Chord error that the scene asks of that mesh where the design has a closed form, mm; null elsewhere.
+    #[serde(default)]
+    pub mesh_asked_mm: Option<f64>,
     /// Deviations below this may come from the error of the design (`design_error_mm`) or the sweep bound, mm.
     pub tolerance_floor_mm: Option<f64>,
     /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is missing on a ray where that

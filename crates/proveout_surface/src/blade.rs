@@ -1,6 +1,9 @@
 //! Blades as designs, and how far a mesh lies from a closed form.
 
-use proveout_geom::{Point, TriMesh, Vector, blade::Blade};
+use proveout_geom::{
+    Point, TriMesh, Vector,
+    blade::{Blade, BladeSolid},
+};
 use rayon::prelude::*;
 
 use crate::{DesignSurface, Nearest};
@@ -9,6 +12,14 @@ use crate::{DesignSurface, Nearest};
 impl DesignSurface for Blade {
     fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
         let found = Self::nearest(self, p)?;
+        (found.distance.abs() <= range).then_some(Nearest { distance: found.distance, normal: found.normal })
+    }
+}
+
+/// The blade with both of its ends.
+impl DesignSurface for BladeSolid {
+    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+        let found = p.iter().all(|v| v.is_finite()).then(|| Self::nearest(self, p))?;
         (found.distance.abs() <= range).then_some(Nearest { distance: found.distance, normal: found.normal })
     }
 }

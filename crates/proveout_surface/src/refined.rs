@@ -14,7 +14,9 @@
 //! Halving keeps twice the step about the best place, so that a ridge that runs askew is not lost.
 //!
 //! **What holds it on the part.** The place lies within the cells round a point of the cut surface, inside of the stock's box and the judged
-//! region. Other pieces that cut deeper at the worst place of a gouge take its place, and are searched in their turn.
+//! region, and its height is its distance from the design: past the middle between two faces, as along the normal of an end face into a layer that
+//! is milled off beside it, the other face is nearer and tells. Other pieces that cut deeper at the worst place of a gouge take its place, and
+//! are searched in their turn.
 //!
 //! Limits: an area that is partly skin of the raw stock keeps its points as excess (what the skin bounds is not searched); so do gaps of
 //! walls that are gone, and points made by an earlier run. An area with more than [`crate::MOST_STARTS`] cells of nearly the same
@@ -42,6 +44,8 @@ const STARTS_OF_EXCESS: usize = 4;
 const AGAIN: usize = 4;
 /// What a height followed may be off the point that the stock has, mm: bound of the sweeps along the normal, and rounding.
 const SAME: f64 = 5e-3;
+/// A height may differ from the distance of its point by this part and mm: the corners of a mesh that stands for a smooth face.
+const OWN: [f64; 2] = [0.02, 1e-4];
 /// Heights that differ by less are one, mm.
 const EQUAL: f64 = 1e-9;
 
@@ -106,8 +110,14 @@ impl Refine<'_> {
         Some((p - nearest.normal * nearest.distance, nearest.normal))
     }
 
-    fn counts(&self, p: &Point) -> bool {
-        self.bounds.contains(p) && self.region.is_none_or(|r| r.contains(p))
+    /// Whether a place lies on the part, and no other face is nearer to it.
+    fn counts(&self, place: &Place) -> bool {
+        let (p, height) = (place.point(), place.contact.height);
+        let own = || {
+            let distance = self.design.signed_distance(&p);
+            distance.is_some_and(|d| (d - height).abs() <= OWN[0] * height.abs() + OWN[1])
+        };
+        self.bounds.contains(&p) && self.region.is_none_or(|r| r.contains(&p)) && own()
     }
 
     /// The best place about a foot; `sign` is 1 for the highest and -1 for the deepest.
@@ -136,7 +146,7 @@ impl Refine<'_> {
                     let Some(contact) = height(&foot, &normal, &best.contact) else { continue };
                     let place = Place { foot, normal, contact };
                     let better = sign * (contact.height - best.contact.height) > EQUAL;
-                    if better && self.counts(&place.point()) {
+                    if better && self.counts(&place) {
                         best = place;
                     }
                 }
@@ -165,8 +175,10 @@ impl Refine<'_> {
             let best = self.search(&start, -1.0, &followed);
             let near = self.path.near(&best.point(), 1e-6);
             let deeper = self.path.lowest_of(&near, &best.foot, &best.normal, best.contact.height);
-            match deeper.filter(|c| c.height < best.contact.height - EQUAL) {
-                Some(contact) => start = Place { contact, ..best },
+            let deeper =
+                deeper.filter(|c| c.height < best.contact.height - EQUAL).map(|contact| Place { contact, ..best });
+            match deeper.filter(|place| self.counts(place)) {
+                Some(place) => start = place,
                 None => return Some(Self::worst(&best)),
             }
         }

@@ -476,3 +476,49 @@ fn faults_from_half_a_cell_on_are_found_and_none_is_invented() {
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!(all as usize > 4 * parts && free_sites > parts, "{all} faults, {free_sites} sites without");
 }
+
+/// A block, from -5 to 5 mm along X and Y, below Z = 0.
+struct Slab;
+
+impl DesignSurface for Slab {
+    fn nearest(&self, p: &Point, range: f64) -> Option<Nearest> {
+        // Faces by their outward normals and distances (Quilez' box, with the nearest face inside).
+        let off = [p.x.abs() - 5.0, p.y.abs() - 5.0, p.z];
+        let signs = [p.x.signum(), p.y.signum(), 1.0];
+        let out = Vector::from(off.map(|v| v.max(0.0)));
+        let found = if out.norm() > 0.0 {
+            Nearest { distance: out.norm(), normal: out.component_mul(&Vector::from(signs)).normalize() }
+        } else {
+            let k = (0..3).max_by(|&a, &b| off[a].total_cmp(&off[b])).expect("three faces");
+            let mut normal = Vector::zeros();
+            normal[k] = signs[k];
+            Nearest { distance: off[k], normal }
+        };
+        (found.distance.abs() <= range).then_some(found)
+    }
+}
+
+/// A flat end mill takes 0.2 mm off the top of a block and runs far beyond it: along the normals of its sides everything is gone, and yet no place of
+/// it lies deeper than 0.2 mm.
+#[test]
+fn a_layer_that_is_gone_beside_an_edge_is_as_deep_as_it_is_thick() {
+    let deep = 0.2;
+    let cutters = vec![Cutter::flat(40.0).and_then(|c| c.bodies(30.0)).expect("a mill")];
+    let pose = |x: f64, z: f64| ToolPose { tip: Point::new(x, 0.0, z), axis: Vector::z() };
+    let pieces = vec![
+        PathPiece { from: pose(-90.0, 0.5), to: pose(-90.0, -deep), cutter: Some(0) },
+        PathPiece { from: pose(-90.0, -deep), to: pose(90.0, -deep), cutter: Some(0) },
+    ];
+    let path = SweptPath::new(pieces, &cutters);
+    let bounds = Aabb { min: Point::new(-5.0, -5.0, -5.0), max: Point::new(5.0, 5.0, 0.0) };
+    let on = Refine { path: &path, design: &Slab, bounds, region: None, cell: 0.5 };
+    for at in [[4.9, 0.0], [4.0, 4.5], [0.0, -4.95], [0.0, 0.0], [4.97, 4.97]] {
+        let p = Point::new(at[0], at[1], -deep);
+        let depth = -Slab.nearest(&p, 9.0).expect("inside").distance;
+        let starts = Starts { points: vec![(depth, p, 1)], raw: false };
+        if let Some(worst) = refined(&on, Side::Missing, &starts) {
+            assert!((worst.depth - deep).abs() < 5e-3, "{at:?}: {worst:?}");
+            assert!(bounds.contains(&worst.point), "{at:?}: {worst:?}");
+        }
+    }
+}

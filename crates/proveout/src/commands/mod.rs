@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub(crate) mod blade;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod diff;

@@ -15,6 +15,8 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("nc", "", "PROGRAM", "part/main.mpf"),
     ("nc --dialect", "", "PROGRAM", "part/fanuc.nc"),
     ("nc", "--post", "DIALECT", "fanuc"),
+    ("blade", "", "SCENE", "scenes/li-2022-s-theta"),
+    ("blade", "--output", "FILE", "blade.stl"),
     ("plan", "", "SCENE", "scenes/li-2022-s-theta"),
     ("plan", "--output", "FILE", "helix.apt"),
     ("reschedule", "", "SCENE", "scenes/li-2022-s-theta"),

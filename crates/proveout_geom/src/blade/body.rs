@@ -38,6 +38,9 @@ pub enum BladeError {
     /// The section.
     #[error(transparent)]
     Section(#[from] SectionError),
+    /// Another kind of blade.
+    #[error("this asks for a blade of kind \"camber\"")]
+    Kind,
     /// A number is not finite or outside of its range.
     #[error("{name} is {value}; it must be {range}")]
     Value {

@@ -3,6 +3,7 @@
 //! * [`Blade`] – circles on a circular camber line, extruded, twisted, on a platform; its airfoil is [`CamberSide`].
 //! * [`SkinnedBlade`] – a bicubic spline through sections of points.
 //! * [`Lu`], [`Sine`], [`Dong`], [`Cui`] – formulas on which published methods are tried, through [`ClosedSurface`].
+//! * [`BladeSolid`] – any of them that closes round, with flat ends or platforms and rolling-ball fillets; its closed mesh.
 
 mod bicubic;
 mod body;
@@ -12,6 +13,7 @@ mod closed_form;
 mod cui;
 mod discs;
 mod dong;
+mod flat;
 mod lu;
 mod mesh;
 mod nearest;
@@ -20,6 +22,9 @@ mod section;
 mod section_file;
 mod sections;
 mod sine;
+mod solid;
+mod solid_mesh;
+mod solid_nearest;
 mod spline;
 mod surface;
 
@@ -35,4 +40,7 @@ pub use section::{CamberSection, SectionCurve, SectionError, SectionPoint};
 pub use section_file::{PointedSection, SectionFileError, SectionPart, read_sections};
 pub use sections::{SectionsError, SkinnedBlade};
 pub use sine::Sine;
+pub use solid::{BladeEnd, BladeSolid, Plate, SolidError};
+pub use solid_mesh::{Backing, MeasuredMesh, MeshingError, face_mesh};
+pub use solid_nearest::NearestOnSolid;
 pub use surface::{Domain, Local, ParametricSurface};

@@ -150,6 +150,8 @@ impl<L: Salvage> Channel<L> {
             }
         }
         self.block = Some(block);
+        // A corner behind a block with a fault would be told for what that fault has left out.
+        self.queue.iter_mut().for_each(|(_, mark)| *mark = L::Mark::default());
         doubt
     }
 }

@@ -26,6 +26,9 @@ pub(crate) fn deviation(v: &Verdict) -> Vec<Entry> {
     if let Some(error) = d.mesh_error_mm {
         rows.push(entry("Error of the design's mesh", length(error), ""));
     }
+    if let Some(asked) = d.mesh_asked_mm {
+        rows.push(entry("Asked of that mesh", length(asked), ""));
+    }
     if let Some(p) = d.worst_point {
         rows.push(entry("Worst point", format!("X {} Y {} Z {}", fixed(p[0], 3), fixed(p[1], 3), fixed(p[2], 3)), ""));
     }

@@ -456,6 +456,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             against: Some("mesh".into()),
             design_error_mm: Some(0.001),
             mesh_error_mm: Some(0.001),
+            mesh_asked_mm: Some(0.002),
             tolerance_floor_mm: Some(0.0012),
             gouge_max_mm: Some(0.0312),
             excess_max_mm: Some(0.18),

@@ -30,7 +30,6 @@ use std::{
 };
 
 use proveout_controller::Dynamics;
-use proveout_geom::blade::Blade;
 use rayon::prelude::*;
 
 use self::{
@@ -53,6 +52,7 @@ use crate::{
     prepare::{Choice, Prepared},
     run::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
+    shape::Shape,
     surface_map::SurfaceMap,
     verdict::Verdict,
 };
@@ -74,7 +74,7 @@ pub struct Comparing {
     file: CompareFile,
     scene: String,
     description: String,
-    blade: Option<Blade>,
+    shape: Option<Shape>,
     baseline: usize,
     entries: Vec<Entry>,
     variations: Vec<Variation>,
@@ -148,10 +148,11 @@ impl Comparing {
             Entry::new(Prepared::read(path, &choice)?, name)
         };
         let entries = names.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        let blade = scene.file.part.as_ref().and_then(|p| p.blade).and_then(|b| b.blade(0.0).ok());
+        let blade = scene.file.part.as_ref().and_then(|p| p.blade);
+        let shape = blade.map(|b| Shape::of_scene(&scene, &b, 0.0)).transpose()?;
         Ok(Self {
             file,
-            blade,
+            shape,
             scene: scene.file.name,
             description: scene.file.description,
             baseline,
@@ -312,9 +313,9 @@ impl Comparing {
             let (mesh, normals) = surface.whole_mesh();
             let deviation = surface.whole_deviation();
             let judged = |i: usize| deviation.get(i).is_some_and(|d| d.is_finite());
-            let flat = |blade: &Blade| unrolled::unrolled(blade, &mesh.positions, judged);
+            let flat = |shape: &Shape| unrolled::of_shape(shape, &mesh.positions, judged);
             self.part = Some(PartPicture {
-                unrolled: self.blade.as_ref().map_or_else(Vec::new, flat),
+                unrolled: self.shape.as_ref().map_or_else(Vec::new, flat),
                 mesh,
                 normals,
                 deviation: vec![Vec::new(); self.entries.len()],

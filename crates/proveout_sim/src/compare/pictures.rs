@@ -111,8 +111,8 @@ pub struct PartPicture {
     pub deviation: Vec<Vec<f64>>,
     /// Deviation less that of the baseline; empty for the baseline.
     pub difference: Vec<Vec<f64>>,
-    /// Arc length on the section and height of the judged vertices, mm, not a number for the others; empty where the design is
-    /// no blade.
+    /// Arc length on the section and height of the judged vertices, or lengths on the lines of their face, mm, not a number for the others; empty
+    /// where the design is no blade.
     pub unrolled: Vec<[f64; 2]>,
 }
 

@@ -16,6 +16,9 @@ use super::block::LINEAR;
 impl Interpreter {
     pub(super) fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
         let span = block.span;
+        if self.own.first_line.is_some() {
+            self.second_line(p, span)?;
+        }
         if let Some(code) = p.limits {
             self.note(limits_text(code, p));
             return Ok(());

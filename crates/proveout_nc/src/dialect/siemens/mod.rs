@@ -33,6 +33,7 @@ mod statement;
 mod system;
 mod tapping;
 mod technology;
+mod two_lines;
 mod words;
 
 use std::path::PathBuf;

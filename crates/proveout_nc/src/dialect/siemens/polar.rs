@@ -1,4 +1,4 @@
-//! Polar coordinates: G110, G111, G112, AP=, RP=; a straight line by its angle: ANG=.
+//! Polar coordinates: G110, G111, G112, AP=, RP=; a straight line by its angle: ANG=. Two lines by their angles are in [`super::two_lines`].
 //!
 //! After Siemens, *NC programming, Fundamentals*, "Travel commands with polar coordinates": the angle counts from the first
 //! axis of the working plane, the radius is modal, the pole is the zero of the work coordinates before it is programmed, and
@@ -17,7 +17,7 @@ use crate::frame::sin_cos_degrees;
 const ALONG_AXIS: f64 = 1e-9;
 
 impl Interpreter {
-    /// Replaces ANG= by the coordinate of the plane that the block leaves out.
+    /// Replaces ANG= by the coordinate of the plane that the block leaves out; keeps the first of two lines.
     pub(crate) fn resolve_angle(&mut self, p: &mut Pending, angle: f64, span: Span) -> Result<(), Fault> {
         let [u, v, _] = self.modal.plane_axes();
         if !matches!(self.modal.interpolation, Interpolation::Linear | Interpolation::Rapid) || p.machine {
@@ -28,21 +28,18 @@ impl Interpreter {
             [true, false] => (u, v),
             [false, true] => (v, u),
             [true, true] => {
+                // The end of the second of two lines, where the first one has failed.
+                if self.own.two_lines_torn {
+                    return Ok(());
+                }
                 return Err(Fault::new(
                     codes::CONFLICT,
                     span,
-                    "ANG= with both coordinates of the end, which is the second of two lines, is not supported",
+                    "ANG= with both coordinates of the end is the second of two lines, and the block before has no first one",
                 )
-                .help("write the corner between the two lines with its coordinates"));
+                .help("write the first line as ANG= alone, or leave one of the coordinates out"));
             }
-            [false, false] => {
-                return Err(Fault::new(
-                    codes::MISSING_VALUE,
-                    span,
-                    "ANG= without a coordinate of the end, which is the first of two lines, is not supported",
-                )
-                .help("write the corner between the two lines with its coordinates"));
-            }
+            [false, false] => return self.hold_first_line(p, angle, span),
         };
         let length = self.modal.units.length();
         let end = self.targets(p, span)?.get(given).unwrap_or(0.0);

@@ -24,6 +24,7 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
 
 /// What later blocks have set anew is in doubt no more.
 pub(super) fn settle_doubt(channel: &mut Interpreter) {
+    channel.own.two_lines_torn = false;
     let doubt = &mut channel.recovery.faults.doubt;
     if !doubt.any() {
         return;

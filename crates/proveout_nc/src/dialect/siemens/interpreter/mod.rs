@@ -13,6 +13,7 @@ use super::expr::Expr;
 use super::index::Index;
 use super::modal::{Interpolation, Modal};
 use super::parser::{self, Block, Call, Statement};
+use super::two_lines::FirstLine;
 use super::{leftover, recover};
 use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
@@ -70,6 +71,10 @@ pub(crate) struct Siemens {
     pub(crate) offsets: BTreeMap<String, Frame>,
     /// Variables of type FRAME; one scope for the whole run.
     pub(crate) frame_variables: BTreeMap<String, Frame>,
+    /// The first of two lines by their angles waits for the second one.
+    pub(crate) first_line: Option<Box<FirstLine>>,
+    /// A fault stands where the first of two lines was.
+    pub(crate) two_lines_torn: bool,
     /// Direction of motion at the end of the last motion, work coordinates: for CT.
     pub(crate) tangent: Option<[f64; 3]>,
     pub(crate) modal_call: Option<ModalCall>,
@@ -162,6 +167,8 @@ impl Language for Siemens {
 
     fn resume(channel: &mut Interpreter) -> Option<bool> {
         channel.own.curve_torn = matches!(channel.modal.interpolation, Interpolation::Spline(_));
+        channel.own.first_line = None;
+        channel.own.two_lines_torn = true;
         if !channel.own.corners.resume() {
             return None;
         }
@@ -218,6 +225,7 @@ impl Lines for Siemens {
             channel.refresh_system(block);
         }
         match block.statement.take() {
+            Some(_) if channel.own.first_line.is_some() => Err(channel.no_second_line(block.span)),
             Some(statement) => channel.statement(loaded, at, statement, block.span),
             None => channel.execute(block, line),
         }
@@ -225,9 +233,9 @@ impl Lines for Siemens {
 
     /// The end of the text ends the program as M30 and the subprogram as M17 do.
     fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
-        channel
-            .end_curve(None)
-            .map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
+        let waits = channel.own.first_line.is_some();
+        let ended = if waits { Err(channel.no_second_line(Span::new(0, 0))) } else { channel.end_curve(None) };
+        ended.map_err(|fault| Box::new(fault.at(&loaded.source.name, at.line.saturating_sub(1), "")))?;
         if channel.stack.len() > 1 {
             channel.leave();
         } else {
