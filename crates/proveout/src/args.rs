@@ -8,7 +8,7 @@ use proveout_sim::gates::GATES;
 #[command(name = "proveout", version, max_term_width = 110)]
 #[command(
     after_help = "Exit code: 0 verdict pass (or the command did its work); 1 verdict fail; 2 the input or the call is \
-                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked."
+                        wrong, nothing is written; 3 verdict unchecked: nothing failed, but something was not checked; 130 stopped by Ctrl-C or TERM."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -41,6 +41,8 @@ pub(crate) enum Command {
     View(ViewArgs),
     /// Hold a run folder against its manifest: files that are not as the run wrote them, inputs that have changed since
     Verify(VerifyArgs),
+    /// Sign the manifest of a run folder, so that `verify` tells who vouches for it
+    Sign(SignArgs),
 }
 
 #[derive(Debug, Args)]
@@ -56,6 +58,10 @@ pub(crate) struct RunArgs {
     /// Run folder (default: out/SCENE-PROGRAM); an older run there is replaced when the new one is complete, other files stay
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Go on with the run to this run folder that was stopped (Ctrl-C, a kill, a full disk): its motion is planned and judged again,
+    /// what it had cut is taken from its journal. The result is that of a run that was not stopped
+    #[arg(long)]
+    pub(crate) resume: bool,
     /// Distance of the stock's rays, mm (default: the scene's)
     #[arg(long, value_name = "X")]
     pub(crate) resolution_mm: Option<f64>,
@@ -101,6 +107,9 @@ pub(crate) struct CompareArgs {
     /// Where the Rerun recording of each program goes
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
+    /// Exit code 0 also where this gate of a program is unchecked; may be repeated. The verdict stays as it is
+    #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
+    pub(crate) accept_unchecked: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -150,7 +159,7 @@ pub(crate) struct ReaderArgs {
     #[arg(long)]
     pub(crate) dialect: Option<String>,
     /// Control: a built-in one (fanuc-0i, fanuc-30i, haas-ngc, siemens-840d-sl, heidenhain-tnc-640, heidenhain-itnc-530, linuxcnc-2.9,
-    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, millplus) or a control file (default: that of --machine)
+    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, mazak-eia, millplus) or a control file (default: that of --machine)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
     /// Value of a variable that the program reads and does not set: #500=1.5, R5=2, Q10=3; may be repeated
@@ -476,7 +485,7 @@ pub(crate) struct ViewArgs {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not; 3 the folder is, but an input has \
+    after_help = "Exit code: 0 all is as the run left it; 1 a file of the run folder is not, or the signature does not hold; 3 the folder is, but an input has \
                         changed since, is gone, or cannot be found."
 )]
 pub(crate) struct VerifyArgs {
@@ -485,4 +494,16 @@ pub(crate) struct VerifyArgs {
     /// Folder of the scene, or its scene.toml (default: as run.json says)
     #[arg(long, value_name = "SCENE")]
     pub(crate) scene: Option<PathBuf>,
+    /// Ed25519 public key (PEM) whose signature the manifest must have
+    #[arg(long, value_name = "FILE")]
+    pub(crate) public_key: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SignArgs {
+    /// Run folder, or the folder of a comparison
+    pub(crate) run: PathBuf,
+    /// Ed25519 private key (PEM), as `openssl genpkey -algorithm ed25519` makes it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) key: PathBuf,
 }

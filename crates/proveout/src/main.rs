@@ -23,6 +23,7 @@ mod every_option;
 mod failure;
 mod host;
 mod progress;
+mod stop;
 mod terminal;
 
 use std::process::ExitCode;
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         Command::Run(args) => commands::run::run(&args).map(code),
         Command::Compare(args) => commands::compare::compare(&args).map(code),
         Command::Verify(args) => commands::verify::verify(&args).map(code),
+        Command::Sign(args) => commands::verify::sign(&args).map(|()| PASS),
         Command::Check(args) => commands::check::check(&args).map(|clean| if clean { PASS } else { WRONG }),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),

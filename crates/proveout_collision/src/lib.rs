@@ -10,6 +10,7 @@
 //! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came near.
 //! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
 //! * [`ToolClearance`] – one tool pose among solids that stand still: which tool axes are free.
+//! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of `orientation`).
 //! * [`SolidPair`] – distance of two meshes in pose after pose.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
 //! * [`PairClearance`], [`ProvedSpan`] – least distance of each pair over the motion, and what proves it.
@@ -55,6 +56,7 @@ mod distance;
 mod interference;
 mod least;
 mod neighbors;
+mod orientation;
 mod parts;
 mod report;
 mod shape;
@@ -67,6 +69,10 @@ mod triangle;
 pub use boxes::{BoxTree, Branch, NearestLeaves, nearest_leaves};
 pub use interference::Interference;
 pub use least::{PairClearance, ProvedSpan};
+pub use orientation::{
+    AxisState, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings, OrientationSpace,
+    OrientationWalk, Refusal, SurfaceContact,
+};
 pub use parts::Fixture;
 pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
 pub use solid_pair::SolidPair;

@@ -1,4 +1,5 @@
-//! Distance of a tool in one pose from solids that stand still: which tool axes are free at a place.
+//! Distance of a tool in one pose from solids that stand still: which tool axes are free at a place. All axes of a contact at once,
+//! with proof and with the cutter beside the contact: [`OrientationSpace`](crate::OrientationSpace).
 
 use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
 use proveout_tool::{Role, Tool};

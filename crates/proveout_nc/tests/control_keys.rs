@@ -192,6 +192,13 @@ const CASES: &[Case] = &[
         "\"Z\":-10.0",
     ),
     case(
+        "program.words",
+        FANUC,
+        "dialect = \"fanuc\"\nprogram.words = \"osp\"",
+        "G21 G0 X0. Y0. Z0.\nVC1=7\nX=VC1\nM30\n",
+        "\"X\":7.0",
+    ),
+    case(
         "tool_length.without_h",
         FANUC,
         "dialect = \"fanuc\"\ntool_length.without_h = \"tool\"",

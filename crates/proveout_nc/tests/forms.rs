@@ -7,7 +7,7 @@ mod common;
 
 use common::cases;
 use proptest::prelude::*;
-use proveout_nc::{AxisValues, Dialect, Op, Program, ReferencePoints, Settings};
+use proveout_nc::{AxisValues, Control, Dialect, Op, Program, ReferencePoints, Settings};
 
 type P = [f64; 2];
 
@@ -168,6 +168,69 @@ proptest! {
         let feed = |op: &Op| matches!(op, Op::Feed(_));
         let first = ops.iter().position(|op| std::ptr::eq(op, found[1])).unwrap();
         prop_assert!(ops[first..].iter().any(feed), "the feed of the second block comes behind the first line");
+    }
+
+    /// G83 of a Fagor: every infeed goes J times by I below the plane, comes out to the plane, and goes back to 1 mm above the last
+    /// depth, never above the plane; G98 and G99. Corners: one infeed, infeeds shorter than 1 mm, the plane below zero.
+    #[test]
+    fn infeeds_of_a_fagor(plane in -50i32..50, infeed in 1u32..400, count in 1u32..12, to_plane in any::<bool>()) {
+        let (plane, infeed) = (f64::from(plane), f64::from(infeed) / 20.0);
+        let text = format!(
+            "G71 G90 G0 X0 Y0 Z80\n{} G83 X5 Y6 Z{plane} I-{infeed} J{count} F100\nG80\nM30\n",
+            if to_plane { "G99" } else { "G98" },
+        );
+        let mut want = vec![(true, plane)];
+        for i in 1..=count {
+            want.push((false, plane - infeed * f64::from(i)));
+            if i < count {
+                want.push((true, plane));
+                want.push((true, (plane - infeed * f64::from(i) + 1.0).min(plane)));
+            }
+        }
+        want.push((true, if to_plane { plane } else { 80.0 }));
+        // A stroke to where the tool stands is none.
+        want.dedup_by(|now, before| now.0 && (now.1 - before.1).abs() < 1e-12);
+        let program = Program::from_text("a", &text, &Settings::of_control(Control::find("fagor-8055", None).unwrap())).unwrap();
+        let strokes: Vec<(bool, f64)> = program.filter_map(|command| match command.unwrap().op {
+            Op::Rapid(m) => Some((true, m.end.get(2).unwrap())),
+            Op::Linear(m) => Some((false, m.end.get(2).unwrap())),
+            _ => None,
+        }).skip(2).collect();
+        prop_assert_eq!(strokes.len(), want.len(), "{}\n{:?}\n{:?}", text, strokes, want);
+        for (got, want) in strokes.iter().zip(&want) {
+            prop_assert!(got.0 == want.0 && (got.1 - want.1).abs() < 1e-9, "{text}\n{strokes:?}\n{want:?}");
+        }
+    }
+
+    /// Common variables, jumps and calls of an Okuma give what the same program with macro B gives. Corners: loops of one pass,
+    /// no pass of a subprogram, sums of one term.
+    #[test]
+    fn an_okuma_counts_as_macro_b_does(
+        start in -20i32..20,
+        step in 1i32..9,
+        last in -20i32..40,
+        passes in 0u32..4,
+        terms in prop::collection::vec((prop::sample::select(vec!["+", "-", "*"]), 1i32..9), 0..4),
+    ) {
+        let sum: String = terms.iter().map(|(operator, value)| format!("{operator}{value}")).collect();
+        let okuma = format!(
+            "$A.MIN%\nO1\nG21 G90 G0 X0. Y0. Z0.\nVC1={start}\nVC2=0\nN10 X=VC1{sum} Y=[VC1+1]*2\nVC1=VC1+{step}\n\
+             IF [VC1 LT {last}] N10\nCALL O2 Q{passes}\nM2\nO2\nVC2=VC2+1\nZ=-VC2\nRTS\n"
+        );
+        let fanuc = format!(
+            "O1\nG21 G90 G0 X0. Y0. Z0.\n#101={start}\n#102=0\nN10 X[#101{sum}] Y[[#101+1]*2]\n#101=#101+{step}\n\
+             IF [#101 LT {last}] GOTO 10\n{}M2\nO2\n#102=#102+1\nZ-#102\nM99\n",
+            if passes == 0 { String::new() } else { format!("M98 P2 L{passes}\n") },
+        );
+        let ends = |control: &str, text: &str| -> Vec<Option<[f64; 3]>> {
+            let settings = Settings::of_control(Control::find(control, None).unwrap());
+            let program = Program::from_text("a", text, &settings).unwrap();
+            program.filter_map(|c| match c.unwrap_or_else(|e| panic!("{e}\n{text}")).op {
+                Op::Rapid(m) => Some(m.end.xyz()),
+                _ => None,
+            }).collect()
+        };
+        prop_assert_eq!(ends("okuma-osp", &okuma), ends("fanuc-30i", &fanuc), "{}", okuma);
     }
 
     /// Where Z is not known, a curve of X and Y is the same as with it, as chords; every chord end lies on the curve with Z.
@@ -435,7 +498,7 @@ fn cycles_of_the_machine_builder_mean_what_the_control_file_says() {
     assert!(fault.starts_with("2:") && fault.contains("machine builder") && fault.contains("words.CYCL392"), "{fault}");
     let with = |words: &str| {
         let control = format!("inherits = \"heidenhain-tnc-640\"\n[words.CYCL392]\n{words}\n");
-        let control = proveout_nc::Control::from_text("shop.toml", &control, None).unwrap_or_else(|e| panic!("{e}"));
+        let control = Control::from_text("shop.toml", &control, None).unwrap_or_else(|e| panic!("{e}"));
         read_with(text, &Settings::of_control(control))
     };
     let ops = with("ignore = \"tunes the drives\"").unwrap();
@@ -448,7 +511,7 @@ fn cycles_of_the_machine_builder_mean_what_the_control_file_says() {
     assert!(fault.contains("take it out"), "{fault}");
     for wrong in ["[words.CYCL392]\ncall = \"X\"", "[words.CYCL292]\nnote = \"x\"", "[words.ATC]\nnote = \"x\""] {
         let control = format!("inherits = \"heidenhain-tnc-640\"\n{wrong}\n");
-        assert!(proveout_nc::Control::from_text("shop.toml", &control, None).is_err(), "{wrong}");
+        assert!(Control::from_text("shop.toml", &control, None).is_err(), "{wrong}");
     }
 }
 

@@ -330,6 +330,73 @@ proptest! {
         prop_assert!((turns - want).abs() < 1e-6, "{} turns, {} wanted\n{}", turns, want, text);
     }
 
+    /// Threads of 263, 264 and 265 have their pitch, hand, depth and number of turns; 264 drills to its depth in infeeds that are no
+    /// deeper than asked, 265 goes down; the countersink runs at its depth and offset. Corners: both hands, climb and up-cut, no
+    /// countersink, one infeed.
+    #[test]
+    fn threads_are_drilled_and_countersunk(
+        bore in 0.2..3.9f64, radius in 2.0..6.0f64, pitch in 0.3..3.0f64, climb in any::<bool>(), left in any::<bool>(),
+        number in 263u32..266, front in prop::option::of(0.2..4.0f64), offset in 0.0..2.0f64, behind in any::<bool>(), infeed in 1.0..15.0f64,
+    ) {
+        let diameter = 2.0 * radius + 2.0 * bore;
+        let hand = if left { -1.0 } else { 1.0 };
+        let hole = -(12.1 + 0.5 * pitch);
+        let front_depth = if number == 264 { 0.0 } else { front.unwrap_or(0.0) };
+        let more = match number {
+            263 => "Q356=0 ~\nQ357=0.2 ~\nQ254=110".to_owned(),
+            264 => format!("Q356={hole} ~\nQ202={infeed} ~\nQ258=0.5 ~\nQ257=0 ~\nQ256=0.2 ~\nQ206=120"),
+            _ => format!("Q360={} ~\nQ254=110", u8::from(behind)),
+        };
+        let text = program(
+            &format!(
+                "CYCL DEF {number} X ~\nQ335={diameter} ~\nQ239={} ~\nQ201=-12 ~\nQ253=700 ~\nQ351={} ~\nQ358={} ~\nQ359={offset} ~\nQ200=2 ~\nQ203=5 ~\nQ204=20 ~\nQ207=300 ~\n{more}",
+                hand * pitch, if climb { "+1" } else { "-1" }, -front_depth,
+            ),
+            "M3",
+        );
+        let mut at = [0.0; 3];
+        let (mut turns, mut sunk, mut drilled, mut lowest) = (0.0, 0.0, Vec::new(), f64::MAX);
+        for op in &ops(&text, &settings(Some(radius))) {
+            match op {
+                Op::Arc(arc) => {
+                    let end = arc.motion.end.xyz().unwrap();
+                    let rise = end[2] - at[2];
+                    let around = (arc.center[0] - 40.0).hypot(arc.center[1] - 30.0) < 1e-9;
+                    if around && rise.abs() > 1e-9 {
+                        prop_assert!((arc.radius - bore).abs() < 1e-9);
+                        let per_turn = rise / (arc.sweep / std::f64::consts::TAU) * arc.normal[2];
+                        prop_assert!((per_turn - hand * pitch).abs() < 1e-9, "{} {}\n{}", per_turn, pitch, text);
+                        prop_assert!(number == 265 && rise < 0.0 || number != 265 && (arc.normal[2] > 0.0) == climb, "{}", text);
+                        turns += arc.sweep / std::f64::consts::TAU;
+                        lowest = lowest.min(end[2]).min(at[2]);
+                    } else if around {
+                        prop_assert!((end[2] - (5.0 - front_depth)).abs() < 1e-9 && (arc.radius - offset).abs() < 1e-9);
+                        sunk += arc.sweep / std::f64::consts::TAU;
+                    }
+                    at = end;
+                }
+                Op::Linear(m) => {
+                    let end = m.end.xyz().unwrap_or(at);
+                    // Drilled: straight down in feed.
+                    if number == 264 && turns == 0.0 && end[2] < at[2] && end[2] < 5.0 {
+                        drilled.push((at[2], end[2]));
+                    }
+                    at = end;
+                }
+                Op::Rapid(m) => at = m.end.xyz().unwrap_or(at),
+                _ => {}
+            }
+        }
+        let want = if number == 265 { 12.0 / pitch } else { 1.0 };
+        prop_assert!((turns - want).abs() < 1e-6 && (lowest + 7.0).abs() < 1e-9, "{} turns to {}\n{}", turns, lowest, text);
+        prop_assert_eq!(sunk > 0.5, front_depth > 0.0 && offset > 1e-6, "{}", text);
+        if number == 264 {
+            prop_assert!((drilled.iter().map(|d| d.1).fold(f64::MAX, f64::min) - 5.0 - hole).abs() < 1e-9, "{:?}", drilled);
+            prop_assert!(drilled.windows(2).all(|w| w[1].1 >= w[0].1 - infeed - 1e-9), "{:?}\n{}", drilled, text);
+            prop_assert_eq!(drilled.len(), (-hole / infeed - 1e-9).ceil() as usize, "{:?}", drilled);
+        }
+    }
+
     #[test]
     fn a_face_is_covered(
         length in 20.0..90.0f64, width in 5.0..60.0f64, sign in 0..4usize, radius in 3.0..20.0f64, overlap in 0.4..1.9f64,
@@ -409,4 +476,31 @@ fn wrong_words_of_milling_cycles_are_named() {
         let error = read(&text, &settings(Some(5.0))).unwrap_err();
         assert!(error.starts_with(code) && error.contains(word), "{from} -> {to}: {error}");
     }
+}
+
+#[test]
+fn threads_that_are_not_followed_are_refused() {
+    let plain = "CYCL DEF 264 X ~\nQ335=20 ~\nQ239=2 ~\nQ201=-12 ~\nQ356=-13 ~\nQ253=700 ~\nQ351=+1 ~\nQ202=5 ~\nQ258=0.5 ~\nQ257=0 ~\nQ256=0.2 ~\nQ358=0 ~\nQ359=0 ~\nQ200=2 ~\nQ203=5 ~\nQ204=20 ~\nQ206=120 ~\nQ207=300";
+    assert!(read(&program(plain, "M3"), &settings(Some(5.0))).is_ok());
+    for (from, to, code, says) in [
+        ("Q257=0", "Q257=1", "nc-unsupported-word", "Q257"),
+        ("Q358=0", "Q358=-1", "nc-unsupported-word", "Q358"),
+        ("Q356=-13", "Q356=13", "nc-arguments", "Q356"),
+        ("Q356=-13", "Q356=-12.9", "nc-arguments", "13.000 mm deep"),
+        ("Q239=2 ", "Q239=0 ", "nc-arguments", "pitch"),
+        ("Q335=20", "Q335=9", "nc-compensation", "does not fit"),
+        ("Q351=+1", "Q351=2", "nc-bad-value", "Q351"),
+        ("Q206=120 ~\n", "", "nc-arguments", "Q206"),
+        ("264", "266", "nc-unsupported-word", "266"),
+        ("264", "267", "nc-unsupported-word", "267"),
+    ] {
+        let error = read(&program(&plain.replace(from, to), "M3"), &settings(Some(5.0))).unwrap_err();
+        assert!(error.starts_with(code) && error.contains(says), "{from} -> {to}: {error}");
+    }
+    let sunk = "CYCL DEF 263 X ~\nQ335=20 ~\nQ239=2 ~\nQ201=-12 ~\nQ356=-13 ~\nQ253=700 ~\nQ351=+1 ~\nQ200=2 ~\nQ357=0 ~\nQ358=0 ~\nQ359=0 ~\nQ203=5 ~\nQ204=20 ~\nQ254=120 ~\nQ207=300";
+    let error = read(&program(sunk, "M3"), &settings(Some(5.0))).unwrap_err();
+    assert!(error.starts_with("nc-unsupported-word") && error.contains("Q356=-13"), "{error}");
+    let flag = "CYCL DEF 265 X ~\nQ335=20 ~\nQ239=2 ~\nQ201=-12 ~\nQ253=700 ~\nQ358=-1 ~\nQ359=1 ~\nQ360=2 ~\nQ200=2 ~\nQ203=5 ~\nQ204=20 ~\nQ254=120 ~\nQ207=300";
+    let error = read(&program(flag, "M3"), &settings(Some(5.0))).unwrap_err();
+    assert!(error.starts_with("nc-bad-value") && error.contains("Q360"), "{error}");
 }

@@ -16,6 +16,7 @@ use crate::{
     engagement::Engagement,
     error::SimError,
     finding::{self, Finding},
+    journal::Journal,
     kept_motion::{KeptMotion, KeptPiece},
     legs,
     log::FindingLog,
@@ -108,6 +109,8 @@ pub(crate) struct Engine<'a> {
     bodies: BodyCheck<'a>,
     stock_bodies: StockBodies,
     depths: Depths,
+    /// Where the cuts are written down, or taken from.
+    journal: Option<Journal>,
     /// First piece of the run in which the cutter must not meet material, the tool, and why.
     barred: Option<(u32, Option<usize>, &'static str)>,
     /// Cores of the tools that are watched for going down, by tool.
@@ -138,7 +141,12 @@ pub(crate) struct Engine<'a> {
 }
 
 impl<'a> Engine<'a> {
-    pub(crate) fn new(prepared: &'a Prepared, stock: TriDexel, patches: Vec<Patch>) -> Result<Self, SimError> {
+    pub(crate) fn new(
+        prepared: &'a Prepared,
+        stock: TriDexel,
+        patches: Vec<Patch>,
+        journal: Option<Journal>,
+    ) -> Result<Self, SimError> {
         let (bodies, stock_bodies) = BodyCheck::new(prepared, &stock)?;
         Ok(Self {
             prepared,
@@ -146,6 +154,7 @@ impl<'a> Engine<'a> {
             loose: LooseParts::new(&stock),
             looked_at: 0.0,
             depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
+            journal,
             barred: None,
             cores: prepared
                 .tools
@@ -240,8 +249,9 @@ impl<'a> Engine<'a> {
         }
         let (bodies, stock_bodies) = (&mut self.bodies, &mut self.stock_bodies);
         let cutting = Cutting { stock: &mut self.stock, patches: &mut self.patches, depths: &mut self.depths };
+        let journal = self.journal.as_mut();
         let (cut, (hits, collision)) = rayon::join(
-            || stock_bodies.cut(cutting, &sweeps, &chunk.pieces),
+            || stock_bodies.cut(cutting, journal, &sweeps, &chunk.pieces),
             || timed(|| bodies.check(&chunk.pieces, &states)),
         );
         stages.removal += cut.removal;
@@ -288,6 +298,16 @@ impl<'a> Engine<'a> {
             loose: self.loose.take_motions(),
             time: self.time,
         }
+    }
+
+    /// Refuses to go on with a journal that does not fit.
+    pub(crate) fn check_journal(&mut self) -> Result<(), SimError> {
+        self.journal.as_mut().and_then(Journal::take_fault).map_or(Ok(()), |fault| Err(fault.into()))
+    }
+
+    /// Why the journal was given up, where it was.
+    pub(crate) fn journal_given_up(&self) -> Option<String> {
+        self.journal.as_ref().and_then(Journal::given_up)
     }
 
     /// Refuses to go on when the stock takes more than was announced.

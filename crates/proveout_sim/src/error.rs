@@ -12,7 +12,7 @@ use proveout_stock::StockError;
 use proveout_tool::ToolError;
 use thiserror::Error;
 
-use crate::{config::ConfigError, observer::ObserverError};
+use crate::{config::ConfigError, journal::JournalError, observer::ObserverError};
 
 /// Why there is no verdict.
 #[derive(Debug, Error)]
@@ -75,6 +75,9 @@ pub enum SimError {
     /// File that cannot be written.
     #[error(transparent)]
     Observer(#[from] ObserverError),
+    /// Journal of a run.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     /// Run folder.
     #[error("run folder: {0}")]
     Folder(std::io::Error),

@@ -14,7 +14,10 @@ use proveout_geom::read_regular_text;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::digest::{self, InputFile};
+use crate::{
+    digest::{self, InputFile},
+    signature::SIGNATURE,
+};
 
 /// Name of the file in a run folder.
 pub const MANIFEST: &str = "manifest.json";
@@ -96,7 +99,7 @@ impl Manifest {
     pub fn of(folder: &Path, inputs: &[InputFile], scene_folder: &Path) -> std::io::Result<Self> {
         let (mut files, mut without_digest) = (Vec::new(), Vec::new());
         for name in names_below(folder)? {
-            if name == MANIFEST {
+            if name == MANIFEST || name == SIGNATURE {
                 continue;
             }
             if VOLATILE.contains(&name.rsplit('/').next().unwrap_or_default()) {
@@ -152,10 +155,10 @@ impl Manifest {
         Ok(read)
     }
 
-    /// Names of all files of the run, the manifest itself included.
+    /// Names of all files of the run, the manifest itself and its signature included.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let files = self.files.iter().map(|f| f.name.as_str());
-        files.chain(self.without_digest.iter().map(String::as_str)).chain([MANIFEST])
+        files.chain(self.without_digest.iter().map(String::as_str)).chain([MANIFEST, SIGNATURE])
     }
 
     /// The digest of a file of the run folder.

@@ -19,6 +19,7 @@ use proveout_stock::{Patch, TriDexel};
 use crate::{
     engine::Engine,
     error::SimError,
+    journal::Journal,
     judge::{self, Shown},
     observer::{Batch, Observer, ObserverError, Outcome, Setup},
     prepare::Prepared,
@@ -65,18 +66,33 @@ pub struct RunResult {
     pub announced_memory: u64,
     /// Memory of the stock, and of each patch by its name, at the end, bytes.
     pub stock_memory: Vec<(String, u64)>,
+    /// Why the journal was given up, where there was one that could not be kept to the end.
+    pub journal_given_up: Option<String>,
 }
 
 /// Runs a prepared program and tells the observers, which may write into `folder`.
 ///
 /// # Errors
 /// [`SimError`] when program, control or an observer refuse; there is then no verdict.
-pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Path) -> Result<RunResult, SimError> {
+pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Path) -> Result<RunResult, SimError> {
+    run_journaled(prepared, None, observers, folder)
+}
+
+/// The same with a journal of its cuts, from which a run that is stopped goes on; it stays locked until the run ends.
+///
+/// # Errors
+/// As [`run`]; [`SimError::Journal`] when the journal does not fit.
+pub fn run_journaled(
+    mut prepared: Prepared,
+    journal: Option<Journal>,
+    observers: &mut [Box<dyn Observer>],
+    folder: &Path,
+) -> Result<RunResult, SimError> {
     let begin = Instant::now();
     let mut stages = Stages { read: prepared.read_time, ..Stages::default() };
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
-    let mut engine = Engine::new(&prepared, stock, patches)?;
+    let mut engine = Engine::new(&prepared, stock, patches, journal)?;
     engine.prove_clearance();
     let told = Instant::now();
     for observer in observers.iter_mut() {
@@ -88,7 +104,7 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
 
     let judging = Instant::now();
     let recorded = stages.record;
-    let pieces = engine.pieces();
+    let (pieces, journal_given_up) = (engine.pieces(), engine.journal_given_up());
     let (stock, patches, facts) = engine.finish();
     let setup = setup(&prepared, &stock, &patches);
     let (verdict, surveyed) = judge::judge(&prepared, &stock, &patches, &facts, &summary, &mut |shown| {
@@ -111,14 +127,22 @@ pub fn run(mut prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: 
     let memory = |name: &str, s: &TriDexel| (name.to_owned(), s.memory_bytes());
     let stock_memory =
         std::iter::once(memory("stock", &stock)).chain(patches.iter().map(|p| memory(p.name(), p.stock()))).collect();
-    Ok(RunResult { verdict, stages, wall, pieces, announced_memory: prepared.memory.total(), stock_memory })
+    Ok(RunResult {
+        verdict,
+        stages,
+        wall,
+        pieces,
+        announced_memory: prepared.memory.total(),
+        stock_memory,
+        journal_given_up,
+    })
 }
 
 /// Takes the motion through stock and bodies without a judgement of the surface; the observers hear of the stretches alone.
 pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer>]) -> Result<(), SimError> {
     let (stock, patches) = prepared.stock.take()?;
     let prepared = prepared;
-    let mut engine = Engine::new(&prepared, stock, patches)?;
+    let mut engine = Engine::new(&prepared, stock, patches, None)?;
     drive(&prepared, &mut engine, &mut Stages::default(), observers).map(|_| ())
 }
 
@@ -149,6 +173,7 @@ fn drive(
         let Some(chunk) = chunk else { break };
         for stretch in stretches(chunk) {
             let batch = engine.step(&stretch, stages);
+            engine.check_journal()?;
             engine.check_memory()?;
             let telling = Instant::now();
             let batch = Batch {

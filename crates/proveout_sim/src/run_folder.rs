@@ -3,6 +3,7 @@
 //! ```text
 //!   .NAME.partial-PID    what is being written; that of a process that is gone is removed by the next run
 //!   NAME                 a complete run with its manifest
+//!   .NAME.journal        what its sweeps did: a run that was stopped goes on with it, one that is complete removes it
 //!   .NAME.old            the run before, while the new one takes its place; left by a kill, it is taken back by the next run
 //! ```
 //!
@@ -77,6 +78,14 @@ impl RunFolder {
         &self.partial
     }
 
+    /// The journal of the run, beside its place.
+    pub fn journal(&self) -> PathBuf {
+        let mut name = OsString::from(".");
+        name.push(self.place.file_name().unwrap_or_default());
+        name.push(".journal");
+        self.place.with_file_name(name)
+    }
+
     /// Moves the complete folder into place. The files of an older run there go, all others stay.
     ///
     /// # Errors
@@ -94,6 +103,8 @@ impl RunFolder {
             return Err(e);
         }
         self.done = true;
+        // Where it cannot be removed, the next run writes over it.
+        fs::remove_file(self.journal()).ok();
         let kept = if had_old { empty_into(&old, &self.place)? } else { Vec::new() };
         Ok(Committed { place: self.place.clone(), kept })
     }

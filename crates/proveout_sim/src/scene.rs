@@ -456,6 +456,11 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         let at = file.resolution_mm.span().start;
         return fault(at, format!("resolution_mm = {cell} is not a positive length"), "write for example 0.2");
     }
+    if file.limits.blocks == Some(0) {
+        let at = text.find("blocks").unwrap_or(0);
+        let message = format!("`limits.blocks` = 0 is out of range: 1 to {}", u32::MAX);
+        return fault(at, message, "leave it out for ten million");
+    }
     // These become names of files and folders.
     let patches = file.stock.get_ref().patch.iter().map(|p| &p.get_ref().name);
     let programs = file.program.iter().map(|p| &p.name);

@@ -13,6 +13,7 @@ pub struct RunLimitsFile {
     pub simulated_time_s: Option<f64>,
     /// Blocks, those of loops and subprograms counted each time, after which a program is refused; ten million when left out. Loops
     /// may jump back a fifth as often.
+    #[schemars(range(min = 1))]
     pub blocks: Option<u32>,
 }
 

@@ -17,9 +17,11 @@
 use proveout_collision::{CollisionError, Interference, JointMotion, Severity, StockBreach, StockCheck};
 use proveout_controller::Piece;
 use proveout_geom::TriMesh;
-use proveout_stock::{Depths, Patch, SolidOverlap, SweepReport, TriDexel};
+use proveout_stock::{Depths, Measure, Patch, SolidOverlap, SweepItem, SweepReport, TriDexel};
 
-use crate::{bodies::StockNear, prepare::Prepared, process::Sweeps, run::timed, verdict::PairClearance};
+use crate::{
+    bodies::StockNear, journal::Journal, prepare::Prepared, process::Sweeps, run::timed, verdict::PairClearance,
+};
 
 /// A body that stands in the stock without moving against it.
 #[derive(Clone, Debug)]
@@ -33,6 +35,14 @@ pub(crate) struct Cutting<'e> {
     pub(crate) stock: &'e mut TriDexel,
     pub(crate) patches: &'e mut [Patch],
     pub(crate) depths: &'e mut Depths,
+}
+
+impl Cutting<'_> {
+    /// Cuts patches and stock; reports on each item.
+    pub(crate) fn sweep(&mut self, items: &[SweepItem<'_>], measures: &[Measure]) -> Vec<SweepReport> {
+        self.patches.iter_mut().for_each(|p| p.sweep(items));
+        self.stock.sweep_measured(items, measures, self.depths)
+    }
 }
 
 /// What a stretch gave.
@@ -84,8 +94,14 @@ impl StockBodies {
         std::mem::take(&mut self.at_rest)
     }
 
-    /// Cuts a stretch, and follows the bodies through it.
-    pub(crate) fn cut(&mut self, cutting: Cutting<'_>, sweeps: &Sweeps<'_>, pieces: &[Piece]) -> Cut {
+    /// Cuts a stretch, and follows the bodies through it; where there is a journal, it is written there, or taken from it.
+    pub(crate) fn cut(
+        &mut self,
+        mut cutting: Cutting<'_>,
+        mut journal: Option<&mut Journal>,
+        sweeps: &Sweeps<'_>,
+        pieces: &[Piece],
+    ) -> Cut {
         let motion = |p: &Piece| JointMotion {
             joints: p.joints,
             time: p.time,
@@ -107,10 +123,11 @@ impl StockBodies {
             piece += done;
             let next = sweeps.parts.partition_point(|part| part.piece < piece);
             let ((), removal) = timed(|| {
-                let items = &sweeps.items[sweep..next];
-                cutting.patches.iter_mut().for_each(|p| p.sweep(items));
-                let measures = &sweeps.measures[sweep..next];
-                out.reports.extend(cutting.stock.sweep_measured(items, measures, cutting.depths));
+                let (items, measures) = (&sweeps.items[sweep..next], &sweeps.measures[sweep..next]);
+                out.reports.extend(match &mut journal {
+                    Some(journal) if !items.is_empty() => journal.sweep(&mut cutting, items, measures),
+                    _ => cutting.sweep(items, measures),
+                });
             });
             out.removal += removal;
             sweep = next;

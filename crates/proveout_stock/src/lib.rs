@@ -93,6 +93,7 @@ pub use keeping::file::StockFileError;
 pub use keeping::history::HistoryError;
 pub use keeping::patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use keeping::regrid::Regrid;
+pub use keeping::sweep_log::{BeforeSweep, SweepLog, SweepReplay};
 pub use keeping::taken::TakenPart;
 pub use looking::bands::MeshBand;
 pub use looking::contact::Contact;

@@ -4,8 +4,9 @@ use proveout_record::{RerunMode, observers, write_run_json};
 use proveout_sim::{
     Choice, Committed, Manifest, Memory, Observer, Prepared, Recorded, RunFolder, SimError,
     digest::InputFile,
+    journal::{Begun, Journal},
     overhang::{Overhang, STEP_MM, by_tool, least_overhangs},
-    run::{RunResult, run as prove},
+    run::{RunResult, run_journaled as prove},
     scene::{DynamicsFile, PlantFile},
     verdict::{State, Verdict},
 };
@@ -15,6 +16,7 @@ use crate::{
     failure::Failure,
     host::run_info,
     progress::Progress,
+    stop::Stop,
 };
 
 /// Most worker threads: above the number of processors they only take memory.
@@ -27,6 +29,7 @@ const VIEWER_ANSWERS: std::time::Duration = std::time::Duration::from_millis(500
 pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     let (threads, pool) = pool(args.resolution_mm, args.threads)?;
     check_viewer(args.rerun)?;
+    let stop = Stop::watch()?;
     let mut choice = Choice {
         program: args.program.clone(),
         nc: args.nc.clone(),
@@ -59,13 +62,23 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     });
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
+    let journal = journal(args.resume, &folder, &Begun::of(&prepared, &choice))?;
+    stop.running(folder.path());
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
     watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
-    let result = pool.install(|| prove(prepared, &mut watchers, folder.path())).map_err(|e| Failure::from(&e))?;
+    let result = pool.install(|| prove(prepared, Some(journal), &mut watchers, folder.path()));
     drop(watchers);
+    let result = result.map_err(|e| {
+        // A folder that goes away under a run that is stopped is no fault.
+        stop.ending();
+        failed(&e, &folder)
+    })?;
+    if let Some(why) = &result.journal_given_up {
+        tell!("note: the journal was given up, a run that is stopped could not go on: {why}");
+    }
     write_run_json(folder.path(), &run_info(&result, &scene.path, threads, true))
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
-    let place = complete(folder, &inputs, &scene.folder)?;
+    let place = complete(folder, &inputs, &scene.folder, &mut || stop.ending())?;
     print_summary(&result, &place);
     if args.overhang {
         print_overhangs(&overhangs);
@@ -73,10 +86,47 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     Ok(accepted(&result.verdict, &args.accept_unchecked))
 }
 
+/// The journal of a new run, or of the one that was stopped.
+fn journal(resume: bool, folder: &RunFolder, begun: &Begun) -> Result<Journal, Failure> {
+    let path = folder.journal();
+    let open = if resume { Journal::go_on } else { Journal::begin };
+    let journal = open(&path, begun).map_err(|e| {
+        let failure = Failure::from(&SimError::from(e));
+        if resume { failure.with_help("leave --resume out: the run then begins anew") } else { failure }
+    })?;
+    if resume {
+        tell!("going on: {:.1} MiB of cuts are taken from the journal", journal.left() as f64 / f64::from(1 << 20));
+    }
+    Ok(journal)
+}
+
+/// A failure, and what becomes of the journal: it stays where the system refused something, since nothing is wrong with the run itself.
+fn failed(error: &SimError, folder: &RunFolder) -> Failure {
+    let failure = Failure::from(error);
+    match error {
+        SimError::Observer(_) | SimError::Folder(_) if folder.journal().is_file() => {
+            failure.with_help("make room, then go on: the same call with --resume")
+        }
+        // The program that wrote it may go on with it.
+        SimError::Journal(_) => failure,
+        // A run that ends here would end here again.
+        _ => {
+            std::fs::remove_file(folder.journal()).ok();
+            failure
+        }
+    }
+}
+
 /// Writes the manifest and moves a folder into its place; tells what stays there.
-pub(super) fn complete(folder: RunFolder, inputs: &[InputFile], scene_folder: &Path) -> Result<PathBuf, Failure> {
+pub(super) fn complete(
+    folder: RunFolder,
+    inputs: &[InputFile],
+    scene_folder: &Path,
+    before_move: &mut dyn FnMut(),
+) -> Result<PathBuf, Failure> {
     let failure = |e: std::io::Error| Failure::from(&SimError::Folder(e));
     Manifest::of(folder.path(), inputs, scene_folder).and_then(|m| m.write(folder.path())).map_err(failure)?;
+    before_move();
     let Committed { place, kept } = folder.commit().map_err(failure)?;
     for name in &kept {
         tell!("note: {} is of no run and stays", place.join(name).display());

@@ -1,8 +1,11 @@
 use std::path::{Path, PathBuf};
 
-use proveout_sim::{verdict::State, verify as hold};
+use proveout_sim::{SignatureError, check_signature, sign as put_signature, verdict::State, verify as hold};
 
-use crate::{args::VerifyArgs, failure::Failure};
+use crate::{
+    args::{SignArgs, VerifyArgs},
+    failure::Failure,
+};
 
 /// Most names that are shown of a kind.
 const SHOWN: usize = 20;
@@ -25,11 +28,35 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
             list("input changed since the run", &found.changed_inputs);
         }
     }
-    Ok(match (found.holds(), folder.is_some() && found.changed_inputs.is_empty()) {
+    let signed = match args.public_key.as_deref().map(|key| check_signature(&args.run, key)) {
+        None => true,
+        Some(Ok(())) => {
+            say!("the manifest is signed with this key");
+            true
+        }
+        Some(Err(e @ (SignatureError::Wrong { .. } | SignatureError::Missing { .. }))) => {
+            say!("  {e}");
+            false
+        }
+        Some(Err(e)) => return Err(Failure::new(e)),
+    };
+    Ok(match (found.holds() && signed, folder.is_some() && found.changed_inputs.is_empty()) {
         (false, _) => State::Fail,
         (true, true) => State::Pass,
         (true, false) => State::Unchecked,
     })
+}
+
+/// Signs a run folder.
+pub(crate) fn sign(args: &SignArgs) -> Result<(), Failure> {
+    put_signature(&args.run, &args.key).map_err(|e| match e {
+        SignatureError::Key { .. } => {
+            Failure::new(e).with_help("`openssl genpkey -algorithm ed25519 -out key.pem` makes one")
+        }
+        _ => Failure::new(e),
+    })?;
+    say!("{}: signed", args.run.display());
+    Ok(())
 }
 
 fn list(what: &str, names: &[String]) {

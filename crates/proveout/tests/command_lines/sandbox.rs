@@ -50,6 +50,11 @@ name = "other"
 file = "other.mpf"
 "#;
 
+const PRIVATE_KEY: &str = "-----BEGIN PRIVATE KEY-----\nMC4CAQAwBQYDK2VwBCIEIJ1hsZ3v/VpguoRK9JLsLMREScVpezJpGXA7rAMcrn9g\n\
+                           -----END PRIVATE KEY-----\n";
+const PUBLIC_KEY: &str = "-----BEGIN PUBLIC KEY-----\nMCowBQYDK2VwAyEA11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo=\n\
+                          -----END PUBLIC KEY-----\n";
+
 /// A published value that the comparison misses.
 const MISSED: &str = r#"
 [compare]
@@ -95,6 +100,9 @@ pub(crate) fn sandbox() -> TempDir {
     write("gauge.smd", &gauge());
     write("damaged.smd", &gauge().replacen("\r\n0.5", "\r\nhigh", 1));
     write("patch.sdf", &patch());
+    // The first key of RFC 8032.
+    write("key.pem", PRIVATE_KEY);
+    write("public.pem", PUBLIC_KEY);
     // In place of the viewer.
     write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");

@@ -33,6 +33,9 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("diff", "", "RUN_A", "out/part-main"),
     ("diff", "", "RUN_B", "out/part-other"),
     ("verify", "", "RUN", "out/part-main"),
+    ("verify", "--public-key", "FILE", "public.pem"),
+    ("sign", "", "RUN", "out/part-main"),
+    ("sign", "--key", "FILE", "key.pem"),
     ("view", "", "RUN", "out/part-main"),
 ];
 

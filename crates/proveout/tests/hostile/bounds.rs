@@ -5,12 +5,13 @@ use std::time::Duration;
 use crate::workshop::{PROGRAM, Workshop};
 
 /// Values of scene, machine and tools that no workshop has: file, what stands there, what comes instead, what is told.
-const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 11] = [
+const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 12] = [
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e18, 0]", ["1e18", "-100000 to 100000"]),
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e6, 0]", ["`stock.box.max_mm`", "-100000 to 100000"]),
     ("scene.toml", "Z_mm = 140", "Z_mm = 1e9", ["1e9", "-100000 to 100000"]),
     ("scene.toml", "Z_mm = 140", "Z_mm = nan", ["nan", "-100000 to 100000"]),
     ("scene.toml", "resolution_mm = 1.0", "resolution_mm = 1e-9", ["1e-9", "0.00001 to 1000"]),
+    ("scene.toml", "[stock]", "[limits]\nblocks = 0\n[stock]", ["`limits.blocks` = 0", "1 to 4294967295"]),
     ("machine/machine.toml", "cycle_time_ms = 2", "cycle_time_ms = 1e-4", ["1e-4", "0.01 to 100"]),
     ("machine/machine.toml", "tool_change_time_s = 6", "tool_change_time_s = 1e300", ["1e300", "0 to 3600"]),
     ("machine/machine.toml", "radius_mm = ", "radius_mm = 1e18 # ", ["1e18", "-100000 to 100000"]),

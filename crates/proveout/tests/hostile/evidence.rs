@@ -76,6 +76,41 @@ fn a_forged_stock_is_found_by_the_next_setup() {
     assert!(told.text.contains("is not as the run left it"), "{}", told.text);
 }
 
+#[test]
+fn a_signature_says_who_vouches_for_a_run() {
+    let shop = Workshop::new();
+    assert_eq!(shop.run().code(), Some(3));
+    // The first key of RFC 8032, and another one.
+    let of_key =
+        |begin: &str, middle: &str| format!("-----BEGIN {begin} KEY-----\n{middle}\n-----END {begin} KEY-----\n");
+    shop.write("key.pem", of_key("PRIVATE", "MC4CAQAwBQYDK2VwBCIEIJ1hsZ3v/VpguoRK9JLsLMREScVpezJpGXA7rAMcrn9g"));
+    shop.write("public.pem", of_key("PUBLIC", "MCowBQYDK2VwAyEA11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo="));
+    shop.write("other.pem", of_key("PUBLIC", "MCowBQYDK2VwAyEAPUAXw+hDiVqStwqnTRt+vJyYLM8uxJaMwM1V8Sr0Zgw="));
+    let told = |arguments: &[&str], code: i32, word: &str| {
+        let told = shop.call(arguments);
+        assert_eq!(told.code(), Some(code), "{arguments:?}: {}", told.text);
+        assert!(told.text.contains(word), "{arguments:?}: {}", told.text);
+    };
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
+    told(&["sign", "result", "--key", "public.pem"], 2, "is no private Ed25519 key in PEM");
+    told(&["sign", "result", "--key", "key.pem"], 0, "signed");
+    told(&["verify", "result"], 0, "files are as the run wrote them");
+    told(&["verify", "result", "--public-key", "public.pem"], 0, "the manifest is signed with this key");
+    told(&["verify", "result", "--public-key", "other.pem"], 1, "not that of this key");
+    told(&["verify", "result", "--public-key", "key.pem"], 2, "is no public Ed25519 key in PEM");
+    // Whoever changes a file and its line in the manifest has no signature for it.
+    let (verdict, manifest) = (shop.read("result/verdict.json"), shop.read("result/manifest.json"));
+    shop.write("result/manifest.json", manifest.replacen("\"bytes\": 1", "\"bytes\": 2", 1));
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "not that of this key");
+    shop.write("result/manifest.json", &manifest);
+    shop.write("result/verdict.json", verdict.replace("\"unchecked\"", "\"pass\""));
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "changed since the run: verdict.json");
+    told(&["sign", "result", "--key", "key.pem"], 2, "is not as the run wrote it");
+    // The next run is another one, and not signed.
+    assert_eq!(shop.run().code(), Some(3));
+    told(&["verify", "result", "--public-key", "public.pem"], 1, "is not signed");
+}
+
 /// All files below a folder but those that may differ.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).expect("there").flatten();
@@ -116,6 +151,50 @@ fn the_same_bytes_come_from_everywhere_and_with_any_number_of_threads() {
             );
         }
     }
+}
+
+#[test]
+fn a_comparison_has_the_same_bytes_from_everywhere_and_with_any_number_of_threads() {
+    let shop = Workshop::new();
+    shop.write("other.mpf", PROGRAM.replace("F500", "F800"));
+    shop.scene("[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n\n[compare]\nbaseline = \"main\"\n");
+    let elsewhere = shop.path().join("machine");
+    let scene = shop.path().display().to_string();
+    let out = |name: &str| shop.path().join(name).display().to_string();
+    let mut first: Option<[BTreeMap<String, Vec<u8>>; 3]> = None;
+    for (folder, scene, name, threads) in
+        [(shop.path(), ".", "a", "1"), (&*elsewhere, "..", "b", "2"), (&*elsewhere, &scene, "c", "7")]
+    {
+        let call = ["compare", scene, "--out", &out(name), "--rerun", "off", "--threads", threads];
+        let told = proveout(folder, &call);
+        assert_eq!(told.code(), Some(3), "no design part: {}", told.text);
+        let place = shop.path().join(name);
+        let found = [files(&place), files(&place.join("main")), files(&place.join("other"))];
+        assert!(found[0].contains_key("compare.json") && found.iter().all(|files| files.len() > 2), "{found:?}");
+        let first = first.get_or_insert_with(|| found.clone());
+        for (first, found) in first.iter().zip(&found) {
+            assert_eq!(first.keys().collect::<Vec<_>>(), found.keys().collect::<Vec<_>>());
+            for (file, bytes) in found {
+                assert!(first[file] == *bytes, "{file} with {threads} threads from {} differs", folder.display());
+            }
+        }
+    }
+    // What a script tolerates is named gate by gate.
+    let call = |more: &[&str]| {
+        let mut all = vec!["compare", ".", "--out", "d", "--rerun", "off", "--threads", "1"];
+        all.extend(more);
+        shop.call(&all)
+    };
+    let verdict = json(&shop.read("a/compare.json"));
+    let gates = verdict["programs"]["main"]["gates"].as_array().expect("gates");
+    let open = gates.iter().filter(|g| g["state"] == "unchecked").map(|g| g["name"].as_str().expect("name"));
+    let accepted: Vec<&str> = open.flat_map(|name| ["--accept-unchecked", name]).collect();
+    assert!(accepted.len() >= 4, "two gates at least: {accepted:?}");
+    assert_eq!(call(&accepted[2..]).code(), Some(3), "one of them is not accepted");
+    let told = call(&accepted);
+    assert_eq!(told.code(), Some(0), "{}", told.text);
+    assert!(told.text.contains("unchecked, and accepted by the call"), "{}", told.text);
+    assert_eq!(json(&shop.read("d/compare.json"))["verdict"], "unchecked", "the verdict stays");
 }
 
 #[test]

@@ -5,6 +5,9 @@ mod bounds;
 mod chains;
 mod evidence;
 mod kept;
+mod kills;
+#[cfg(target_os = "linux")]
+mod long;
 mod meshes;
 mod mutation;
 mod workshop;

@@ -36,12 +36,17 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
 }
 
-/// Starts the program; none where it was still running after `most`, and was killed.
-pub(crate) fn proveout_within(folder: &Path, arguments: &[&str], most: Duration) -> Option<Told> {
+/// Starts the program; none where it was still running after `most`, and was killed. After `processor_s` of processor time the system
+/// ends it with a signal.
+pub(crate) fn proveout_within(folder: &Path, arguments: &[&str], most: Duration, processor_s: u64) -> Option<Told> {
     let begin = Instant::now();
     let mut call = if cfg!(unix) {
         let mut shell = Command::new("sh");
-        shell.args(["-c", &format!("ulimit -v {MEMORY_KIB} && exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_proveout")]);
+        shell.args([
+            "-c",
+            &format!("ulimit -v {MEMORY_KIB} && ulimit -t {processor_s} && exec \"$0\" \"$@\""),
+            env!("CARGO_BIN_EXE_proveout"),
+        ]);
         shell
     } else {
         Command::new(env!("CARGO_BIN_EXE_proveout"))
@@ -74,7 +79,8 @@ pub(crate) fn proveout_within(folder: &Path, arguments: &[&str], most: Duration)
 
 /// The same, and it must end.
 pub(crate) fn proveout(folder: &Path, arguments: &[&str]) -> Told {
-    let told = proveout_within(folder, arguments, HUNG).unwrap_or_else(|| panic!("{arguments:?} hangs"));
+    let told =
+        proveout_within(folder, arguments, HUNG, HUNG.as_secs()).unwrap_or_else(|| panic!("{arguments:?} hangs"));
     assert!(!told.text.contains("panicked"), "{arguments:?}: {}", told.text);
     assert!(told.code().is_some(), "{arguments:?} was killed by a signal: {}", told.text);
     told

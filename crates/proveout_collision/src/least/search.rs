@@ -9,7 +9,7 @@
 //! `swept.rs`); turning to any other place of the box moves a point of one against the other by at most `T = sum w_j h_j` over the turning
 //! joints, w being farthest distances from their axes and h half the edges of the box.
 //!
-//! *Chord.* The joints go from one end of the stretch to the other along a straight line d, and leave it by no more than e_j. D is the distance of the
+//! *Chord.* The joints go from one end of the stretch to the other along a straight line d, and leave it by no more than `e_j`. D is the distance of the
 //! hull of the body at both ends. A point p of it leaves its own chord by at most `|p''| / 8`; its second derivative is a sum over pairs of
 //! joints of which the outer one turns, `|p''| <= 2 (sum |d_turning|) (sum w_j |d_j|)`, so that `T = (sum |d_turning|) (sum w_j |d_j|) / 4 +
 //! sum w_j e_j`. Only points nearer to the other body than what is asked for count; for joints that carry the other body w is their distance from

@@ -20,6 +20,7 @@ controls! {
     "hurco-isnc",
     "linuxcnc-2.9",
     "mach3",
+    "mazak-eia",
     "millplus",
     "okuma-osp",
     "siemens-840d-sl",

@@ -375,10 +375,20 @@ pub(crate) enum MissingSubprogramFile {
     Note,
 }
 
+/// Words of another language that a control has beside those of its own.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ProgramWordsFile {
+    /// Okuma OSP: `VC1=5`, `X=VC1`, `IF [..] N100`, `CALL O200 Q3`, `RTS`, `NCYL`.
+    Osp,
+}
+
 /// Lines around a program.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ProgramFile {
+    /// Words beside those of the language.
+    pub(crate) words: Option<ProgramWordsFile>,
     /// Patterns of lines that stand before the first block and are no blocks: `*` for any characters.
     pub(crate) header: Option<Vec<String>>,
     /// Patterns of lines that stand behind the last block.

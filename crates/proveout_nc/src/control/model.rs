@@ -154,6 +154,8 @@ pub struct Control {
     pub(crate) stated_returns: bool,
     /// I is the depth of a cycle, Z the plane above the hole, K the dwell.
     pub(crate) depth_in_i: bool,
+    /// Words of Okuma OSP are read: VC variables, CALL, RTS, NCYL.
+    pub(crate) osp_words: bool,
     /// G43 without H takes the length of the tool in the spindle.
     pub(crate) length_of_tool: bool,
     /// Where M6 leaves the axes, machine coordinates, mm.
@@ -191,6 +193,7 @@ impl Default for Control {
             fine_boring: FineBoring::NeedsShift,
             stated_returns: false,
             depth_in_i: false,
+            osp_words: false,
             length_of_tool: false,
             tool_change: AxisValues::NONE,
             dwell: [None; 26],

@@ -6,7 +6,7 @@ use super::error::Checked;
 use super::family::Family;
 use super::file::{
     ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile,
-    MissingSubprogramFile, UnlistedMFile, WithoutHFile,
+    MissingSubprogramFile, ProgramWordsFile, UnlistedMFile, WithoutHFile,
 };
 use super::meanings;
 use super::model::{Control, FineBoring};
@@ -54,6 +54,9 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     }
     if let Some(depth) = file.cycles.depth {
         control.depth_in_i = matches!(depth, CycleDepthFile::I);
+    }
+    if let Some(ProgramWordsFile::Osp) = file.program.words {
+        control.osp_words = true;
     }
     if let Some(without) = file.tool_length.without_h {
         control.length_of_tool = matches!(without, WithoutHFile::Tool);

@@ -55,6 +55,22 @@ impl Tile {
         self.update_range();
     }
 
+    /// Takes the spans of all rays, and keeps room for so many.
+    pub(crate) fn with_room(room: usize, rays: Vec<Vec<Span>>) -> Self {
+        let mut tile = Self { spans: Vec::with_capacity(room), ..Self::default() };
+        for (r, spans) in rays.into_iter().take(TILE_RAYS).enumerate() {
+            tile.spans.extend(spans);
+            tile.start[r + 1] = tile.spans.len() as u32;
+        }
+        tile.update_range();
+        tile
+    }
+
+    /// Spans that there is room for.
+    pub(crate) fn room(&self) -> usize {
+        self.spans.capacity()
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.spans.is_empty()
     }

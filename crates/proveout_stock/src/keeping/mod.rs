@@ -1,4 +1,4 @@
-//! Stocks of other moments, poses and cells: files, the way back, re-gridding, patches.
+//! Stocks of other moments, poses and cells: files, what sweeps did, the way back, re-gridding, patches.
 
 pub(crate) mod clip;
 pub(crate) mod codec;
@@ -6,4 +6,5 @@ pub(crate) mod file;
 pub(crate) mod history;
 pub(crate) mod patch;
 pub(crate) mod regrid;
+pub(crate) mod sweep_log;
 pub(crate) mod taken;

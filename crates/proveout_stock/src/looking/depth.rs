@@ -43,6 +43,8 @@ use proveout_geom::{Point, Vector};
 use crate::{
     field::grid::Grid,
     field::span::{INITIAL, Mark},
+    keeping::codec::{Decoder, Encoder, Fault},
+    keeping::sweep_log::below,
 };
 
 /// Against which material the depth of an item is measured.
@@ -65,6 +67,8 @@ pub struct Depths {
     since: Option<u32>,
     run: Taken,
     opening: Opening,
+    /// Items of runs that were measured.
+    taken: u64,
 }
 
 /// An interval that an item takes up on a ray, with the ends of the material that it reaches.
@@ -167,6 +171,7 @@ impl Depths {
                 if self.since != Some(first) {
                     (self.since, self.run, self.opening) = (Some(first), Taken::default(), Opening::default());
                 }
+                self.taken += 1;
                 let open = |mark: Mark| mark.id == INITIAL || mark.id < first;
                 for lap in laps {
                     self.run.put(lap, open);
@@ -176,6 +181,66 @@ impl Depths {
                 self.opening.deepest(grid, laps.iter(), |lap| self.run.at(lap)).unwrap_or(longest)
             }
         }
+    }
+}
+
+impl Depths {
+    /// Items of runs that were measured so far: as long as none follows, the memory stays as it is.
+    pub fn taken(&self) -> u64 {
+        self.taken
+    }
+
+    /// Bytes that the memory takes in a [`SweepLog`](crate::SweepLog), about.
+    pub fn bytes(&self) -> u64 {
+        (48 * self.opening.samples.len() + 24 * self.run.0.len()) as u64
+    }
+
+    /// Everything but the length below which nothing is measured.
+    pub(crate) fn write(&self, out: &mut Encoder) {
+        out.number(self.since.map_or(0, |id| u64::from(id) + 1));
+        out.number(self.taken);
+        out.number(self.run.0.len() as u64);
+        for (&(set, i, j), all) in &self.run.0 {
+            [u64::from(set), u64::from(i), u64::from(j), all.len() as u64].into_iter().for_each(|n| out.number(n));
+            for (s, open) in all {
+                s.iter().for_each(|s| out.real(*s));
+                out.number(u64::from(open[0]) | u64::from(open[1]) << 1);
+            }
+        }
+        out.number(self.opening.samples.len() as u64);
+        out.number(self.opening.sorted as u64);
+        for (p, n) in &self.opening.samples {
+            [p.x, p.y, p.z, n.x, n.y, n.z].into_iter().for_each(|x| out.real(x));
+        }
+    }
+
+    /// Takes over what [`Self::write`] wrote.
+    pub(crate) fn read(&mut self, input: &mut Decoder<'_>) -> Result<(), Fault> {
+        let since = below(input, u64::from(u32::MAX) + 2, "an id that is none")?;
+        self.since = since.checked_sub(1).map(|id| id as u32);
+        self.taken = input.number()?;
+        self.run = Taken::default();
+        for _ in 0..input.number()? {
+            let set = below(input, 3, "a set of rays that is none")? as u8;
+            let mut index = || Ok::<u32, Fault>(below(input, u64::from(u32::MAX) + 1, "a ray that is none")? as u32);
+            let ray = (set, index()?, index()?);
+            let count = below(input, input.left() as u64 + 1, "more intervals than there are bytes")?;
+            let mut all = Vec::with_capacity(count as usize);
+            for _ in 0..count {
+                let s = [input.real()?, input.real()?];
+                let open = below(input, 4, "a flag that is none")?;
+                all.push((s, [open & 1 == 1, open & 2 == 2]));
+            }
+            self.run.0.insert(ray, all);
+        }
+        let count = below(input, input.left() as u64 + 1, "more samples than there are bytes")?;
+        let sorted = below(input, count + 1, "more samples in order than there are")? as usize;
+        self.opening = Opening { samples: Vec::new(), sorted };
+        for _ in 0..count {
+            let mut three = || Ok::<[f64; 3], Fault>([input.real()?, input.real()?, input.real()?]);
+            self.opening.samples.push((Point::from(three()?), Vector::from(three()?)));
+        }
+        Ok(())
     }
 }
 

@@ -7,8 +7,10 @@ use crate::diagnostic::{Fault, Span};
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
 const OLD_CYCLES: [u32; 14] = [1, 2, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
 /// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 22] =
-    [200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262];
+pub(crate) const CYCLES: [u32; 25] = [
+    200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262, 263,
+    264, 265,
+];
 
 /// Cycles that builders of machines add.
 pub(crate) const BUILDER: std::ops::RangeInclusive<u32> = 300..=399;
@@ -58,7 +60,7 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
     let remedy = match number {
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
         233 | 255 | 258..=299 => {
-            "post the path as L and C blocks; of the milling cycles 208, 232, 251 to 254, 256, 257 and 262 are read"
+            "post the path as L and C blocks; of the milling cycles 208, 232, 251 to 254, 256, 257 and 262 to 265 are read"
         }
         14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
         3..=6 | 15 | 16 => "post the path as L and C blocks",

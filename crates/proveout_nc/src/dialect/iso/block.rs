@@ -26,6 +26,7 @@ impl Interpreter {
     /// Executes the words and assignments of a block.
     pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
         self.own.moved_in_block = false;
+        self.own.no_cycle = block.no_cycle;
         let mut p = Pending::new();
         for word in &block.words {
             self.collect_word(&mut p, word, block)?;

@@ -40,7 +40,7 @@ pub(crate) struct MacroCall {
 type MacroWords = (Option<f64>, Option<f64>, Vec<(u32, f64)>);
 
 /// Endings of program files, in the order in which they are tried.
-const ENDINGS: [&str; 10] = ["", "NC", "NGC", "CNC", "TAP", "PRG", "TXT", "EIA", "ISO", "SUB"];
+const ENDINGS: [&str; 13] = ["", "NC", "NGC", "CNC", "TAP", "PRG", "TXT", "EIA", "ISO", "SUB", "MIN", "SSB", "LIB"];
 
 impl Interpreter {
     /// M98 (or M198) with the words P and L.

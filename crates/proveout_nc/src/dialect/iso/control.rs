@@ -34,7 +34,9 @@ impl Interpreter {
                 }
             }
             Statement::Output(text) => self.note(text),
-            Statement::IfGoto(condition, target) => {
+            Statement::Call(program, passes) => self.call_program(program, passes.as_ref(), block, span)?,
+            Statement::EndCall => self.end_call(span)?,
+            Statement::IfGoto(condition, target) | Statement::IfSequence(condition, target) => {
                 if self.truth(&condition, span)? {
                     self.goto(loaded, at, &target, span)?;
                 }

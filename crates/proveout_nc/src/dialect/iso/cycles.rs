@@ -76,6 +76,9 @@ impl Interpreter {
             }
             return Ok(());
         }
+        if self.own.no_cycle {
+            return self.over_hole(p, span);
+        }
         let levels = self.levels(code, self.own.cycle.initial, span)?;
         let place = p.clone();
         for _ in 0..repeats {
@@ -84,17 +87,17 @@ impl Interpreter {
             if self.own.flavor.is_linuxcnc() && levels.initial.is_some_and(|initial| initial < levels.r) {
                 self.course(&[Stroke::Rapid(levels.r)], span)?;
             }
-            let (end, programmed) = self.targets(p, span)?;
-            if programmed != 0 {
-                let moves =
-                    (0..9).any(|axis| programmed >> axis & 1 == 1 && end.get(axis) != self.position.work.get(axis));
-                if moves {
-                    self.cycle_motion(end, programmed, true, span)?;
-                }
-            }
+            self.over_hole(p, span)?;
             self.drill(code, levels, span)?;
         }
         Ok(())
+    }
+
+    /// Above the hole of the block, at rapid rate and at the level of the tool.
+    fn over_hole(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let (end, programmed) = self.targets(p, span)?;
+        let moves = (0..9).any(|axis| programmed >> axis & 1 == 1 && end.get(axis) != self.position.work.get(axis));
+        if moves { self.cycle_motion(end, programmed, true, span) } else { Ok(()) }
     }
 
     /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must be where the axis stands (*G-code reference*, "Canned
@@ -176,6 +179,9 @@ impl Interpreter {
             Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("{what} is not supported on this control"))
                 .help("write the motions of the cycle"))
         };
+        if code == 830 {
+            return self.depth_in_infeeds(p, span);
+        }
         if !matches!(code, 810 | 820 | 840 | 850 | 860 | 890) {
             return unsupported(format!("`{}`", g_name(code)));
         }
@@ -206,6 +212,41 @@ impl Interpreter {
             Some(_) => unsupported(format!("`R` of {}", g_name(code))),
             None => Ok(()),
         }
+    }
+
+    /// G83 of a Fagor: Z is the plane above the hole, I each infeed and J their number; the tool comes out to the plane behind each,
+    /// and back at rapid rate to 1 mm above the last depth (CNC 8055, *Programming manual*, "G83. Deep-hole drilling canned cycle
+    /// with constant peck").
+    fn depth_in_infeeds(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let normal = AXES[self.modal.normal];
+        let given = p.any_free(&[normal, b'I', b'J']);
+        if given && self.modal.incremental {
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, "`G83` with G91 is not supported on this control")
+                .help("write the cycle with G90"));
+        }
+        if p.any_free(&[normal]) {
+            self.own.cycle.r = self.length_of(p, normal).map(|r| (r, false));
+        }
+        if let Some(infeed) = self.length_of(p, b'I') {
+            self.own.cycle.ijk[0] = Some(infeed);
+        }
+        if let Some(count) = p.take(b'J') {
+            self.own.cycle.ijk[1] = Some(count);
+        }
+        let wrong = |message: String| {
+            Err(Fault::new(codes::ARGUMENTS, span, message).help("write G83 G98 X10 Y20 Z2 I-5 J3: three infeeds of 5"))
+        };
+        let [infeed, count, _] = self.own.cycle.ijk;
+        let (Some(infeed), Some(count), Some((plane, _))) = (infeed, count, self.own.cycle.r) else {
+            return wrong("G83 needs its plane Z, the infeed I and the number of infeeds J".to_owned());
+        };
+        if !(infeed < 0.0 && infeed.is_finite() && (1.0..=9999.0).contains(&count) && count.fract() == 0.0) {
+            return wrong(format!("G83 has the infeed I{infeed}, in mm, and the number of infeeds J{count}"));
+        }
+        self.own.cycle.q = Some(-infeed);
+        self.own.cycle.p = None;
+        self.own.cycle.z = Some((plane + infeed * count, false));
+        Ok(())
     }
 
     pub(super) fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {

@@ -2,6 +2,7 @@
 
 use super::expr::Expr;
 use super::interpreter::{Interpreter, alarm};
+use super::osp;
 use super::parser::{Assignment, Value};
 use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
@@ -121,6 +122,10 @@ impl Interpreter {
         if let Some(value) = self.variables.numbered(number) {
             return Ok(Some(value));
         }
+        if let Some(common) = osp::common(number) {
+            let message = format!("VC{common} keeps its value in the control, and the program has not set it");
+            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(give(&format!("VC{common}"))));
+        }
         if let Some(value) = self.system_number(number, span)? {
             return Ok(Some(value));
         }
@@ -194,6 +199,10 @@ impl Interpreter {
         };
         let text = line.get(comment.start as usize..comment.end as usize).unwrap_or_default();
         match number {
+            _ if osp::common(number).is_some() => {
+                self.variables.set(number, value);
+                Ok(())
+            }
             0 => Err(Fault::new(codes::BAD_VALUE, span, "#0 is always vacant").help("use #1 to #33")),
             3000 if !self.own.flavor.is_linuxcnc() => Err(alarm(&format!("{} {text}", value.unwrap_or(0.0)), span)),
             3006 if !self.own.flavor.is_linuxcnc() => {

@@ -5,6 +5,7 @@
 //! of comparisons without brackets is refused where the control would compare the result of a comparison.
 
 use super::flavor::Flavor;
+use super::osp;
 use crate::channel::expression::{self, Function, Indexed, Operator};
 use crate::channel::formula::{self, Formulas, Grammar};
 use crate::codes;
@@ -111,6 +112,7 @@ impl<'a> Formulas<'a> for Text<'_, 'a> {
     fn other_operand(&mut self, depth: u32) -> Result<Option<Expr>, Fault> {
         match self.s.peek() {
             b'#' => parameter_at(self, depth).map(Some),
+            b'V' | b'v' if osp::variable_is_next(self.s, self.flavor) => osp::variable(self.s).map(Some),
             byte if byte.is_ascii_alphabetic() => function(self, depth).map(Some),
             _ => Ok(None),
         }

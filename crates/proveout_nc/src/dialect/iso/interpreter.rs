@@ -10,7 +10,7 @@ use super::index::Index;
 use super::modal::{CycleValues, Modal};
 use super::parser::{self, Block, Remark};
 use super::variables::Variables;
-use super::{leftover, recover};
+use super::{leftover, osp, recover};
 use crate::channel::corners::{CornerMark, Cornering, Corners};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{self, Channel, Failed, Language, Lines, Section};
@@ -45,6 +45,8 @@ pub(crate) struct Iso {
     pub(crate) flavor: Flavor,
     /// The flavor is only the default: nothing tells it.
     pub(crate) assumed: bool,
+    /// NCYL stands in the block.
+    pub(crate) no_cycle: bool,
     pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
     pub(crate) offsets: BTreeMap<String, WorkOffset>,
     /// Rotations of work offsets (`LinuxCNC`), degrees.
@@ -93,6 +95,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
     let own = Iso {
         flavor,
         assumed: !told.certain,
+        no_cycle: false,
         block_numbers: BTreeMap::new(),
         offsets: settings.work_offsets.iter().map(|(word, &offset)| (offset_key(word), offset)).collect(),
         turns: BTreeMap::new(),
@@ -273,6 +276,11 @@ impl Interpreter {
             return Ok(());
         }
         self.stands_at(&loaded.source.name, at, line, block.span);
+        if block.osp.is_some()
+            && let Some(fault) = osp::refused(block, self.settings.control.osp_words)
+        {
+            return Err(fault);
+        }
         if let Some(number) = block.number {
             self.own.sequence = number;
         }

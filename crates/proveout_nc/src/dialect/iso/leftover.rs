@@ -96,13 +96,17 @@ impl Targets {
             at = next;
             let upper = |b: &u8| b.to_ascii_uppercase();
             // Plain blocks have neither.
-            let jumps =
-                line.as_bytes().windows(2).any(|w| matches!((upper(&w[0]), upper(&w[1])), (b'G', b'O') | (b'M', b'9')));
+            let jumps = line
+                .as_bytes()
+                .windows(2)
+                .any(|w| matches!((upper(&w[0]), upper(&w[1])), (b'G', b'O') | (b'M', b'9') | (b'I', b'F')));
             if !jumps || parser::parse_line(line, flavor, &mut block).is_err() {
                 continue;
             }
             let target = match &block.statement {
-                Some(Statement::Goto(target) | Statement::IfGoto(_, target)) => Some(target.clone()),
+                Some(Statement::Goto(target) | Statement::IfGoto(_, target) | Statement::IfSequence(_, target)) => {
+                    Some(target.clone())
+                }
                 _ => block
                     .words
                     .iter()
@@ -152,11 +156,17 @@ fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) 
     };
     // End words behind each other do nothing that could be missed.
     let closing = block.words.iter().all(|w| w.letter == b'N' || is(b'M', &[2.0, 30.0, 99.0], w));
-    let calls = matches!(block.statement, Some(Statement::OWord(_, OWord::Call(_))))
+    let calls = matches!(block.statement, Some(Statement::OWord(_, OWord::Call(_)) | Statement::Call(..)))
         || block.words.iter().any(|w| is(b'M', &[97.0, 98.0, 198.0], w) || is(b'G', &[65.0, 66.0], w));
     let steers = matches!(
         block.statement,
-        Some(Statement::Goto(_) | Statement::IfGoto(..) | Statement::IfThen(..) | Statement::While(..))
+        Some(
+            Statement::Goto(_)
+                | Statement::IfGoto(..)
+                | Statement::IfSequence(..)
+                | Statement::IfThen(..)
+                | Statement::While(..)
+        )
     );
     Role {
         code: !closing || calls || steers || !block.assignments.is_empty(),

@@ -27,6 +27,7 @@ mod modal;
 mod motion;
 mod nurbs;
 mod offsets;
+mod osp;
 mod parser;
 mod pending;
 mod planes;
@@ -104,7 +105,10 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
             return;
         }
         let refused = |word| block::refused_word(flavor, !told.certain, &settings.control, word);
-        let of_line = block.map_or_else(|fault| vec![fault], |b| b.words.iter().filter_map(refused).collect());
+        let of_line = block.map_or_else(
+            |fault| vec![fault],
+            |b| b.words.iter().filter_map(refused).chain(osp::refused(b, settings.control.osp_words)).collect(),
+        );
         faults.extend(of_line.into_iter().map(|fault| fault.at(&source.name, at.line, line)));
     });
     faults

@@ -25,6 +25,10 @@ impl Interpreter {
         if self.modal.cycle.is_some() {
             return self.cycle_block(p, span);
         }
+        if self.own.no_cycle {
+            return Err(Fault::new(codes::CONFLICT, span, "NCYL positions in a cycle, and none is in force")
+                .help("write it in a block with a cycle, or G0"));
+        }
         let axes = p.axes();
         if self.modal.motion == Some(MotionMode::Nurbs) {
             return self.nurbs_block(p, span);

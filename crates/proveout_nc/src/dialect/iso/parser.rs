@@ -3,6 +3,7 @@
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
 use super::foreign;
+use super::osp;
 use super::statement::{self, Statement};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -22,6 +23,10 @@ pub(crate) struct Block {
     pub(crate) remarks: Vec<Remark>,
     /// Text of the last comment.
     pub(crate) comment: Span,
+    /// A word of Okuma OSP stands in the block.
+    pub(crate) osp: Option<(&'static str, Span)>,
+    /// `NCYL`: the cycle positions and does not machine.
+    pub(crate) no_cycle: bool,
     /// `%`
     pub(crate) tape: bool,
     /// From the first word to the end of the last.
@@ -80,13 +85,19 @@ impl Block {
         self.statement = None;
         self.remarks.clear();
         self.comment = Span::default();
+        self.osp = None;
+        self.no_cycle = false;
         self.tape = false;
         self.span = Span::default();
     }
 
     /// Nothing to execute.
     pub(crate) fn is_empty(&self) -> bool {
-        self.words.is_empty() && self.assignments.is_empty() && self.statement.is_none() && self.remarks.is_empty()
+        self.words.is_empty()
+            && self.assignments.is_empty()
+            && self.statement.is_none()
+            && self.remarks.is_empty()
+            && !self.no_cycle
     }
 }
 
@@ -128,6 +139,14 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 } else {
                     0
                 });
+            }
+            b'N' | b'n' if !flavor.is_linuxcnc() && expr::next_is(&s, "NCYL") => {
+                s.set_pos(at + 4);
+                block.no_cycle = true;
+                block.osp = Some(("`NCYL`", s.span_from(at)));
+                start = start.or(Some(at));
+                first = false;
+                end = s.pos();
             }
             b'N' | b'n' if first && block.number.is_none() && statement::keyword(&s).is_none() => {
                 s.bump();
@@ -181,12 +200,29 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 first = false;
                 end = s.pos();
             }
+            b'V' | b'v' if osp::variable_is_next(&s, flavor) => {
+                first = false;
+                start = start.or(Some(at));
+                let assignment = assignment(&mut s, flavor)?;
+                block.osp = Some(("`VC`", assignment.span));
+                block.assignments.push(assignment);
+                end = s.pos();
+            }
             b'A'..=b'Z' | b'a'..=b'z' | b':' => {
                 start = start.or(Some(at));
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
+                    block.osp = match found {
+                        Statement::Call(..) => Some(("`CALL`", s.span_from(at))),
+                        Statement::EndCall => Some(("`RTS`", s.span_from(at))),
+                        Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
+                        _ => block.osp,
+                    };
                     block.statement = Some(found);
                 } else {
                     let word = word(&mut s, flavor)?;
+                    if matches!(word.value, Value::Expr(_)) && s.slice(at).contains('=') {
+                        block.osp = Some(("`=` behind a letter", word.span));
+                    }
                     block.words.push(word);
                 }
                 first = false;
@@ -240,6 +276,12 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
         return finite(letter, value, point, s.span_from(start));
     }
     match s.peek() {
+        // Okuma: `X=VC1+5`.
+        b'=' if !flavor.is_linuxcnc() => {
+            s.bump();
+            let value = Value::Expr(Box::new(expr::expression(s, flavor)?));
+            return Ok(Word { letter, value, span: s.span_from(start) });
+        }
         b'#' | b'[' | b'-' | b'+' => {}
         byte if byte.is_ascii_alphabetic() && flavor.is_linuxcnc() && s.peek_at(1).is_ascii_alphabetic() => {}
         _ => {
@@ -276,10 +318,10 @@ fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, 
     }
 }
 
-/// `#1 = value`; the scanner stands on `#`.
+/// `#1 = value`, `VC1 = value`; the scanner stands on the parameter.
 pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignment, Fault> {
     let start = s.pos();
-    let target = expr::parameter(s, flavor)?;
+    let target = if s.peek() == b'#' { expr::parameter(s, flavor)? } else { osp::variable(s)? };
     s.skip_blanks();
     if !s.take(b'=') {
         return Err(

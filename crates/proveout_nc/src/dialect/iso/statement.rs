@@ -2,6 +2,7 @@
 
 use super::expr::{self, Expr, next_is};
 use super::flavor::Flavor;
+use super::osp;
 use super::parser::{self, Assignment};
 use crate::codes;
 use crate::diagnostic::Fault;
@@ -22,6 +23,12 @@ pub(crate) enum Statement {
     While(Option<Expr>, u32),
     /// `END n`
     End(u32),
+    /// `IF [..] N100` of an Okuma.
+    IfSequence(Expr, Expr),
+    /// `CALL O200 Q3` of an Okuma: program and passes.
+    Call(u32, Option<Expr>),
+    /// `RTS` of an Okuma.
+    EndCall,
     /// `POPEN`, `DPRNT[..]`: output to a printer, without effect here.
     Output(String),
 }
@@ -79,7 +86,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
         return Err(Fault::new(codes::SYNTAX, s.here(), "`O` must be the first word of its block")
             .help("write it in a line of its own"));
     }
-    let Some(word) = keyword(s) else { return Ok(None) };
+    let Some(word) = keyword(s) else { return osp::call_or_return(s, flavor) };
     let start = s.pos();
     s.set_pos(start + word.len());
     if flavor.is_linuxcnc() {
@@ -103,6 +110,8 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
                         .help("write IF [#1 EQ 0] THEN #2=5"));
                 }
                 Statement::IfThen(condition, parser::assignment(s, flavor)?)
+            } else if next_is(s, "N") && s.peek_at(1).is_ascii_digit() {
+                Statement::IfSequence(condition, target(s, flavor)?)
             } else {
                 return Err(Fault::new(
                     codes::SYNTAX,

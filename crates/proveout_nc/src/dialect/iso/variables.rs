@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::flavor::Flavor;
+use super::osp;
 
 /// Highest number of a local parameter of macro B.
 pub(crate) const MACRO_LOCALS: usize = 33;
@@ -54,7 +55,11 @@ impl Variables {
         } else {
             self.common.get(&number).copied()
         };
-        found.or_else(|| if self.given.is_empty() { None } else { self.given.get(&format!("#{number}")).copied() })
+        let given = || match osp::common(number) {
+            Some(common) => self.given.get(&format!("VC{common}")).copied(),
+            None => self.given.get(&format!("#{number}")).copied(),
+        };
+        found.or_else(|| if self.given.is_empty() { None } else { given() })
     }
 
     pub(crate) fn is_local(&self, number: u32) -> bool {

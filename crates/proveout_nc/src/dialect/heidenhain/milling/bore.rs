@@ -20,13 +20,13 @@ const MAX_TURNS: f64 = 100_000.0;
 
 /// A helix of the tool center about the middle of a hole.
 #[derive(Clone, Copy)]
-struct Helix {
-    center: Point,
+pub(super) struct Helix {
+    pub(super) center: Point,
     /// mm.
-    path: f64,
+    pub(super) path: f64,
     /// Counter-clockwise.
-    counter: bool,
-    feed: Option<Feed>,
+    pub(super) counter: bool,
+    pub(super) feed: Option<Feed>,
 }
 
 /// Parameters that the control writes for 208, and what is taken for granted.
@@ -48,7 +48,7 @@ pub(super) fn thread_words() -> (&'static [u32], &'static str) {
 }
 
 impl Interpreter {
-    fn hole_radius(&self, number: u32, values: &Values, radius: f64, span: Span) -> Result<f64, Fault> {
+    pub(super) fn hole_radius(&self, number: u32, values: &Values, radius: f64, span: Span) -> Result<f64, Fault> {
         let diameter = self.mm(values, 335, None, span)?;
         let path = 0.5 * diameter - radius;
         if path < -NO_WIDTH_MM || !path.is_finite() {
@@ -135,26 +135,40 @@ impl Interpreter {
         // A right-hand thread rises where the tool turns counter-clockwise.
         let rises = counter == (pitch > 0.0);
         let (p, total) = (pitch.abs(), (h.depth - h.surface).abs());
-        let at = |depth: f64| h.surface + h.down * depth;
         // Depths at which a piece of the thread begins and ends.
         let pieces: Vec<(f64, f64)> = match per_step {
             0.0 => vec![(total, total - p)],
             1.0 => vec![(total, 0.0)],
             n => levels(total, n * p).into_iter().map(|depth| (depth, depth - p)).collect(),
         };
-        let position = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { None };
-        let feed = self.cycle_feed(values, 207, span)?;
         let center = self.flat(span)?;
         self.come_over(center, h.clear, span)?;
+        let feed = self.cycle_feed(values, 207, span)?;
         let helix = Helix { center, path, counter, feed };
-        for (low, high) in pieces {
+        self.thread_pieces(helix, values, &pieces, (p, rises), (h.surface, h.down), span)?;
+        self.mill_to(None, Some(h.clear), None, span)?;
+        self.mill_to(None, Some(h.second), None, span)
+    }
+
+    /// Pieces of a thread of the pitch `p`, each from a depth to a depth below the surface, up where it `rises`.
+    pub(super) fn thread_pieces(
+        &mut self,
+        helix: Helix,
+        values: &Values,
+        pieces: &[(f64, f64)],
+        (p, rises): (f64, bool),
+        (surface, down): (f64, f64),
+        span: Span,
+    ) -> Result<(), Fault> {
+        let position = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { None };
+        let at = |depth: f64| surface + down * depth;
+        for &(low, high) in pieces {
             let (from, to) = if rises { (low, high) } else { (high, low) };
             let lead = if rises { -0.5 * p } else { 0.5 * p };
             self.mill_to(None, Some(at(from - lead)), position, span)?;
             self.turns(helix, [at(from), at(to), at(to + lead)], (from - to).abs() / p, span)?;
         }
-        self.mill_to(None, Some(h.clear), None, span)?;
-        self.mill_to(None, Some(h.second), None, span)
+        Ok(())
     }
 
     /// Half circle onto the thread, its turns, half circle back to the middle.

@@ -1,7 +1,8 @@
 //! Milling cycles, expanded to the motions of the control.
 //!
 //! 251 rectangular pocket, 252 circular pocket, 253 slot, 254 circular slot ([`pocket`]), 256 rectangular stud, 257 circular stud
-//! ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]), 232 face milling ([`face`]).
+//! ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]), 263 to 265 threads that are countersunk, drilled or milled downwards
+//! ([`thread`]), 232 face milling ([`face`]).
 //!
 //! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), chapters "Pocket milling / stud milling / slot
 //! milling", "Drilling" (208), "Threading" (262) and "Face milling" (232): which material is taken in which order, on which side,
@@ -16,6 +17,7 @@ mod face;
 mod pocket;
 mod shape;
 mod stud;
+mod thread;
 
 use std::collections::BTreeMap;
 
@@ -35,7 +37,7 @@ use shape::{Leg, Pass, Place, Point};
 type Values = BTreeMap<u32, Setting>;
 
 /// Milling cycles that are read.
-pub(crate) const CYCLES: [u32; 9] = [208, 232, 251, 252, 253, 254, 256, 257, 262];
+pub(crate) const CYCLES: [u32; 12] = [208, 232, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
 
 /// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the corner that the one around it
 /// has left where (k - R) sqrt(2) is at most R.
@@ -107,6 +109,7 @@ impl Interpreter {
         let (needed, assumed): (&[u32], &str) = match number {
             208 => bore::bore_words(),
             262 => bore::thread_words(),
+            263..=265 => thread::words(number),
             232 => face::words(),
             256 | 257 => stud::words(number),
             _ => pocket::words(number),
@@ -120,6 +123,13 @@ impl Interpreter {
         if number != 232 && self.cycle_number(values, 201, None, span)? == 0.0 {
             return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero"))
                 .help("write a depth below zero"));
+        }
+        for &(key, remedy) in thread::zeros(number) {
+            let value = self.cycle_number(values, key, None, span)?;
+            if value != 0.0 {
+                let message = format!("cycle {number} with Q{key}={value} is not supported");
+                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(remedy));
+            }
         }
         if self.cycle_number(values, 439, Some(3.0), span)? == 1.0 {
             self.assume(format!(
@@ -156,6 +166,7 @@ impl Interpreter {
         match number {
             208 => self.bore_mill(values, radius, lift, span)?,
             262 => self.thread_mill(values, radius, lift, span)?,
+            263..=265 => self.thread_cycle(number, values, radius, lift, span)?,
             232 => self.face_mill(values, radius, span)?,
             _ => {
                 let job = self.job(number, values, radius, lift, span)?;
@@ -408,7 +419,7 @@ impl Interpreter {
         let h = self.heights(number, values, lift, span)?;
         let here = self.flat(span)?;
         let (place, shape, inside) = match number {
-            208 | 262 => {
+            208 | 262..=265 => {
                 let r = 0.5 * self.mm(values, 335, None, span)?;
                 (Place::new(here, 0.0), shape::Shape::Rounded { a: r, b: r, corner: r }, true)
             }

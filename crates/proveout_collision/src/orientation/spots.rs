@@ -1,0 +1,337 @@
+//! What the places of solids forbid the axis of a tool with a ball end, as seen from the center of the ball at one contact.
+//!
+//! A *spot* is a ball of a solid's tree or a piece of a triangle. Spots are made where they are asked for, and their parts where they are opened; they live
+//! for one contact. What every look needs is kept apart from the rest, in half a line of the cache.
+
+use proveout_geom::{Point, Vector};
+
+use super::extent::Extent;
+use super::solids::Solid;
+use super::space::Place;
+
+/// So many balls and pieces of triangles are looked at for one contact; what is not decided then stays unknown.
+const MOST_SPOTS: usize = 1_000_000;
+/// Where the sum of two angles comes this near to half a turn (its sine), its cosine tells too little: it counts as half a turn.
+const NEAR_HALF_TURN: f64 = 1e-3;
+
+/// An angle by its cosine and sine.
+pub(super) type Turn = [f64; 2];
+
+pub(super) fn turn(angle: f64) -> Turn {
+    [angle.cos(), angle.sin()]
+}
+
+/// The angle of a cosine, 0 to half a turn.
+fn of_cosine(c: f64) -> Turn {
+    [c, (1.0 - c * c).max(0.0).sqrt()]
+}
+
+/// The sum of two angles; none where it is half a turn or more.
+fn sum([c, s]: Turn, [co, so]: Turn) -> Option<Turn> {
+    let [cosine, sine] = [c * co - s * so, s * co + c * so];
+    (sine > if cosine < 0.0 { NEAR_HALF_TURN } else { 0.0 }).then_some([cosine, sine])
+}
+
+/// What a spot stands for.
+#[derive(Clone, Copy, Debug)]
+enum What {
+    Ball(u32),
+    /// Number of its corners.
+    Piece(u32),
+}
+
+/// A ball of a solid's tree or a piece of a triangle as seen from the center of the cutter's ball: what every look needs, in half a line of the
+/// cache.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// Unit vector to its center.
+    way: [f32; 3],
+    /// No axis farther from there is forbidden; half a turn where all may be.
+    high: [f32; 2],
+    /// Sine of half the angle under which it is seen; more than one from inside of it.
+    pub(super) size: f32,
+    /// Its parts, once it was opened, and how many.
+    parts: u32,
+    count: u32,
+}
+
+/// What is not yet opened or asked for.
+pub(super) const CLOSED: u32 = u32::MAX;
+
+/// Where a spot comes from.
+#[derive(Clone, Copy, Debug)]
+struct Origin {
+    solid: u32,
+    what: What,
+    /// Number of what is known of its anchor, once it was asked for.
+    anchor: u32,
+}
+
+/// What is asked where a spot is not apart from a cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Anchor {
+    /// Unit vector to a point of the skin, and the angles from it at which an axis may be forbidden, and is.
+    way: [f32; 3],
+    reach: Option<[[f32; 2]; 2]>,
+    inner: Option<[[f32; 2]; 2]>,
+    /// No axis nearer to the center of the spot is forbidden.
+    low: Option<[f32; 2]>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Apart,
+    Blocked,
+    /// A smaller part of the tree may be apart.
+    Open,
+    /// A point of the skin is not known to be apart, so that no smaller part will show the cell to be free.
+    Met,
+}
+
+/// The axes of a cell: its center and how far others are from it.
+pub(super) struct Around {
+    pub(super) axis: Vector,
+    pub(super) turn: Turn,
+}
+
+/// The spots of one contact.
+pub(super) struct Spots<'a> {
+    extents: &'a [Extent; 2],
+    solids: &'a [Solid],
+    center: Point,
+    normal: Vector,
+    /// Largest tilt that is looked at.
+    limit: Turn,
+    spots: Vec<Spot>,
+    origins: Vec<Origin>,
+    anchors: Vec<Anchor>,
+    pieces: Vec<[Point; 3]>,
+    /// Number of those that hold a whole solid: the first ones.
+    pub(super) roots: u32,
+}
+
+impl<'a> Spots<'a> {
+    /// Those of the solids; `extents` are for solids that are cut and for others, `limit` is the largest tilt that is looked at, radian.
+    pub(super) fn new(extents: &'a [Extent; 2], solids: &'a [Solid], place: &Place, limit: f64) -> Self {
+        let mut spots = Self {
+            extents,
+            solids,
+            center: place.pivot,
+            normal: place.frame.normal,
+            limit: turn(limit),
+            spots: Vec::with_capacity(4096),
+            origins: Vec::with_capacity(4096),
+            anchors: Vec::new(),
+            pieces: Vec::new(),
+            roots: 0,
+        };
+        for solid in 0..solids.len() as u32 {
+            spots.add(solid, What::Ball(0));
+        }
+        spots.roots = spots.spots.len() as u32;
+        spots
+    }
+
+    pub(super) fn get(&self, index: u32) -> Spot {
+        self.spots[index as usize]
+    }
+
+    /// The parts of a spot; none where there are too many already.
+    pub(super) fn opened(&mut self, index: u32) -> Option<(u32, u32)> {
+        let Spot { parts, count, .. } = self.spots[index as usize];
+        if parts != CLOSED {
+            return Some((parts, parts + count));
+        }
+        if self.spots.len() > MOST_SPOTS {
+            return None;
+        }
+        let Origin { what, solid, .. } = self.origins[index as usize];
+        let from = self.spots.len() as u32;
+        match what {
+            What::Ball(node) => {
+                let of = &self.solids[solid as usize];
+                let node = of.nodes[node as usize];
+                if node.leaf {
+                    self.quarter(solid, of.triangles[node.first as usize]);
+                } else {
+                    self.add(solid, What::Ball(node.first));
+                    self.add(solid, What::Ball(node.first + 1));
+                }
+            }
+            What::Piece(number) => self.quarter(solid, self.pieces[number as usize]),
+        }
+        let to = self.spots.len() as u32;
+        let spot = &mut self.spots[index as usize];
+        (spot.parts, spot.count) = (from, to - from);
+        Some((from, to))
+    }
+
+    fn quarter(&mut self, solid: u32, [a, b, c]: [Point; 3]) {
+        let [d, e, f] = [nalgebra::center(&a, &b), nalgebra::center(&b, &c), nalgebra::center(&c, &a)];
+        for piece in [[a, d, f], [d, b, e], [f, e, c], [d, e, f]] {
+            self.pieces.push(piece);
+            self.add(solid, What::Piece(self.pieces.len() as u32 - 1));
+        }
+    }
+
+    /// Adds what forbids an axis that is looked at.
+    fn add(&mut self, solid: u32, what: What) {
+        let (center, radius) = self.ball(solid, what);
+        let to = center - self.center;
+        let r = to.norm();
+        let Some([_, high]) = self.extent(solid).outer((r - radius).max(0.0), r + radius) else { return };
+        let size = if r > radius { radius / r } else { 2.0 };
+        let way = if r > 0.0 { to / r } else { self.normal };
+        let widest = if size < 1.0 { sum(of_cosine(high), seen(size)) } else { None };
+        if widest.is_some_and(|w| way.dot(&self.normal) < wider(w, self.limit)) {
+            return;
+        }
+        self.spots.push(Spot {
+            way: way.map(|x| x as f32).into(),
+            high: narrow(widest.unwrap_or([-1.0, 0.0])),
+            size: size as f32,
+            parts: CLOSED,
+            count: 0,
+        });
+        self.origins.push(Origin { solid, what, anchor: CLOSED });
+    }
+
+    fn extent(&self, solid: u32) -> &'a Extent {
+        &self.extents[usize::from(!self.solids[solid as usize].cut)]
+    }
+
+    fn ball(&self, solid: u32, what: What) -> (Point, f64) {
+        match what {
+            What::Ball(node) => {
+                let node = &self.solids[solid as usize].nodes[node as usize];
+                (node.center, node.radius)
+            }
+            What::Piece(number) => circle(&self.pieces[number as usize]),
+        }
+    }
+
+    /// What is known of the anchor of a spot.
+    pub(super) fn anchor(&mut self, index: u32) -> &Anchor {
+        let Origin { solid, what, anchor } = self.origins[index as usize];
+        if anchor != CLOSED {
+            return &self.anchors[anchor as usize];
+        }
+        let extent = self.extent(solid);
+        let (center, radius) = self.ball(solid, what);
+        let place = match what {
+            What::Ball(node) => self.solids[solid as usize].nodes[node as usize].anchor,
+            What::Piece(number) => {
+                let [a, b, c] = self.pieces[number as usize];
+                Point::from((a.coords + b.coords + c.coords) / 3.0)
+            }
+        };
+        let r = (center - self.center).norm();
+        let mut low = None;
+        if r > radius
+            && let Some([nearest, _]) = extent.outer(r - radius, r + radius)
+        {
+            let (seen, nearest) = (seen(radius / r), of_cosine(nearest));
+            low = (nearest[0] < seen[0])
+                .then(|| [nearest[0] * seen[0] + nearest[1] * seen[1], nearest[1] * seen[0] - nearest[0] * seen[1]]);
+        }
+        let to = place - self.center;
+        let r = to.norm();
+        let turns = |a: [f64; 2]| a.map(|c| narrow(of_cosine(c)));
+        self.origins[index as usize].anchor = self.anchors.len() as u32;
+        self.anchors.push(Anchor {
+            way: (if r > 0.0 { to / r } else { self.normal }).map(|x| x as f32).into(),
+            reach: extent.outer(r, r).map(turns),
+            inner: if r > 0.0 { extent.inner(r).map(turns) } else { None },
+            low: low.map(narrow),
+        });
+        &self.anchors[self.anchors.len() - 1]
+    }
+}
+
+/// The angle of a sine, up to a right angle.
+fn seen(sine: f64) -> Turn {
+    [(1.0 - sine * sine).max(0.0).sqrt(), sine]
+}
+
+impl Spot {
+    /// The cosine of the angle between its center and an axis.
+    pub(super) fn near(&self, axis: &Vector) -> f64 {
+        turned(self.way, axis)
+    }
+
+    /// It forbids no axis of a cell, by what it forbids at most; `near` is the cosine to the center of the cell.
+    pub(super) fn is_beyond(&self, cell: &Around, near: f64) -> bool {
+        near < wider(wide(self.high), cell.turn)
+    }
+
+    /// How deep an axis may lie in what it forbids, radian.
+    pub(super) fn depth(&self, near: f64) -> f64 {
+        let [c, s] = wide(self.high);
+        let widest = if s > 0.0 || c > 0.0 { s.atan2(c) } else { std::f64::consts::PI };
+        widest - near.clamp(-1.0, 1.0).acos()
+    }
+}
+
+impl Anchor {
+    /// What is known of the axes of a cell, and how deep its center is in what the anchor forbids, by cosines; `near` is the cosine to the
+    /// spot's center.
+    pub(super) fn against(&self, cell: &Around, near: f64) -> (Verdict, f64) {
+        if self.low.is_some_and(|low| near > narrower(wide(low), cell.turn)) {
+            return (Verdict::Apart, f64::NEG_INFINITY);
+        }
+        let at = turned(self.way, &cell.axis);
+        if let Some([low, high]) = self.inner.map(|a| a.map(wide)) {
+            let from_below = low[0] >= 1.0 || at < wider(low, cell.turn);
+            if from_below && at > narrower(high, cell.turn) {
+                return (Verdict::Blocked, f64::INFINITY);
+            }
+        }
+        let Some([low, high]) = self.reach.map(|a| a.map(wide)) else { return (Verdict::Open, -2.0) };
+        let met = at > wider(high, cell.turn) && (low[0] >= 1.0 || at < narrower(low, cell.turn));
+        (if met { Verdict::Met } else { Verdict::Open }, at - high[0])
+    }
+}
+
+fn wide(t: [f32; 2]) -> Turn {
+    t.map(f64::from)
+}
+
+fn narrow(t: Turn) -> [f32; 2] {
+    t.map(|x| x as f32)
+}
+
+fn turned(way: [f32; 3], axis: &Vector) -> f64 {
+    f64::from(way[0]) * axis.x + f64::from(way[1]) * axis.y + f64::from(way[2]) * axis.z
+}
+
+/// The cosine of the sum of two angles; below every cosine where it is half a turn or more.
+fn wider(a: Turn, b: Turn) -> f64 {
+    sum(a, b).map_or(-2.0, |s| s[0])
+}
+
+/// The cosine of the difference of two angles; above every cosine where the second is larger.
+fn narrower([c, s]: Turn, [co, so]: Turn) -> f64 {
+    if s * co - c * so > 0.0 { c * co + s * so } else { 2.0 }
+}
+
+/// A ball that holds a triangle: round its longest edge, or through its corners where it has no wide angle.
+fn circle(corners: &[Point; 3]) -> (Point, f64) {
+    let [a, b, c] = corners;
+    let (u, v) = (b - a, c - a);
+    let normal = u.cross(&v);
+    let square = normal.norm_squared();
+    let longest = [(a, b, c), (b, c, a), (c, a, b)]
+        .into_iter()
+        .max_by(|x, y| (x.1 - x.0).norm_squared().total_cmp(&(y.1 - y.0).norm_squared()));
+    if let Some((p, q, other)) = longest {
+        let middle = nalgebra::center(p, q);
+        let radius = 0.5 * (q - p).norm();
+        if (other - middle).norm() <= radius || square <= 0.0 {
+            let radius = radius.max((other - middle).norm());
+            return (middle, radius * (1.0 + 1e-12) + 1e-12);
+        }
+    }
+    let center = a + (normal.cross(&u) * v.norm_squared() + v.cross(&normal) * u.norm_squared()) / (2.0 * square);
+    let radius = corners.iter().map(|p| (p - center).norm()).fold(0.0, f64::max);
+    (center, radius * (1.0 + 1e-12) + 1e-12)
+}
