@@ -163,12 +163,32 @@ fn sections_of_a_file_are_skinned_and_faults_in_it_are_named() {
     fs::write(folder.join("sections.csv"), sections(30.0)).expect("written");
     let output = proveout(folder, &["blade", ".", "--output", "part.stl"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    fs::write(folder.join("sections.csv"), sections(15.0)).expect("written");
-    let output = proveout(folder, &["blade", ".", "--output", "other.stl"]);
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(text.contains("section s3 crosses s2 near point 1") && text.contains("sections.csv"), "{text}");
-    assert!(!folder.join("other.stl").exists(), "nothing is written");
+    let lines: Vec<String> = sections(30.0).lines().map(str::to_owned).collect();
+    // Lines of the file by section, after its header.
+    let changed = |change: &dyn Fn(&mut Vec<Vec<String>>)| {
+        let mut all: Vec<Vec<String>> = lines[1..].chunks(60).map(<[String]>::to_vec).collect();
+        change(&mut all);
+        format!("{}\n{}\n", lines[0], all.concat().join("\n"))
+    };
+    for (text, words) in [
+        (sections(15.0), "section s3 crosses s2 near point 1"),
+        (changed(&|s| s[2].truncate(59)), "section s2 has 59 points, s0 has 60"),
+        (changed(&|s| s[1].reverse()), "section s1 runs the other way round than s0"),
+        (
+            changed(&|s| s[3].rotate_left(20)),
+            "section s3 begins at another place than s2: its point 1 lies where s2 has point 21",
+        ),
+        (changed(&|s| s[2].swap(10, 20)), "section s2 crosses itself between points"),
+        (changed(&|s| s[2][7] = s[2][6].clone()), "section s2, point 8: it lies on the point before it"),
+        (changed(&|s| s.truncate(1)), "at least two"),
+    ] {
+        fs::write(folder.join("sections.csv"), text).expect("written");
+        let output = proveout(folder, &["blade", ".", "--output", "other.stl"]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains(words) && told.contains("sections.csv"), "{words}: {told}");
+        assert!(!folder.join("other.stl").exists(), "{words}: nothing is written");
+    }
 }
 
 #[test]
