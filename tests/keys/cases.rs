@@ -485,6 +485,11 @@ cases! {
     "machine/ControlFile.pole_cone_deg", Five, ["machine", "control.pole_cone_deg", "0"];
     "machine/DensityFile.default_kg_m3", MillServo, ["machine", "body_density.default_kg_m3", "3500"];
     "machine/DensityFile.roles_kg_m3", MillServo, ["machine", "body_density.roles_kg_m3.table", "9000"];
+    "machine/.pairs", Mill, ["machine", "pairs", "[{ bodies = [\"bed\", \"head\"], near_miss_mm = 900 }]"];
+    "machine/PairFile.bodies", Mill, ["machine", "pairs", "[{ bodies = [\"bed\", \"holder\"], near_miss_mm = 900 }]"];
+    "machine/PairFile.near_miss_mm", Mill, ["machine", "pairs", "[{ bodies = [\"bed\", \"head\"], near_miss_mm = 2 }]"];
+    "machine/PairFile.check", Mill, ["machine", "pairs", "[{ bodies = [\"bed\", \"head\"], check = false, reason = \"far\" }]"];
+    "machine/PairFile.reason", Mill, ["machine", "pairs", "[{ bodies = [\"bed\", \"head\"], near_miss_mm = 3, reason = \"far\" }]"];
     "machine/BodyFile.name", Mill, ["machine", "body.1.name", "\"plate\""];
     "machine/BodyFile.role", MillServo, ["machine", "body.6.role", "\"table\""];
     "machine/BodyFile.attached_to", Mill, ["machine", "body.2.attached_to", "\"base\""];

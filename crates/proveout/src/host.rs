@@ -2,8 +2,8 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use proveout_record::{RunInfo, StageTimes};
-use proveout_sim::run::RunResult;
+use proveout_record::{CheckCounts, RunInfo, StageTimes};
+use proveout_sim::run::{Checks, RunResult};
 
 /// Clock ticks a second of `/proc/self/stat`: 100 on every Linux that Rust supports.
 const TICKS_PER_S: f64 = 100.0;
@@ -52,8 +52,24 @@ pub(crate) fn run_info(result: &RunResult, scene: &Path, threads: usize, alone: 
             surface_s: s.surface,
             record_s: s.record,
         },
+        checks: checks(&result.checks),
         versions: versions.map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
         host,
+    }
+}
+
+fn checks(of: &Checks) -> CheckCounts {
+    let bodies = &of.bodies;
+    CheckCounts {
+        pieces: bodies.pieces,
+        share_by_one_comparison: bodies.share_by_allowance(),
+        pairs: bodies.pair_checks,
+        pairs_by_one_comparison: bodies.pairs_by_allowance,
+        queries_farther: bodies.misses,
+        queries_distance: bodies.distances,
+        stock_motions: of.stock_motions,
+        stock_queries: of.stock_queries,
+        clearance_looks: of.looks,
     }
 }
 

@@ -55,6 +55,8 @@ pub(crate) struct Pair {
     pub(crate) contact: Option<usize>,
     /// Two machine bodies with one joint between them.
     pub(crate) neighbors: Option<Neighbors>,
+    /// Below this distance they give a near miss, mm.
+    pub(crate) clearance: f64,
 }
 
 /// A straight motion of the joints under examination.
@@ -86,7 +88,7 @@ impl Interference {
     /// Distance above which nothing needs to be known of a pair.
     pub(crate) fn threshold(&self, p: &Pair) -> f64 {
         let level = match p.state {
-            State::Clear => self.clearance,
+            State::Clear => p.clearance,
             State::Near => 0.0,
             State::Contact => return 0.0,
         };
@@ -112,7 +114,7 @@ impl Interference {
         }
         let mut t = 0.0;
         while self.pairs[i].state != State::Contact {
-            let level = if self.pairs[i].state == State::Clear { self.clearance } else { 0.0 };
+            let level = if self.pairs[i].state == State::Clear { self.pairs[i].clearance } else { 0.0 };
             let floor = level + SLACK_MM + step.slack;
             let watched = self.watched(&self.pairs[i]) + step.slack;
             let need = floor.max(watched) + (mu * (1.0 - t)).max(TOLERANCE_MM);
@@ -171,11 +173,11 @@ impl Interference {
         let Some(n) = self.pairs[i].neighbors.as_mut() else { return false };
         n.allow(step.slack);
         let (joint, weight, slack) = (n.joint, n.weight, n.slack);
+        let threshold = self.pairs[i].clearance + SLACK_MM + slack;
         let [from, to] = [step.from[joint], step.to[joint]];
         // All the way that the joint may have been.
         let (from, to) =
             if from <= to { (from - off[joint], to + off[joint]) } else { (from + off[joint], to - off[joint]) };
-        let threshold = self.clearance + SLACK_MM + slack;
         let mut at = from;
         loop {
             let Some(n) = &self.pairs[i].neighbors else { return false };
@@ -209,7 +211,7 @@ impl Interference {
     /// A colliding pair at the end of a step: how deep, or apart again.
     fn follow_contact(&mut self, i: usize, step: &Step) {
         self.lower_bound = 0.0;
-        let limit = SLACK_MM + step.slack + TOLERANCE_MM + self.clearance + self.pairs[i].reach;
+        let limit = SLACK_MM + step.slack + TOLERANCE_MM + self.pairs[i].clearance + self.pairs[i].reach;
         let measured = self.measure(i, step, 1.0, [limit, limit]);
         let distance = match measured {
             Gap::Meeting(_) => 0.0,
@@ -246,7 +248,7 @@ impl Interference {
         let Some(k) = p.near else { return };
         if let Some(b) = self.breaches.get_mut(k) {
             b.least_distance = b.least_distance.min(distance);
-            if distance > self.clearance + SLACK_MM + step.slack + 2.0 * TOLERANCE_MM {
+            if distance > p.clearance + SLACK_MM + step.slack + 2.0 * TOLERANCE_MM {
                 b.end_time = Some(end);
                 p.near = None;
                 p.state = State::Clear;
@@ -277,7 +279,7 @@ impl Interference {
             Some(n) => skins(&n.rests.skins[0], &n.rests.skins[1], &b_from_a, limits, &mut pair.warm),
             None => gap(&self.parts[pair.a].shape, &self.parts[pair.b].shape, &b_from_a, limits, &mut pair.warm),
         };
-        let counts = pair.neighbors.is_none();
+        let (counts, clearance) = (pair.neighbors.is_none(), pair.clearance);
         match found {
             Gap::Beyond(_) | Gap::Between(..) => self.effort.misses += 1,
             _ => self.effort.distances += 1,
@@ -287,7 +289,7 @@ impl Interference {
             Gap::Meeting(p) => (0.0, p),
             Gap::At(d, p, q) | Gap::Between([_, d], p, q) => (d, nalgebra::center(&p, &q)),
         };
-        let counts = counts || distance <= self.clearance;
+        let counts = counts || distance <= clearance;
         if counts && self.nearest.as_ref().is_none_or(|n| distance < n.distance) {
             let info = &self.infos[self.pairs[i].info];
             self.nearest = Some(Nearest {

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use proveout_geom::Point;
-use proveout_machine::{JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{JointValues, MAX_JOINTS, Machine, PairCare};
 use proveout_tool::Tool;
 
 use crate::advance::{Pair, State, Step, dot, lower};
 use crate::least::{KeptPiece, Proof};
 use crate::neighbors::{EMPTY, Neighbors, Rests, at_rest, is_left, rests};
 use crate::parts::{
-    Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, tool_parts,
+    Envelope, Fixture, Part, chain_to, fixture_part, machine_parts, motion_weights, relation, rule_of, tool_parts,
 };
-use crate::report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, Severity, Unchecked};
+use crate::report::{Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, Severity, Unchecked};
 use crate::shape::Shape;
 
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
@@ -148,11 +148,18 @@ impl Interference {
     fn add_pair(&mut self, a: usize, b: usize) {
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let Some(unchecked) = relation(&self.machine, x, y, &self.allowed) else { return };
-        let neighbors = if unchecked == Some(Unchecked::Neighbors) { self.neighbors(a, b) } else { None };
+        let rule = rule_of(&self.machine, x, y);
+        let near_miss = match rule.map(|r| r.care) {
+            Some(PairCare::NearMiss(distance)) => distance,
+            Some(PairCare::Unchecked) | None => self.clearance,
+        };
+        let ruled = rule.map(|r| r.reason.as_str().into());
+        let neighbors = if unchecked == Some(Unchecked::Neighbors) { self.neighbors(a, b, near_miss) } else { None };
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let bearing = neighbors.as_ref().map_or(0.0, |n| n.rests.left_out[0].max(n.rests.left_out[1]));
         let unchecked = unchecked.filter(|_| neighbors.is_none());
-        let info = PairInfo { bodies: [x.name.clone(), y.name.clone()], kinds: [x.kind, y.kind], unchecked, bearing };
+        let bodies = [x.name.clone(), y.name.clone()];
+        let info = PairInfo { bodies, kinds: [x.kind, y.kind], unchecked, near_miss, ruled, bearing };
         // A tool that comes back has its pairs in the list already.
         let index = self.infos.iter().position(|i| *i == info).unwrap_or_else(|| {
             self.infos.push(info);
@@ -174,12 +181,13 @@ impl Interference {
                 neighbors,
                 near: None,
                 contact: None,
+                clearance: near_miss,
             });
         }
     }
 
     /// Two machine bodies with one joint between them, without what bears; none where nothing is left.
-    fn neighbors(&mut self, a: usize, b: usize) -> Option<Neighbors> {
+    fn neighbors(&mut self, a: usize, b: usize, clearance: f64) -> Option<Neighbors> {
         let (x, y) = (&self.parts[a], &self.parts[b]);
         let (up, down) = (chain_to(&self.machine, x.attached), chain_to(&self.machine, y.attached));
         let joint = *if up.len() > down.len() { up.last()? } else { down.last()? };
@@ -189,7 +197,7 @@ impl Interference {
             None => {
                 let q = at_rest(&self.machine, joint);
                 let b_from_a = y.pose(&self.machine, &q).inverse() * x.pose(&self.machine, &q);
-                let made = Arc::new(rests(&self.machine, joint, [m, n], &b_from_a, self.clearance));
+                let made = Arc::new(rests(&self.machine, joint, [m, n], &b_from_a, clearance));
                 self.rests.insert((a, b), made.clone());
                 made
             }
@@ -414,6 +422,14 @@ impl Interference {
     /// Number of pieces so far.
     pub fn pieces(&self) -> u64 {
         self.effort.pieces
+    }
+
+    /// Machine bodies and fixtures whose mesh lacks something, with what it lacks.
+    pub fn mesh_faults(&self) -> impl Iterator<Item = (&Arc<str>, &MeshFaults)> {
+        self.parts[..self.fixed_parts].iter().filter(|p| !p.excluded).filter_map(|p| match &*p.shape {
+            Shape::Mesh(m) if m.faults != MeshFaults::default() => Some((&p.name, &m.faults)),
+            _ => None,
+        })
     }
 
     /// Names of the parts now in place: machine bodies, fixtures, tool.

@@ -40,6 +40,7 @@
 //!    A bounded query that finds nothing proves a distance all the same: the smallest bound of what it left out.
 //! 4. Skins alone do not show a part wholly inside another: at the start, after a tool change and after a contact, the
 //!    winding number of a point of each part about the other is tested. Skins that never met cannot change it.
+//!    Of a mesh that is not closed nobody can say what is inside: its surface is checked, and [`Interference::mesh_faults`] names it.
 //! 5. A failed query and joints that are not numbers count as collisions.
 //!
 //! # Known limits
@@ -74,7 +75,9 @@ pub use orientation::{
     OrientationWalk, Refusal, SurfaceContact,
 };
 pub use parts::Fixture;
-pub use report::{Breach, Clearance, CollisionError, Effort, Nearest, PairInfo, PartKind, Severity, Unchecked};
+pub use report::{
+    Breach, Clearance, CollisionError, Effort, MeshFaults, Nearest, PairInfo, PartKind, Severity, Unchecked,
+};
 pub use solid_pair::SolidPair;
 pub use stock::{JointMotion, StockBreach, StockCheck};
 pub use tool_clearance::ToolClearance;

@@ -265,6 +265,9 @@ fn bearing(
 /// Whether a point is inside of a body: by two half lines in directions of no plane that anyone draws, and by solid angles where they
 /// disagree.
 fn is_inside(body: &MeshShape, p: &Point) -> bool {
+    if body.faults.open.is_some() {
+        return false;
+    }
     let one = body.boxes.leaving(p, &Vector::new(0.571_23, 0.703_41, 0.422_87));
     let other = body.boxes.leaving(p, &Vector::new(-0.318_59, 0.214_73, -0.923_17));
     if one == other { one > 0 } else { body.contains(p) }

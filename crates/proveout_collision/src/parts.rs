@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use proveout_geom::{Point, Pose, TriMesh, Vector};
-use proveout_machine::{Attachment, JointValues, MAX_JOINTS, Machine};
+use proveout_machine::{Attachment, JointValues, MAX_JOINTS, Machine, PairCare, PairRule};
 use proveout_tool::{Role, Tool};
 
 use crate::report::{CollisionError, PartKind, Unchecked};
@@ -17,7 +17,7 @@ const TRAVEL_GUESS_MM: f64 = 500.0;
 pub struct Fixture {
     /// Name, for findings.
     pub name: String,
-    /// Closed mesh in the table frame K (equal to M with all joints at zero), mm.
+    /// Mesh in the table frame K (equal to M with all joints at zero), mm; of one that is not closed only the surface counts.
     pub mesh: TriMesh,
     /// True when it stands on the table and moves with it; false when it stands on the base.
     pub on_table: bool,
@@ -40,6 +40,18 @@ impl Part {
         machine.attachment_pose(self.attached, q) * self.zero_from_local
     }
 
+    /// The name by which a rule of the machine file means it; none for what the machine file does not know.
+    fn rule_name(&self) -> Option<&str> {
+        match self.kind {
+            PartKind::Machine => Some(&self.name),
+            PartKind::Cutter => Some("cutter"),
+            PartKind::Neck => Some("neck"),
+            PartKind::Shank => Some("shank"),
+            PartKind::Holder => Some("holder"),
+            PartKind::Fixture | PartKind::Stock => None,
+        }
+    }
+
     fn is_tool(&self) -> bool {
         !matches!(self.kind, PartKind::Machine | PartKind::Fixture | PartKind::Stock)
     }
@@ -47,7 +59,8 @@ impl Part {
 
 pub(crate) fn machine_parts(machine: &Machine) -> Result<Vec<Part>, CollisionError> {
     let part = |b: &proveout_machine::MachineBody| {
-        let shape = Shape::Mesh(Box::new(mesh_shape("machine body", &b.name, &b.mesh, b.check)?));
+        let wanted = if b.check { Wanted::Surface } else { Wanted::Nothing };
+        let shape = Shape::Mesh(Box::new(mesh_shape("machine body", &b.name, &b.mesh, wanted)?));
         Ok(Part {
             name: b.name.as_str().into(),
             kind: PartKind::Machine,
@@ -71,23 +84,38 @@ pub(crate) fn fixture_part(machine: &Machine, fixture: &Fixture) -> Result<Part,
         kind: PartKind::Fixture,
         attached: if fixture.on_table { table_of(machine) } else { Attachment::Base },
         zero_from_local: Pose::identity(),
-        shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("fixture", &fixture.name, &fixture.mesh, true)?))),
+        shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("fixture", &fixture.name, &fixture.mesh, Wanted::Surface)?))),
         excluded: false,
     })
+}
+
+/// What is asked of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// It is only drawn.
+    Nothing,
+    /// Its surface; what is inside only where it has an inside.
+    Surface,
+    /// A solid.
+    Solid,
 }
 
 pub(crate) fn mesh_shape(
     kind: &'static str,
     name: &str,
     mesh: &TriMesh,
-    needed: bool,
+    wanted: Wanted,
 ) -> Result<MeshShape, CollisionError> {
-    if !needed {
-        // A body that is only drawn may be open; its place is taken by a point that nothing is checked against.
-        let b = proveout_geom::Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) };
-        return mesh_shape(kind, name, &proveout_geom::box_mesh(&b), true);
-    }
-    MeshShape::new(mesh).map_err(|fault| match fault {
+    let made = match wanted {
+        Wanted::Nothing => {
+            // A body that is only drawn may be anything; its place is taken by a block that nothing is checked against.
+            let b = proveout_geom::Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) };
+            MeshShape::new(&proveout_geom::box_mesh(&b))
+        }
+        Wanted::Surface => MeshShape::surface(mesh),
+        Wanted::Solid => MeshShape::new(mesh),
+    };
+    made.map_err(|fault| match fault {
         ShapeFault::Solid(fault) => CollisionError::NotSolid { kind, name: name.into(), fault },
         ShapeFault::Tree(fault) => CollisionError::Tree { kind, name: name.into(), fault },
     })
@@ -130,6 +158,12 @@ pub(crate) fn chain_to(machine: &Machine, attached: Attachment) -> &[usize] {
     &[]
 }
 
+/// What the machine file wants of two parts on their own.
+pub(crate) fn rule_of<'m>(machine: &'m Machine, a: &Part, b: &Part) -> Option<&'m PairRule> {
+    let (one, other) = (a.rule_name()?, b.rule_name()?);
+    machine.pairs.iter().find(|r| r.is_of(one, other))
+}
+
 /// Whether a pair is checked, and if not, why. None for two parts of one tool, which are no pair at all.
 pub(crate) fn relation(
     machine: &Machine,
@@ -150,6 +184,9 @@ pub(crate) fn relation(
     }
     if allowed.iter().any(|(m, n)| named(m, n)) {
         return Some(Some(Unchecked::Allowed));
+    }
+    if rule_of(machine, a, b).is_some_and(|r| r.care == PairCare::Unchecked) {
+        return Some(Some(Unchecked::PairExcluded));
     }
     let (short, long) = if x.len() < y.len() { (x, y) } else { (y, x) };
     let neighbors = long.len() == short.len() + 1 && long.starts_with(short);

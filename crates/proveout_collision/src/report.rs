@@ -114,6 +114,11 @@ impl Effort {
     pub fn share_by_allowance(&self) -> f64 {
         if self.pieces == 0 { 1.0 } else { self.pieces_by_allowance as f64 / self.pieces as f64 }
     }
+
+    /// Share of the pairs that were looked at one by one, and were settled so as well.
+    pub fn share_of_pairs_by_allowance(&self) -> f64 {
+        if self.pair_checks == 0 { 1.0 } else { self.pairs_by_allowance as f64 / self.pair_checks as f64 }
+    }
 }
 
 /// A pair of parts and whether it is checked.
@@ -125,6 +130,10 @@ pub struct PairInfo {
     pub kinds: [PartKind; 2],
     /// Why the pair is not checked; none when it is.
     pub unchecked: Option<Unchecked>,
+    /// Below this distance they give a near miss, mm.
+    pub near_miss: f64,
+    /// The machine file has a rule of its own for the pair: why, in its words, which may be none.
+    pub ruled: Option<Arc<str>>,
     /// Of machine bodies of neighboring joints: the larger part of a skin that is left out, since the two bear on each other there,
     /// 0 to 1.
     pub bearing: f64,
@@ -143,6 +152,8 @@ pub enum Unchecked {
     Allowed,
     /// The machine description excludes the body.
     Excluded,
+    /// The machine description excludes the pair.
+    PairExcluded,
 }
 
 impl Unchecked {
@@ -154,14 +165,24 @@ impl Unchecked {
             Self::Platform => "the platform between them tilts about no fixed line, so that no volume can be left out",
             Self::Allowed => "allowed by the setup",
             Self::Excluded => "the machine description excludes the body from checks",
+            Self::PairExcluded => "the machine description excludes the pair from checks",
         }
     }
+}
+
+/// What a mesh lacks that is checked all the same.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshFaults {
+    /// Why it bounds no solid: nobody can say what is inside, so that only its surface is checked.
+    pub open: Option<MeshError>,
+    /// Triangles without area; they are checked as the lines and points that they are.
+    pub flat: usize,
 }
 
 /// Why interference cannot be checked.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CollisionError {
-    /// A mesh does not bound a solid.
+    /// A mesh does not bound a solid: of a machine body or fixture one that has no volume, is inside out, or no numbers.
     #[error("the mesh of {kind} \"{name}\" does not bound a solid: {fault}; repair the mesh or exclude the body")]
     NotSolid {
         /// `machine body`, `fixture` or `solid`.

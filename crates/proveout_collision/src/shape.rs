@@ -6,6 +6,7 @@ use proveout_geom::{MeshError, Point, Pose, TriMesh, Vector};
 use proveout_tool::{Profile, Segment};
 
 use crate::boxes::TriangleTree;
+use crate::report::MeshFaults;
 
 /// Exact convex body of revolution about z, given by its support function: for a direction with the components u across
 /// and w along the axis it is the largest r u + z w over the generating curve. Corners are candidates, and on an arc the
@@ -100,7 +101,7 @@ impl SupportMap for Revolved {
     }
 }
 
-/// Closed mesh with its search tree.
+/// Mesh with its search tree; one that is not closed has no inside.
 #[derive(Clone, Debug)]
 pub(crate) struct MeshShape {
     pub(crate) tree: ParryMesh,
@@ -108,6 +109,8 @@ pub(crate) struct MeshShape {
     pub(crate) boxes: TriangleTree,
     /// One vertex of each shell, to find a shell that lies wholly inside of another body.
     pub(crate) shells: Vec<Point>,
+    /// What it lacks.
+    pub(crate) faults: MeshFaults,
 }
 
 /// Why a mesh cannot be checked.
@@ -118,20 +121,38 @@ pub(crate) enum ShapeFault {
 }
 
 impl MeshShape {
+    /// A mesh that bounds a solid.
     pub(crate) fn new(mesh: &TriMesh) -> Result<Self, ShapeFault> {
+        let shape = Self::surface(mesh)?;
+        shape.faults.open.clone().map_or(Ok(shape), |fault| Err(ShapeFault::Solid(fault)))
+    }
+
+    /// A mesh that bounds a solid, or one with holes or turned faces, of which only the surface is known.
+    pub(crate) fn surface(mesh: &TriMesh) -> Result<Self, ShapeFault> {
         // Bodies are often several closed shells that touch: joining their vertices would hide that each is closed.
-        let mesh = match mesh.check_solid() {
-            Ok(()) => mesh.clone(),
+        let (solid, open) = match mesh.check_solid() {
+            Ok(()) => (mesh.clone(), None),
+            Err(MeshError::Index { triangle, vertex, vertices }) => {
+                return Err(ShapeFault::Solid(MeshError::Index { triangle, vertex, vertices }));
+            }
             Err(_) => {
                 let merged = mesh.merge_equal_vertices();
-                merged.check_solid().map_err(ShapeFault::Solid)?;
-                merged
+                match merged.check_solid() {
+                    Ok(()) => (merged, None),
+                    Err(fault @ (MeshError::Open { .. } | MeshError::NotManifold { .. })) => (merged, Some(fault)),
+                    Err(fault) => return Err(ShapeFault::Solid(fault)),
+                }
             }
         };
-        let vertices = mesh.positions.iter().map(to_parry).collect();
-        let tree = ParryMesh::with_flags(vertices, mesh.triangles.clone(), TriMeshFlags::ORIENTED)
+        let flat = (0..mesh.triangles.len()).filter(|&t| mesh.area_normal(t).norm_squared() == 0.0).count();
+        let vertices = solid.positions.iter().map(to_parry).collect();
+        // Which side of a surface is inside is only asked of one that has an inside.
+        let flags = if open.is_some() { TriMeshFlags::empty() } else { TriMeshFlags::ORIENTED };
+        let tree = ParryMesh::with_flags(vertices, solid.triangles.clone(), flags)
             .map_err(|e| ShapeFault::Tree(format!("{e:?}")))?;
-        Ok(Self { tree, boxes: TriangleTree::new(&mesh), shells: shells(&mesh) })
+        // Joining vertices drops triangles that are lines or points: they count as what they are.
+        let boxes = TriangleTree::new(if flat > 0 { mesh } else { &solid });
+        Ok(Self { tree, boxes, shells: shells(&solid), faults: MeshFaults { open, flat } })
     }
 
     pub(crate) fn vertices(&self) -> impl Iterator<Item = Point> + '_ {
@@ -140,10 +161,10 @@ impl MeshShape {
 
     /// True when the point is inside: its winding number, the sum of the signed solid angles of all triangles over the
     /// full sphere (van Oosterom and Strackee 1983), is above one half. Unlike the sign of the nearest face, this is
-    /// right where shells of one body overlap.
+    /// right where shells of one body overlap. Nothing is known to be inside of an open mesh.
     pub(crate) fn contains(&self, p: &Point) -> bool {
         let q = to_parry(p);
-        if !self.tree.local_aabb().contains_local_point(q) {
+        if self.faults.open.is_some() || !self.tree.local_aabb().contains_local_point(q) {
             return false;
         }
         let sum: f64 = self

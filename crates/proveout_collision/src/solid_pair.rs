@@ -3,7 +3,7 @@
 use proveout_geom::{Pose, TriMesh};
 
 use crate::distance::{Gap, Warm, skins};
-use crate::parts::mesh_shape;
+use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
@@ -21,7 +21,7 @@ impl SolidPair {
     /// # Errors
     /// A mesh that does not bound a solid.
     pub fn new(first: &TriMesh, second: &TriMesh) -> Result<Self, CollisionError> {
-        let of = |name: &str, mesh: &TriMesh| mesh_shape("solid", name, mesh, true);
+        let of = |name: &str, mesh: &TriMesh| mesh_shape("solid", name, mesh, Wanted::Solid);
         Ok(Self { first: of("first", first)?, second: of("second", second)?, warm: None })
     }
 

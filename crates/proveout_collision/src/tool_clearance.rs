@@ -5,7 +5,7 @@ use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
 use proveout_tool::{Role, Tool};
 
 use crate::distance::{Gap, gap};
-use crate::parts::mesh_shape;
+use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::{Revolved, Shape};
 
@@ -23,8 +23,9 @@ impl ToolClearance {
     /// A mesh that does not bound a solid.
     pub fn new(tool: &Tool, solids: &[(String, TriMesh)]) -> Result<Self, CollisionError> {
         let bodies = tool.bodies.iter().filter(|b| b.role != Role::Cutting).map(|b| Revolved::new(&b.profile));
-        let solid =
-            |(name, mesh): &(String, TriMesh)| Ok(Shape::Mesh(Box::new(mesh_shape("solid", name, mesh, true)?)));
+        let solid = |(name, mesh): &(String, TriMesh)| {
+            Ok(Shape::Mesh(Box::new(mesh_shape("solid", name, mesh, Wanted::Solid)?)))
+        };
         Ok(Self { tool: Shape::Convex(bodies.collect()), solids: solids.iter().map(solid).collect::<Result<_, _>>()? })
     }
 

@@ -426,9 +426,18 @@ fn a_tool_change_starts_anew() {
 fn bad_input_is_refused_or_counts_as_a_collision() {
     let machine = machine();
     let b = block([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]);
-    let mut open = fixture("open", &b);
-    open.mesh.triangles.pop();
-    assert!(matches!(Interference::new(&machine, &[open], 0.0), Err(CollisionError::NotSolid { .. })));
+    let mut turned = fixture("inside out", &b);
+    turned.mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    let empty = Fixture { mesh: TriMesh::default(), ..fixture("empty", &b) };
+    let mut numbers = fixture("no numbers", &b);
+    numbers.mesh.positions[3].y = f64::NAN;
+    let mut index = fixture("no vertex", &b);
+    index.mesh.triangles[0][1] = 99;
+    for bad in [turned, empty, numbers, index] {
+        let name = bad.name.clone();
+        let told = Interference::new(&machine, &[bad], 0.0).expect_err("no body").to_string();
+        assert!(told.contains(&name), "{told}");
+    }
     assert!(matches!(Interference::new(&machine, &[], f64::NAN), Err(CollisionError::Clearance { .. })));
     let mut check = Interference::new(&machine, &[fixture("block", &b)], 0.0).expect("solids");
     check.set_tool(Some(&tool()));
@@ -436,6 +445,35 @@ fn bad_input_is_refused_or_counts_as_a_collision() {
     bad[1] = f64::NAN;
     let new = check.check_piece(&at(0.0, 0.0, 100.0, 0.0, 0.0), &bad, [0.0, 1.0], 0.0);
     assert!(!new.is_empty() && check.breaches()[new].iter().all(|b| b.severity == Severity::QueryFailed));
+}
+
+/// Of a mesh with a hole the surface counts, and nobody says that something is inside; a solid that holds it is still told.
+#[test]
+fn an_open_mesh_has_a_surface_and_no_inside() {
+    let machine = machine();
+    let around = block([-60.0, -60.0, 0.0], [60.0, 60.0, 300.0]);
+    let here = at(0.0, 0.0, 100.0, 0.0, 0.0);
+    for (open, within) in [(false, true), (true, true), (true, false)] {
+        // The tool is wholly inside of a large one; a small one is wholly inside of the holder.
+        let place = if within { around } else { block([-2.0, -2.0, 170.0], [2.0, 2.0, 175.0]) };
+        let mut one = fixture("one", &place);
+        if open {
+            one.mesh.triangles.pop();
+        }
+        let mut check = Interference::new(&machine, &[one], 0.0).expect("surfaces");
+        let faults: Vec<_> =
+            check.mesh_faults().map(|(name, f)| (name.to_string(), f.open.is_some(), f.flat)).collect();
+        assert_eq!(faults, if open { vec![("one".into(), true, 0)] } else { vec![] });
+        check.set_tool(Some(&tool()));
+        check.check_piece(&here, &here, [0.0, 1.0], 0.0);
+        let inside = check.breaches().iter().any(|b| b.inside);
+        assert_eq!(inside, !open || !within, "{open} {within}: {:?}", check.breaches());
+        if within {
+            let out = check.check_piece(&here, &at(40.0, 0.0, 100.0, 0.0, 0.0), [1.0, 2.0], 0.0);
+            let met = check.breaches()[out].iter().any(|b| b.severity == Severity::Collision);
+            assert!(met || !open, "its surface is met from inside: {:?}", check.breaches());
+        }
+    }
 }
 
 #[test]

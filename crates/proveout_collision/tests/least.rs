@@ -75,6 +75,7 @@ fn in_range(span: &ProvedSpan, q: &JointValues) -> bool {
 #[test]
 fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
     let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let mut cut = 0;
     for name in ["spinner-u5-620", "bc-trunnion", "three-axis-mill"] {
         let machine = machine(name);
         let mut check = Interference::new(&machine, &fixtures(), 0.5).expect("solids").with_proof();
@@ -94,6 +95,13 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
         let (mut exact, mut short_spans) = (0, 0);
         for pair in &least {
             let spans = spans_of(&check, pair);
+            if pair.neighbors {
+                // The check of the motion alone tells of them.
+                let near = check.breaches().iter().any(|b| b.pair == pair.pair);
+                assert!(spans.is_empty() && pair.measured.is_some() == near, "{name} {pair:?}");
+                assert_eq!(pair.proved, if near { 0.0 } else { 0.5 });
+                continue;
+            }
             assert_eq!((spans[0].time[0], spans[spans.len() - 1].time[1]), (0.0, 400.0));
             let follows = |w: &[&ProvedSpan]| w[0].time[1] == w[1].time[0] || w[0].time == w[1].time;
             assert!(spans.windows(2).all(follows));
@@ -112,9 +120,6 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
                     short_spans += 1;
                 }
             }
-            if pair.neighbors {
-                continue;
-            }
             let [a, b] = [0, 1].map(|k| meshes(&check.pairs()[pair.pair].bodies[k]));
             let mut solids = SolidPair::new(&a.0, &b.0).expect("solids");
             let mut nearest = f64::INFINITY;
@@ -132,7 +137,8 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
                 }
             }
             let measured = pair.measured.expect("asked");
-            assert!(pair.proved <= nearest + 1e-6 && measured <= 1.06 * nearest + 0.5, "{name} {pair:?}: {nearest}");
+            // Far pairs are searched to half of their distance.
+            assert!(pair.proved <= nearest + 1e-6 && measured <= 2.1 * nearest + 0.5, "{name} {pair:?}: {nearest}");
             if measured < 20.0 {
                 exact += 1;
                 assert!(measured - pair.proved <= 1.3e-3, "{name} {pair:?}");
@@ -148,9 +154,9 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
             check.looks()
         );
         assert!(measured(best) - best.proved <= 1.3e-3, "{name} {best:?}");
-        // The nearest places of the three-axis machine lie where its motion turns back, so that no piece needs to be cut.
-        assert!(short_spans > 0 || name == "three-axis-mill", "{name}: no piece was cut");
+        cut += short_spans;
     }
+    assert!(cut > 0, "no piece was cut");
 }
 
 /// A finishing pass as the benchmark has it: what the proof costs in looks and spans.

@@ -14,6 +14,7 @@ use crate::{
     errors_reader::read_errors,
     joint_reader::read_joint,
     locate::{Source, Step, Step::Item, Step::Key},
+    pairs::read_pairs,
     places::Places,
     platform_reader::read_platforms,
     solver::Solver,
@@ -98,6 +99,7 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
     let trust = read_trust(source, content)?;
     let (bodies, unused_nodes) =
         read_bodies(source, content, |path, name| attachment(source, &content.joint, path, name))?;
+    let pairs = read_pairs(source, &content.pairs, &bodies, &spindle_data)?;
     let machine = Machine {
         name: content.name.clone(),
         description: content.description.clone(),
@@ -108,6 +110,7 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
         platforms,
         errors,
         bodies,
+        pairs,
         control,
         spindle: spindle_data,
         table,

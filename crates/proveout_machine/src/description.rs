@@ -48,6 +48,9 @@ pub(crate) struct MachineFile {
     /// Parts for collision checks and pictures.
     #[serde(default)]
     pub(crate) body: Vec<BodyFile>,
+    /// Pairs of bodies with a rule of their own.
+    #[serde(default)]
+    pub(crate) pairs: Vec<PairFile>,
 }
 
 /// Slide or turn.
@@ -271,6 +274,20 @@ pub(crate) struct BodyFile {
     /// Numbers of this table that were chosen, and why.
     #[serde(default)]
     pub(crate) chosen: Notes,
+}
+
+/// Two bodies with a rule of their own: either another near-miss distance, or no check of one against the other.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PairFile {
+    /// Two bodies of this file, or one and a part of any tool: cutter, neck, shank, holder.
+    pub(crate) bodies: [String; 2],
+    /// Distance that they are to keep, instead of that of the scene.
+    pub(crate) near_miss_mm: Option<f64>,
+    /// False: they are not checked against each other, and the verdict says so with the reason.
+    pub(crate) check: Option<bool>,
+    /// Why; needed where they are not checked.
+    pub(crate) reason: Option<String>,
 }
 
 /// A box along the machine axes.

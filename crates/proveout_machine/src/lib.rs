@@ -22,6 +22,7 @@
 //!   [`Machine::amplification_violation`].
 //! * [`Machine::diagnose`] – what is missing or looks wrong in a description, with line and remedy.
 //! * [`MachineBody`] – a part for collision checks and pictures, with its mass where it is known.
+//! * [`PairRule`] – a near-miss distance or an exclusion of one pair of bodies.
 //! * [`Drive`] – loop gains, friction, backlash, elasticity and force limit of a joint, where they are known.
 //! * [`kinematics_csv`] – whole tables, both ways.
 //!
@@ -56,6 +57,7 @@ mod locate;
 mod machine;
 mod mass;
 mod model;
+mod pairs;
 mod places;
 mod platform;
 mod platform_reader;
@@ -80,5 +82,6 @@ pub use machine::{
     Attachment, Control, ControlKinematics, Machine, MachineBody, RapidMode, SpindleData, TableData, Trust,
 };
 pub use mass::BodyMass;
+pub use pairs::{PairCare, PairRule, TOOL_PARTS};
 pub use platform::{Leg, Platform, PlatformError, TurnShift};
 pub use table::{Direction, TableError, kinematics_csv};

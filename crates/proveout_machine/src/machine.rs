@@ -1,8 +1,8 @@
 use proveout_geom::{Point, Pose, ToolPose, TriMesh, Vector};
 
 use crate::{
-    BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, Platform, TurnShift, actual::ActualChain, chain::Chain,
-    places::Places, solver::Solver,
+    BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, PairRule, Platform, TurnShift, actual::ActualChain,
+    chain::Chain, places::Places, solver::Solver,
 };
 
 /// What a body or a chain hangs on.
@@ -138,6 +138,8 @@ pub struct Machine {
     pub errors: GeometricErrors,
     /// Parts.
     pub bodies: Vec<MachineBody>,
+    /// Pairs of bodies with a rule of their own.
+    pub pairs: Vec<PairRule>,
     /// Control.
     pub control: Control,
     /// Spindle.

@@ -49,6 +49,8 @@ pub struct RunInfo {
     pub moves_per_s: f64,
     /// Wall time of each stage.
     pub stages: StageTimes,
+    /// How the checks of bodies were settled.
+    pub checks: CheckCounts,
     /// Versions by name: `proveout`, `rustc`, libraries that matter.
     pub versions: BTreeMap<String, String>,
     /// Facts about the host: `os`, `arch`, `cpu`, `cores`.
@@ -72,6 +74,29 @@ pub struct StageTimes {
     pub surface_s: f64,
     /// Observers.
     pub record_s: f64,
+}
+
+/// How the checks of bodies were settled, from the cheapest to the dearest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct CheckCounts {
+    /// Pieces of motion that were checked, bodies against bodies.
+    pub pieces: u64,
+    /// Share of them that one comparison settled for all pairs, 0 to 1.
+    pub share_by_one_comparison: f64,
+    /// Pairs that were looked at one by one in the other pieces.
+    pub pairs: u64,
+    /// Those of them that one comparison settled.
+    pub pairs_by_one_comparison: u64,
+    /// Queries that ended with "farther than is needed", and a proved distance.
+    pub queries_farther: u64,
+    /// Queries that ended with a distance.
+    pub queries_distance: u64,
+    /// Motions that were followed against the stock.
+    pub stock_motions: u64,
+    /// Distances from its rays that were asked for.
+    pub stock_queries: u64,
+    /// Stretches of motion that were looked at for the least clearance of each pair.
+    pub clearance_looks: u64,
 }
 
 /// Writes `run.json` into a run folder.
@@ -132,6 +157,7 @@ mod tests {
                 "realtime_factor",
                 "moves_per_s",
                 "stages",
+                "checks",
                 "versions",
                 "host"
             ]

@@ -82,7 +82,7 @@ pub use clearance::ClearanceObserver;
 pub use color::{DeviationMap, Rgba};
 pub use error::RecordError;
 pub use height_picture::{height_map_png, write_height_map_png};
-pub use json::{JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
+pub use json::{CheckCounts, JsonObserver, RunInfo, StageTimes, write_json, write_run_json};
 pub use map_files::MapFilesObserver;
 pub use mesh_file::write_mesh;
 pub use mode::{RECORDING_FILE, RerunMode};

@@ -1,6 +1,6 @@
 //! Bodies against bodies along the pieces of motion.
 
-use proveout_collision::{Breach, CollisionError, Fixture, Interference, Severity, Unchecked};
+use proveout_collision::{CollisionError, Effort, Fixture, Interference, PairInfo, Severity, Unchecked};
 use proveout_controller::Piece;
 use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
@@ -23,6 +23,17 @@ pub(crate) enum HitKind {
     NearMiss(f64),
 }
 
+/// A pair of bodies that the machine file treats on its own, and bodies of which not everything can be told.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Told {
+    /// Pairs with a near-miss distance of their own, in words.
+    pub(crate) own_near_miss: Vec<String>,
+    /// What is not checked of meshes and pairs, in words.
+    pub(crate) left_out: Vec<String>,
+    /// Meshes that are checked as they are, in words.
+    pub(crate) remarks: Vec<String>,
+}
+
 /// Two bodies that came too near within a piece.
 #[derive(Clone, Debug)]
 pub(crate) struct Hit {
@@ -32,6 +43,8 @@ pub(crate) struct Hit {
     pub(crate) time: f64,
     pub(crate) penetration: Option<f64>,
     pub(crate) inside: bool,
+    /// Distance that they are to keep, mm.
+    pub(crate) wanted: f64,
     pub(crate) point_in_table: Point,
     /// Index of the breach, whose figures grow while it lasts.
     pub(crate) breach: usize,
@@ -105,7 +118,7 @@ impl<'a> BodyCheck<'a> {
         // The bodies follow the joints straight, and leave that by the deviation of the joints; that of the tool is held as well.
         let (slack, off) = (piece.deviation + self.errors, &piece.joint_deviation);
         let begun = self.world.check_bent_piece([from, to], piece.time, slack, off);
-        let hits = begun.map(|i| hit(i, &self.world.breaches()[i])).collect();
+        let hits = begun.map(|i| self.hit(i)).collect();
         let proved = self.world.proved_now();
         Checked { hits, clearance: proved.is_finite().then_some(proved) }
     }
@@ -127,11 +140,12 @@ impl<'a> BodyCheck<'a> {
             error_mm: l.measured.map(|m| (m - l.proved).max(0.0)),
             proved_mm: l.proved,
             time_s: l.time,
+            near_miss_mm: own_near_miss(&infos[l.pair]),
         };
-        let near = self.prepared.scene.file.tolerances.near_miss_mm;
         let against = stock.least();
         // Neighbors are near each other all the time: they count where they come nearer than wanted.
-        let counted = all.iter().filter(|l| !l.neighbors || l.measured.is_some_and(|m| m < near)).map(pair);
+        let counted =
+            all.iter().filter(|l| !l.neighbors || l.measured.is_some_and(|m| m < infos[l.pair].near_miss)).map(pair);
         let counted = counted.chain(against.iter().filter(|p| p.min_mm.is_some()).cloned());
         let least = counted.min_by(|a, b| a.min_mm.unwrap_or(f64::MAX).total_cmp(&b.min_mm.unwrap_or(f64::MAX)));
         // No pair of bodies is nearer than what is proved of it. Against the stock more is not asked than whether the clearance is kept.
@@ -164,9 +178,12 @@ impl<'a> BodyCheck<'a> {
     fn unchecked(&self) -> Vec<UncheckedPair> {
         let pairs =
             self.world.pairs().iter().filter_map(|p| Some((p, p.unchecked.filter(|u| *u != Unchecked::Rigid)?)));
-        let words = |(p, why): (&proveout_collision::PairInfo, Unchecked)| UncheckedPair {
+        let words = |(p, why): (&PairInfo, Unchecked)| UncheckedPair {
             bodies: p.bodies.clone().map(|b| b.to_string()),
-            reason: why.reason().into(),
+            reason: match p.ruled.as_deref().filter(|_| why == Unchecked::PairExcluded) {
+                Some(reason) => format!("{}: {reason}", why.reason()),
+                None => why.reason().into(),
+            },
         };
         pairs.map(words).collect()
     }
@@ -183,9 +200,63 @@ impl<'a> BodyCheck<'a> {
         all.map(|(name, mesh)| (name, deepest(mesh))).filter(|(_, d)| *d > touching).collect()
     }
 
+    /// How the checks were settled, and stretches of motion that were looked at for the least clearances.
+    pub(crate) fn effort(&self) -> (Effort, u64) {
+        (self.world.effort(), self.world.looks())
+    }
+
     /// Number of pairs that were checked.
     pub(crate) fn checked_pairs(&self) -> usize {
         self.world.pairs().iter().filter(|p| p.unchecked.is_none()).count()
+    }
+
+    /// What the gates tell of pairs with a rule of their own, and of meshes that lack something.
+    pub(crate) fn told(&self) -> Told {
+        let mut told = Told::default();
+        let named = |p: &PairInfo| p.bodies.join(" against ");
+        let because = |p: &PairInfo| match p.ruled.as_deref() {
+            None | Some("") => String::new(),
+            Some(reason) => format!(" ({reason})"),
+        };
+        let mut excluded = Vec::new();
+        for p in self.world.pairs() {
+            if p.unchecked == Some(Unchecked::PairExcluded) {
+                excluded.push(named(p) + &because(p));
+            } else if let (Some(wanted), None) = (own_near_miss(p), p.unchecked) {
+                told.own_near_miss.push(format!("{} {wanted} mm{}", named(p), because(p)));
+            }
+        }
+        if !excluded.is_empty() {
+            told.left_out.push(format!("pairs that the machine file excludes: {}", excluded.join(", ")));
+        }
+        for (name, faults) in self.world.mesh_faults() {
+            if let Some(fault) = &faults.open {
+                told.left_out.push(format!("what is inside of {name}: {fault}; its surface is checked"));
+            }
+            match faults.flat {
+                0 => {}
+                1 => told.remarks.push(format!("1 triangle of {name} has no area and counts as a line")),
+                n => told.remarks.push(format!("{n} triangles of {name} have no area and count as lines")),
+            }
+        }
+        told
+    }
+
+    fn hit(&self, index: usize) -> Hit {
+        let breach = &self.world.breaches()[index];
+        Hit {
+            kind: match breach.severity {
+                Severity::NearMiss => HitKind::NearMiss(breach.distance),
+                Severity::Collision | Severity::QueryFailed => HitKind::Collision,
+            },
+            bodies: breach.bodies.clone().map(|b| b.to_string()),
+            time: breach.time,
+            penetration: breach.penetration_estimate,
+            inside: breach.inside,
+            wanted: self.world.pairs()[breach.pair].near_miss,
+            point_in_table: breach.point_in_table,
+            breach: index,
+        }
     }
 
     /// Machine bodies on both sides of a tilting platform, which are not checked against each other.
@@ -218,17 +289,7 @@ fn reach_of(machine: &Machine, prepared: &Prepared) -> f64 {
     2.0 * (farthest.max(lines) + tools) + ways
 }
 
-fn hit(index: usize, breach: &Breach) -> Hit {
-    Hit {
-        kind: match breach.severity {
-            Severity::NearMiss => HitKind::NearMiss(breach.distance),
-            Severity::Collision | Severity::QueryFailed => HitKind::Collision,
-        },
-        bodies: breach.bodies.clone().map(|b| b.to_string()),
-        time: breach.time,
-        penetration: breach.penetration_estimate,
-        inside: breach.inside,
-        point_in_table: breach.point_in_table,
-        breach: index,
-    }
+/// Near-miss distance that the machine file states for the pair, mm.
+fn own_near_miss(pair: &PairInfo) -> Option<f64> {
+    pair.ruled.is_some().then_some(pair.near_miss)
 }

@@ -12,7 +12,7 @@ use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
 use proveout_tool::{Profile, Tool};
 
 use crate::{
-    bodies::{BodyCheck, StockNear},
+    bodies::{BodyCheck, StockNear, Told},
     engagement::Engagement,
     error::SimError,
     finding::{self, Finding},
@@ -26,7 +26,7 @@ use crate::{
     plunge::{self, PlungeWatch},
     prepare::Prepared,
     process::{self, CuttingState, Sweeps},
-    run::{Stages, timed},
+    run::{Checks, Stages, timed},
     stock_bodies::{Cutting, StockBodies},
     texture::{Recorder, Tracks},
     verdict::{Clearance, ToolUse},
@@ -70,6 +70,10 @@ pub(crate) struct Facts {
     pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
     /// Bodies that the machine keeps out of the checks.
     pub(crate) excluded_bodies: Vec<String>,
+    /// Pairs and meshes of which the gates tell on their own.
+    pub(crate) told: Told,
+    /// How the checks were settled.
+    pub(crate) effort: Checks,
     /// Machine bodies on both sides of a tilting platform.
     pub(crate) across_platforms: Vec<String>,
     /// Pairs of bodies that were checked.
@@ -363,6 +367,9 @@ impl<'a> Engine<'a> {
         let unknown_plunges =
             self.unknown_plunges.iter().map(|(t, p)| wording::unknown_plunge(&library[*t], p, &self.places)).collect();
         let (clearance, proof) = self.bodies.clearance(&self.stock_bodies);
+        let (bodies, looks) = self.bodies.effort();
+        let (stock_queries, stock_motions) = self.stock_bodies.effort();
+        let effort = Checks { bodies, looks, stock_motions, stock_queries };
         let facts = Facts {
             log: self.log.placed(&self.places),
             tools,
@@ -380,6 +387,8 @@ impl<'a> Engine<'a> {
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,
             excluded_bodies: self.bodies.excluded(),
+            told: self.bodies.told(),
+            effort,
             across_platforms: self.bodies.across_platforms(),
             checked_pairs: self.bodies.checked_pairs(),
             stock_near: self.stock_bodies.near(self.bodies.behind_table()),

@@ -269,6 +269,15 @@ fn judge_gates(
         )),
         left_out: holders.collect(),
     };
+    if !facts.excluded_bodies.is_empty() {
+        let names = facts.excluded_bodies.join(", ");
+        collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
+    }
+    if !facts.across_platforms.is_empty() {
+        let pairs = facts.across_platforms.join(", ");
+        collision.left_out.push(format!("bodies on both sides of a tilting platform: {pairs}"));
+    }
+    collision.left_out.extend(facts.told.left_out.clone());
     collision.left_out.extend(facts.loose.clone());
     let near_mm = tolerances.near_miss_mm;
     collision.left_out.extend(facts.stock_near.behind_table.iter().map(|(name, depth)| {
@@ -282,27 +291,23 @@ fn judge_gates(
         checked.push_str(facts.loose_known.as_deref().unwrap_or_default());
         let errors = prepared.machine.has_errors();
         checked.push_str(if errors { "; with room for the geometric errors of the machine" } else { "" });
+        let bear = facts.clearance.unchecked.iter().filter(|u| u.reason == Unchecked::Neighbors.reason());
+        let bear: Vec<String> = bear.map(|u| u.bodies.join(" against ")).collect();
+        if !bear.is_empty() {
+            *checked += &format!("; neighbors of which nothing is left beside their bearing: {}", bear.join(", "));
+        }
+        for remark in &facts.told.remarks {
+            *checked += &format!("; {remark}");
+        }
     }
-    let mut near = Coverage {
-        checked: Some(format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock")),
-        left_out: collision.left_out.clone(),
-    };
+    let mut kept = format!("bodies keep {near_mm} mm apart, and the holder from the in-process stock");
+    if !facts.told.own_near_miss.is_empty() {
+        kept += &format!("; as the machine file wants, {}", facts.told.own_near_miss.join(", "));
+    }
+    let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
     if facts.checked_pairs == 0 {
         collision.left_out.push("the machine has no bodies to check".into());
         near.left_out.push("the machine has no bodies to check".into());
-    }
-    if !facts.excluded_bodies.is_empty() {
-        let names = facts.excluded_bodies.join(", ");
-        collision.left_out.push(format!("bodies that the machine file excludes: {names}"));
-    }
-    let bear = facts.clearance.unchecked.iter().filter(|u| u.reason == Unchecked::Neighbors.reason());
-    let bear: Vec<String> = bear.map(|u| u.bodies.join(" against ")).collect();
-    if !bear.is_empty() {
-        collision.left_out.push(format!("neighbors that bear on each other all over: {}", bear.join(", ")));
-    }
-    if !facts.across_platforms.is_empty() {
-        let pairs = facts.across_platforms.join(", ");
-        collision.left_out.push(format!("bodies on both sides of a tilting platform: {pairs}"));
     }
     let shape = |word: &str, limit: f64| {
         let mut left_out = Vec::new();

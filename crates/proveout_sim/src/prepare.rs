@@ -8,7 +8,7 @@ use std::{
 };
 
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
-use proveout_geom::{Aabb, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_geom::{Aabb, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
 use proveout_machine::Machine;
 use proveout_nc::{
     Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii,
@@ -521,6 +521,15 @@ pub(crate) fn read_solid(path: &Path) -> Result<TriMesh, SimError> {
     Ok(mesh)
 }
 
+/// A mesh that may have holes or turned faces: its surface is checked, and the gates name what is not.
+fn read_surface(path: &Path) -> Result<TriMesh, SimError> {
+    let mesh = read_mesh(path)?;
+    match mesh.check_solid() {
+        Ok(()) | Err(MeshError::Open { .. } | MeshError::NotManifold { .. }) => Ok(mesh),
+        Err(source) => Err(SimError::Mesh { path: path.into(), source }),
+    }
+}
+
 fn fixture_meshes(
     scene: &Scene,
     table_from_work: &Pose,
@@ -540,7 +549,7 @@ fn fixture_mesh(
         (Some(path), None, None) => {
             let path = scene.resolve(path);
             inputs.push((format!("fixture {}", fixture.name), path.clone()));
-            read_solid(&path)?
+            read_surface(&path)?
         }
         (None, Some(b), None) => box_mesh(&checked_box(scene, fixture, &b)?),
         (None, None, Some(c)) => round_mesh(&c),

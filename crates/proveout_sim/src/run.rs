@@ -12,6 +12,7 @@ use std::{
     time::Instant,
 };
 
+use proveout_collision::Effort;
 use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
 use proveout_nc::Diagnostic;
 use proveout_stock::{Patch, TriDexel};
@@ -51,6 +52,19 @@ pub struct Stages {
     pub record: f64,
 }
 
+/// How the checks of bodies were settled: what they cost, on any host.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Checks {
+    /// Bodies against bodies.
+    pub bodies: Effort,
+    /// Stretches of motion that were looked at for the least clearance of each pair.
+    pub looks: u64,
+    /// Motions that were followed against the stock.
+    pub stock_motions: u64,
+    /// Distances from its rays that were asked for.
+    pub stock_queries: u64,
+}
+
 /// What a run leaves.
 #[derive(Clone, Debug)]
 pub struct RunResult {
@@ -66,6 +80,8 @@ pub struct RunResult {
     pub announced_memory: u64,
     /// Memory of the stock, and of each patch by its name, at the end, bytes.
     pub stock_memory: Vec<(String, u64)>,
+    /// How the checks were settled.
+    pub checks: Checks,
     /// Why the journal was given up, where there was one that could not be kept to the end.
     pub journal_given_up: Option<String>,
 }
@@ -134,6 +150,7 @@ pub fn run_journaled(
         pieces,
         announced_memory: prepared.memory.total(),
         stock_memory,
+        checks: facts.effort,
         journal_given_up,
     })
 }

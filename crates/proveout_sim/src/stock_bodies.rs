@@ -77,7 +77,9 @@ impl StockBodies {
         let check = StockCheck::new(world, stock, &prepared.table_from_work, errors)?;
         let touching = prepared.scene.file.tolerances.contact_mm;
         let work_from_table = prepared.table_from_work.inverse();
-        let fixed = |name: &str| check.fixed_to_stock().iter().any(|n| **n == *name);
+        // Of an open mesh nobody knows what stands in it; the gate says so.
+        let open: Vec<&str> = world.mesh_faults().filter(|(_, f)| f.open.is_some()).map(|(n, _)| &**n).collect();
+        let fixed = |name: &str| check.fixed_to_stock().iter().any(|n| **n == *name) && !open.contains(&name);
         let bodies = prepared.machine.bodies.iter().filter(|b| b.check).map(|b| (&b.name, &b.mesh));
         let standing =
             bodies.chain(prepared.fixtures.iter().map(|(name, mesh)| (name, mesh))).filter(|(n, _)| fixed(n));
@@ -145,12 +147,18 @@ impl StockBodies {
             error_mm: seen.map(|s| (s - proved).max(0.0)),
             proved_mm: proved.min(f64::MAX),
             time_s: None,
+            near_miss_mm: None,
         };
         self.check.least().map(of).collect()
     }
 
     pub(crate) fn breach(&self, index: usize) -> Option<&StockBreach> {
         self.check.breaches().get(index)
+    }
+
+    /// Distance queries and motions so far.
+    pub(crate) fn effort(&self) -> (u64, u64) {
+        (self.check.queries(), self.check.motions())
     }
 
     /// What the rays cannot tell, mm.

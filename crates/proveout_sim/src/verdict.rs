@@ -474,6 +474,9 @@ pub struct PairClearance {
     pub proved_mm: f64,
     /// When, s.
     pub time_s: Option<f64>,
+    /// Distance that the machine file wants of the pair, mm; null where that of the scene holds.
+    #[serde(default)]
+    pub near_miss_mm: Option<f64>,
 }
 
 /// A pair that is not checked.

@@ -268,6 +268,16 @@ fn print_summary(result: &RunResult, place: &Path) {
         v.time.total_s / result.wall.max(1e-9),
         result.pieces
     );
+    let bodies = &result.checks.bodies;
+    say!(
+        "  collision: {:.2} % of {} pieces settled by one comparison, {:.2} % of {} pairs in the others; {} distances asked for, {} from the stock",
+        1e2 * bodies.share_by_allowance(),
+        bodies.pieces,
+        1e2 * bodies.share_of_pairs_by_allowance(),
+        bodies.pair_checks,
+        bodies.misses + bodies.distances,
+        result.checks.stock_queries
+    );
     say!("  results: {}", place.display());
     say!(
         "           {} in a browser; `proveout view {}` for the recording",

@@ -5,13 +5,15 @@
 //! is measured at a place of the motion, and proved to a micrometer and what the joints may be off. The stretches that are needed for it are a
 //! certificate: whoever can measure a distance can check it.
 //!
+//! It must cost little beside the check. So every pair is searched coarsely, with rough distances and few looks, and then only those go on that may hold
+//! the least clearance of all, or come near, the nearest first and with a number of looks for all of them together. Neighbors are left to the
+//! check: they are near each other all the time.
+//!
 //! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
 //! or lie one within the other have the distance zero in that part of the motion.
 
 mod search;
 mod way;
-
-use std::sync::Arc;
 
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
@@ -19,11 +21,10 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use crate::Interference;
 use crate::advance::Pair;
 use crate::distance::{Gap, Warm, gap, skins};
-use crate::neighbors::Rests;
 use crate::parts::{Part, chain_to};
 use crate::report::Severity;
 use crate::shape::Shape;
-use crate::swept::{Places, least_distance, least_of_skins};
+use crate::swept::{Places, least_distance};
 use search::{Ask, Bound, Measured, Search, Tolerance, turned};
 pub(crate) use way::KeptPiece;
 use way::{Stretch, Way};
@@ -34,16 +35,19 @@ const MOST_PIECES: usize = 1 << 15;
 const FINE_MM: f64 = 1e-3;
 /// where it is below this, mm, or may be the smallest of all;
 const NEAR_MM: f64 = 20.0;
-/// elsewhere to this part of it: who keeps half a meter away does not care for micrometers.
-const COARSE: f64 = 0.05;
-/// Stretches that are looked at for one pair and the pieces that are kept at a time, for the coarse search and the fine one.
-const MOST_LOOKS: [usize; 2] = [100, 2000];
+/// elsewhere to this part of it: who keeps half a meter away does not care for micrometers;
+const COARSE: f64 = 0.5;
+/// and on the way to the finest one to these parts.
+const FINER: [f64; 3] = [0.5, 0.2, 0.05];
+/// Stretches that are looked at for the pieces that are kept at a time: by the coarse search for each pair, by the fine one for all together.
+const COARSE_LOOKS: usize = 32;
+const FINE_LOOKS: usize = 16_000;
+/// And for each pair of which not yet is proved that it keeps what is wanted.
+const KEEPING_LOOKS: usize = 4000;
 /// Largest distance that is asked for, mm: beyond any machine.
 const ENOUGH_MM: f64 = 1e6;
 /// Joints that differ by less stand still, mm and radian: rounding.
 const STANDS: f64 = 1e-8;
-/// Neighbors are proved to keep the clearance and this, mm, as the check of the motion wants it.
-const ABOVE_CLEARANCE_MM: f64 = 1e-5;
 
 /// Least distance of a pair over the motion so far. The true one is at least `proved`, and at most `measured` where that is known.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +60,8 @@ pub struct PairClearance {
     pub measured: Option<f64>,
     /// When that was, s.
     pub time: Option<f64>,
-    /// Machine bodies of neighboring joints, which are near each other all the time: only proved to keep the clearance.
+    /// Machine bodies of neighboring joints, which are near each other all the time: by the check of the motion alone, without spans. Proved is the
+    /// clearance that they keep, or zero where they came nearer.
     pub neighbors: bool,
 }
 
@@ -114,9 +119,22 @@ impl Interference {
     }
 
     /// Least distance of every pair that is checked over all motion so far, in the order of [`Self::pairs`]; empty without [`Self::with_proof`].
-    pub fn least_clearances(&mut self) -> &[PairClearance] {
+    pub fn least_clearances(&mut self) -> Vec<PairClearance> {
         self.prove_kept();
-        self.proof.as_ref().map_or(&[], |p| &p.least)
+        let Some(proof) = self.proof.as_ref().filter(|p| p.end.is_some()) else { return Vec::new() };
+        let neighbors = self.pairs.iter().filter(|p| p.neighbors.is_some()).map(|p| self.of_neighbors(p));
+        let mut all: Vec<PairClearance> = proof.least.iter().cloned().chain(neighbors).collect();
+        all.sort_by_key(|l| l.pair);
+        all
+    }
+
+    /// What the check of the motion has proved of two neighbors.
+    fn of_neighbors(&self, pair: &Pair) -> PairClearance {
+        let breaches = self.breaches.iter().filter(|b| b.pair == pair.info);
+        let nearest = breaches.min_by(|a, b| a.least_distance.total_cmp(&b.least_distance));
+        let (measured, time) = (nearest.map(|b| b.least_distance), nearest.map(|b| b.time));
+        let proved = if nearest.is_some() { 0.0 } else { pair.clearance };
+        PairClearance { pair: pair.info, proved, measured, time, neighbors: true }
     }
 
     /// The spans of time that prove what [`Self::least_clearances`] said, by pair and time.
@@ -154,33 +172,43 @@ impl Interference {
             self.breaches.iter().filter(meets).any(|b| b.end_time.is_none_or(|t| t >= begin))
         };
         let mut searches: Vec<(&Pair, PairAsk<'_>, Search)> = Vec::new();
-        for pair in &self.pairs {
+        for pair in self.pairs.iter().filter(|p| p.neighbors.is_none()) {
             let known = proof.least.iter().position(|l| l.pair == pair.info);
             let known = known.and_then(|k| {
                 let (least, joints) = (&proof.least[k], proof.joints[k]?);
                 Some(Measured { distance: least.measured?, time: least.time?, joints })
             });
-            let enough = if pair.neighbors.is_some() { self.clearance + ABOVE_CLEARANCE_MM } else { ENOUGH_MM };
-            let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, enough) };
+            let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, ENOUGH_MM) };
             searches.push((pair, PairAsk::new(self, pair), Search::new(way, known, enough)));
         }
         for (_, ask, search) in &mut searches {
-            search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: COARSE }, MOST_LOOKS[0]);
+            search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: COARSE }, COARSE_LOOKS);
         }
         let measured = |s: &Search| s.measured.map_or(f64::INFINITY, |m| m.distance);
-        let least = searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min);
-        for (pair, ask, search) in &mut searches {
-            if pair.neighbors.is_some() {
-                continue;
-            }
-            if measured(search) > least.max(NEAR_MM) {
-                // Not the smallest of all: it is enough to know that.
-                search.lower_enough(least.max(NEAR_MM));
-            }
-            if search.proved() < least.max(NEAR_MM) {
-                search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: 0.0 }, MOST_LOOKS[1]);
+        searches.sort_by(|x, y| measured(&x.2).total_cmp(&measured(&y.2)).then(x.0.info.cmp(&y.0.info)));
+        let mut left = FINE_LOOKS;
+        for relative in FINER.into_iter().chain([0.0]) {
+            for k in 0..searches.len() {
+                let least = searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min).max(NEAR_MM);
+                let (_, ask, search) = &mut searches[k];
+                ask.fine = true;
+                if measured(search) > least {
+                    // Not the smallest of all: it is enough to know that.
+                    search.lower_enough(least);
+                }
+                if search.proved() < least {
+                    left -= search.refine(way, ask, Tolerance { absolute: FINE_MM, relative }, left);
+                }
             }
         }
+        for (pair, ask, search) in &mut searches {
+            // Every pair is proved to keep what is wanted of it, as the check has found.
+            if search.proved() < pair.clearance {
+                search.lower_enough(pair.clearance);
+                search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: COARSE }, KEEPING_LOOKS);
+            }
+        }
+        searches.sort_by_key(|(pair, ..)| pair.info);
         let ends = way.ends();
         // Where the joints stood since, the last span holds until now.
         let stood = |(q, _): &(JointValues, f64)| ends.is_some_and(|[from, _]| (from - *q).max_abs() <= STANDS);
@@ -219,8 +247,7 @@ impl Interference {
             None => (None, None, None),
         };
         let Some(k) = proof.least.iter().position(|l| l.pair == pair.info) else {
-            let neighbors = pair.neighbors.is_some();
-            proof.least.push(PairClearance { pair: pair.info, proved, measured: distance, time, neighbors });
+            proof.least.push(PairClearance { pair: pair.info, proved, measured: distance, time, neighbors: false });
             proof.joints.push(joints);
             return;
         };
@@ -238,13 +265,14 @@ struct PairAsk<'a> {
     machine: &'a Machine,
     a: &'a Part,
     b: &'a Part,
-    rests: Option<&'a Arc<Rests>>,
     weights: [f64; MAX_JOINTS],
     turns: [bool; MAX_JOINTS],
     /// Joints that carry b.
     of_b: [bool; MAX_JOINTS],
     warm: Warm,
     looks: u64,
+    /// All distances are exact; before only those below [`NEAR_MM`] are.
+    fine: bool,
 }
 
 impl<'a> PairAsk<'a> {
@@ -259,12 +287,12 @@ impl<'a> PairAsk<'a> {
             machine: &world.machine,
             a,
             b,
-            rests: pair.neighbors.as_ref().map(|n| &n.rests),
             weights: pair.weights,
             turns: std::array::from_fn(|j| joints.get(j).is_some_and(proveout_machine::Joint::is_rotary)),
             of_b: std::array::from_fn(|j| carries.contains(&j)),
             warm: None,
             looks: 0,
+            fine: false,
         }
     }
 
@@ -272,18 +300,19 @@ impl<'a> PairAsk<'a> {
         self.b.pose(self.machine, q).inverse() * self.a.pose(self.machine, q)
     }
 
-    fn exact(&mut self, b_from_a: &Pose, limit: f64) -> f64 {
-        let limits = [limit; 2];
-        let found = match (self.rests, &*self.a.shape, &*self.b.shape) {
-            (Some(rests), ..) => skins(&rests.skins[0], &rests.skins[1], b_from_a, limits, &mut self.warm),
+    /// Distance in a pose as far as below a limit: what is proved, and that of two points, mm.
+    fn apart(&mut self, b_from_a: &Pose, limit: f64) -> [f64; 2] {
+        let limits = [if self.fine { limit } else { limit.min(NEAR_MM) }, limit];
+        let found = match (&*self.a.shape, &*self.b.shape) {
             // Beyond the limit nothing needs to be known of them.
-            (_, Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limits, &mut self.warm),
-            (_, a, b) => gap(a, b, b_from_a, limits, &mut self.warm),
+            (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limits, &mut self.warm),
+            (a, b) => gap(a, b, b_from_a, limits, &mut self.warm),
         };
         match found {
-            Gap::Beyond(proved) | Gap::Between([proved, _], ..) => proved.min(ENOUGH_MM),
-            Gap::At(d, ..) if d.is_finite() => d,
-            Gap::At(..) | Gap::Meeting(_) => 0.0,
+            Gap::Beyond(proved) => [proved.min(ENOUGH_MM); 2],
+            Gap::Between(two, ..) => two.map(|d| d.min(ENOUGH_MM)),
+            Gap::At(d, ..) if d.is_finite() => [d; 2],
+            Gap::At(..) | Gap::Meeting(_) => [0.0; 2],
         }
     }
 
@@ -309,10 +338,9 @@ impl<'a> PairAsk<'a> {
     }
 
     fn least(&mut self, places: &Places, limit: f64) -> f64 {
-        let distance = match (places.single(), self.rests) {
-            (Some(pose), _) => self.exact(&pose, limit),
-            (None, Some(rests)) => least_of_skins(&rests.skins[0], &rests.skins[1], places, limit),
-            (None, None) => least_distance(&self.a.shape, &self.b.shape, places, limit),
+        let distance = match places.single() {
+            Some(pose) => self.apart(&pose, limit)[0],
+            None => least_distance(&self.a.shape, &self.b.shape, places, limit),
         };
         distance.min(ENOUGH_MM)
     }
@@ -344,10 +372,10 @@ impl Ask for PairAsk<'_> {
         Bound { distance: self.least(&places, limit), turning, slack: range.slack, aside, chord: None }
     }
 
-    fn distance(&mut self, joints: &JointValues, limit: f64) -> f64 {
+    fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2] {
         self.looks += 1;
         let pose = self.b_from_a(joints);
-        self.exact(&pose, limit)
+        self.apart(&pose, limit)
     }
 
     fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound {

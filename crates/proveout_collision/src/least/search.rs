@@ -82,8 +82,8 @@ pub(crate) trait Ask {
     /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only.
     fn bound(&mut self, way: &Way, stretch: Stretch, limit: f64) -> Bound;
 
-    /// Distance at some joints, or something above the limit that is proved, mm.
-    fn distance(&mut self, joints: &JointValues, limit: f64) -> f64;
+    /// Distance at some joints, or something above the limit, mm: what is proved, and that of two points.
+    fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2];
 
     /// What a distance there says of a stretch.
     fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound;
@@ -143,8 +143,8 @@ impl Search {
         self.measured.map_or(self.enough, |m| least(m.distance).min(self.enough))
     }
 
-    /// Goes on until the bound is within `tolerance` of the least distance measured, or `most` stretches were looked at.
-    pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: usize) {
+    /// Goes on until the bound is within `tolerance` of the least distance measured, or `most` stretches were looked at; gives their number.
+    pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: usize) -> usize {
         // What was good enough for a coarser tolerance is opened again.
         let wanted = self.wanted(tolerance);
         let (keep, again) =
@@ -159,20 +159,21 @@ impl Search {
             let wanted = self.wanted(tolerance);
             if next.least >= wanted || wanted <= 0.0 || left == 0 {
                 self.open.push(next);
-                return;
+                break;
             }
             left -= 1;
             let place = self.measure(way, ask, next.stretch, wanted);
             let wanted = self.wanted(tolerance);
             if wanted <= 0.0 {
                 self.open.push(next);
-                return;
+                break;
             }
             let bound = if place.reached() >= wanted { place } else { ask.bound(way, next.stretch, wanted).or(place) };
             self.looked.push(Looked { stretch: next.stretch, bound, parent: next.parent });
             let k = self.looked.len() - 1;
             if bound.reached() >= wanted { self.done.push(k) } else { self.part(way, k) }
         }
+        most - left
     }
 
     /// Measures at a place of the stretch, as far as is needed for what is wanted.
@@ -181,11 +182,11 @@ impl Search {
         let known = self.measured.map_or(self.enough, |m| m.distance);
         let needed = wanted - ask.about(way, stretch, &joints, 0.0).reached();
         let limit = if self.measured.is_none() { ENOUGH_MM } else { known.max(needed) * (1.0 + 1e-12) };
-        let distance = ask.distance(&joints, limit);
+        let [proved, distance] = ask.distance(&joints, limit);
         if distance < known.min(limit) {
             self.measured = Some(Measured { distance, joints, time });
         }
-        ask.about(way, stretch, &joints, distance)
+        ask.about(way, stretch, &joints, proved)
     }
 
     fn part(&mut self, way: &Way, k: usize) {

@@ -2,7 +2,7 @@
 
 use proveout_geom::{Point, TriMesh};
 
-use crate::parts::mesh_shape;
+use crate::parts::{Wanted, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
@@ -35,7 +35,7 @@ pub(crate) struct Solid {
 
 impl Solid {
     pub(crate) fn new(name: &str, mesh: &TriMesh, cut: bool) -> Result<Self, CollisionError> {
-        let shape = mesh_shape("solid", name, mesh, true)?;
+        let shape = mesh_shape("solid", name, mesh, Wanted::Solid)?;
         let triangles = halved((0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect());
         let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
         let empty = Node { center: Point::origin(), radius: 0.0, anchor: Point::origin(), first: 0, leaf: true };

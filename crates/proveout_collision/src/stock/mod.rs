@@ -55,7 +55,7 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 use proveout_stock::{TileTree, TriDexel};
 
 use crate::Interference;
-use crate::parts::{Envelope, Part, mesh_shape, relation, table_of};
+use crate::parts::{Envelope, Part, Wanted, mesh_shape, relation, table_of};
 use crate::report::{CollisionError, PartKind, Severity, Unchecked};
 use crate::shape::{MeshShape, Shape, to_parry};
 use distance::HalfSpace;
@@ -154,7 +154,7 @@ impl StockCheck {
             kind: PartKind::Stock,
             attached: table_of(&machine),
             zero_from_local: *table_from_work,
-            shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("stock", "box", &box_mesh(&raw_box), true)?))),
+            shape: Arc::new(Shape::Mesh(Box::new(mesh_shape("stock", "box", &box_mesh(&raw_box), Wanted::Solid)?))),
             excluded: false,
         };
         let [x, y, z] = stock.cells_mm();
@@ -191,7 +191,7 @@ impl StockCheck {
             match relation(&check.machine, part, &check.raw, &[]) {
                 Some(Some(Unchecked::Rigid)) => check.fixed_to_stock.push(part.name.clone()),
                 // The machine file keeps it out, and the gate says so.
-                Some(Some(Unchecked::Excluded)) | None => {}
+                Some(Some(Unchecked::Excluded | Unchecked::PairExcluded)) | None => {}
                 Some(_) => check.bodies.extend(Follow::new(part.clone())),
             }
         }

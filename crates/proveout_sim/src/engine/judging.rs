@@ -99,8 +99,7 @@ impl Engine<'_> {
     }
 
     pub(super) fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
-        let near = self.prepared.scene.file.tolerances.near_miss_mm;
-        let mut f = self.at_piece(wording::hit(hit, near), piece, hit.time);
+        let mut f = self.at_piece(wording::hit(hit), piece, hit.time);
         f.point_mm = Some(self.work_from_table.point(&hit.point_in_table).coords.into());
         let finding = self.log.push(f);
         self.breaches.push((hit.breach, finding));

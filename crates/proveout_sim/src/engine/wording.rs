@@ -55,9 +55,9 @@ pub(super) fn material(code: &Code, what: Swept, tool: &Tool, report: &SweepRepo
     f
 }
 
-/// Two bodies too near; `near` is the clearance asked for, mm.
-pub(super) fn hit(hit: &Hit, near: f64) -> Finding {
-    let [a, b] = &hit.bodies;
+/// Two bodies too near.
+pub(super) fn hit(hit: &Hit) -> Finding {
+    let ([a, b], near) = (&hit.bodies, hit.wanted);
     let inside = if hit.inside { ", one inside of the other" } else { "" };
     let (code, message) = match hit.kind {
         HitKind::Collision => (&finding::COLLISION, format!("{a} hits {b}{inside}")),

@@ -376,7 +376,7 @@ mod tests {
                     }
                 };
                 let action = if kind == 0 || kind == 7 { Action::Probe } else { Action::Remove };
-                out.0.push(SweepItem { id, body: &cutters[usize::from(kind % 2 == 0)], action, motion });
+                out.0.push(SweepItem { id, body: &cutters[usize::from(kind.is_multiple_of(2))], action, motion });
                 out.1.push(measure);
             }
             out
