@@ -172,7 +172,7 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
     let closed = closed.and_then(|b| Some((chord_error(mesh, &b)?, b)));
     let ended = part.blade.filter(|b| b.kind.has_ends()).and_then(|file| {
         match Shape::of_scene(&prepared.scene, &file, 0.0).ok()? {
-            Shape::Ended(solid) => Some(solid),
+            Shape::Ended(solid) => Some(*solid),
             _ => None,
         }
     });

@@ -21,9 +21,9 @@ use crate::{
 #[derive(Debug)]
 pub(crate) enum Shape {
     /// Circles on a camber line, on their platform.
-    Camber(Blade),
+    Camber(Box<Blade>),
     /// A blade between two ends.
-    Ended(BladeSolid),
+    Ended(Box<BladeSolid>),
     /// A face with rims, the block below it, and the material left on it, mm.
     Face(Arc<dyn ParametricSurface>, Backing, f64),
 }
@@ -51,12 +51,14 @@ impl Shape {
                 return Err(wrong("the blade has not two ends".into()));
             };
             let solid = BladeSolid::new(surface, [root.end(), tip.end()], allowance);
-            solid.map(Self::Ended).map_err(|e| wrong(e.to_string()))
+            solid.map(|s| Self::Ended(Box::new(s))).map_err(|e| wrong(e.to_string()))
         };
         let block = Backing::Plane { z: file.underside_mm.unwrap_or(0.0) };
         let face = |surface: Arc<dyn ParametricSurface>, backing| Ok(Self::Face(surface, backing, allowance));
         match file.kind {
-            BladeKindFile::Camber => file.blade(allowance).map(Self::Camber).map_err(|e| wrong(e.to_string())),
+            BladeKindFile::Camber => {
+                file.blade(allowance).map(|b| Self::Camber(Box::new(b))).map_err(|e| wrong(e.to_string()))
+            }
             BladeKindFile::Lu => ended(Arc::new(ClosedSurface::new(Lu::stand_in()))),
             BladeKindFile::LuUntwisted => ended(Arc::new(ClosedSurface::new(Lu::untwisted()))),
             BladeKindFile::Sine => face(Arc::new(ClosedSurface::new(Sine::published_ratio())), block),
@@ -73,7 +75,7 @@ impl Shape {
     /// The side that tools run along.
     pub(crate) fn surface(&self) -> Arc<dyn ParametricSurface> {
         match self {
-            Self::Camber(blade) => Arc::new(CamberSide::new(blade.clone())),
+            Self::Camber(blade) => Arc::new(CamberSide::new((**blade).clone())),
             Self::Ended(solid) => solid.surface().clone(),
             Self::Face(surface, ..) => surface.clone(),
         }
@@ -130,7 +132,7 @@ pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>)
     let shape = Shape::of_scene(scene, &file, allowance)?;
     let (mesh, measured) = shape.mesh(scene, asked)?;
     let measured = match &shape {
-        Shape::Camber(blade) => chord_error(&mesh, blade),
+        Shape::Camber(blade) => chord_error(&mesh, &**blade),
         _ => measured,
     };
     let unknown = || ConfigError::file(&scene.path, "how far the mesh is off cannot be told", "correct [part.blade]");
