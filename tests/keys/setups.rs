@@ -247,7 +247,7 @@ impl Setup {
                 machine = lib("machines/bc-trunnion/machine.toml");
                 tools = lib("tools/li-2022.toml");
                 name = "main.mpf";
-                program = shortened(&lib("scenes/li-2022-s-theta/original.mpf"));
+                program = "G17 G54 G90 G94 G710\nT=\"BALL_D16\"\nM6\nM30\n".into();
                 scene = in_siemens(&scene)
                     .replace("box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }", "blade_allowance_mm = 0.5")
                     .replace("resolution_mm = 0.5", "resolution_mm = 8")

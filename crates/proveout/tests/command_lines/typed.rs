@@ -117,7 +117,7 @@ fn filled(subcommand: &str, option: &str, word: &str) -> Result<String, String> 
     Ok(parts.iter().map(part).collect::<Result<Vec<_>, _>>()?.join("/"))
 }
 
-/// Commands that can be typed, each once, in the order in which one leaves what the next one reads: runs first.
+/// Commands that can be typed, each once, in the order in which one leaves what the next one reads: runs first, but for those of planned programs.
 pub(crate) fn typed(shown: &[Shown]) -> Result<Vec<Typed>, String> {
     let mut all: Vec<Typed> = Vec::new();
     for one in shown.iter().filter(|s| s.can_be_typed()) {
@@ -127,7 +127,15 @@ pub(crate) fn typed(shown: &[Shown]) -> Result<Vec<Typed>, String> {
             None => all.push(typed),
         }
     }
+    let after = |t: &Typed, option: &str| t.words.iter().skip_while(|w| *w != option).nth(1).cloned();
+    let planned: Vec<String> = all
+        .iter()
+        .filter(|t| t.words.first().is_some_and(|w| w == "plan"))
+        .filter_map(|t| after(t, "--output"))
+        .collect();
     let rank = |t: &Typed| match t.words.first().map(String::as_str) {
+        // What a plan writes is run when it is there.
+        Some("run") if after(t, "--nc").is_some_and(|nc| planned.contains(&nc)) => 3,
         Some("run") => 0,
         Some("compare") => 1,
         _ => 2,
