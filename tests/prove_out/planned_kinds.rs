@@ -112,9 +112,8 @@ fn both_sides_of_the_blade_of_lu_have_the_ridges_asked_for() {
 fn a_bull_nose_leaves_the_ridges_asked_for_on_both_sides() {
     let keys = "scallop_mm = 0.01\nacross_deg = [65, 115]\nalong = [0.45, 0.51]";
     ridges("lu, convex, bull-nose", &lu("BULL_D16", keys));
-    // The pressure side of these sections crosses the line between the branch points of the polar angle: parts of its length instead.
-    let keys = "scallop_mm = 0.01\nacross = [0.68, 0.82]\nalong = [0.45, 0.51]";
-    ridges("lu, concave, bull-nose", &Job { strategy: "iso-parametric", ..lu("BULL_D16", keys) });
+    let keys = "scallop_mm = 0.01\nacross_deg = [260, 280]\nalong = [0.45, 0.51]";
+    ridges("lu, concave, bull-nose", &lu("BULL_D16", keys));
 }
 
 /// The ruled face for the method of Cui et al., laid along the A axis.
