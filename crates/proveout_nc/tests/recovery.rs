@@ -94,7 +94,7 @@ fn settings(dialect: Dialect) -> Settings {
     {
         settings.work_offsets.insert(name.to_owned(), offset(translation));
     }
-    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0)] {
+    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0), ("$P_TOOLR", 6.0)] {
         settings.variables.insert(name.to_owned(), value);
     }
     settings

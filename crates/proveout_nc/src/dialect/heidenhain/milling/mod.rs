@@ -15,24 +15,22 @@
 mod bore;
 mod face;
 mod pocket;
-mod shape;
 mod stud;
 mod thread;
 
 use std::collections::BTreeMap;
 
 use super::cycle::Setting;
-use super::drilling::Heights;
-use super::interpreter::Interpreter;
+use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
 use super::words::{Kind, Param};
 use crate::arc::PlaneArc;
+use crate::channel::milling::{Job, Mills};
+use crate::channel::shape::{self, Place};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
-use crate::{CompSide, CutterComp, Feed, Op, SpindleDirection};
-
-use shape::{Leg, Pass, Place, Point};
+use crate::{AxisValues, CompSide, CutterComp, Op, SpindleDirection};
 
 type Values = BTreeMap<u32, Setting>;
 
@@ -45,62 +43,36 @@ const LARGEST_OVERLAP: f64 = 1.7;
 /// Plunging angle where the tool table would give it, degrees: chosen, what makers allow for milling cutters that do not cut at
 /// their center.
 const PLUNGE_ANGLE_DEG: f64 = 3.0;
-/// Most passes of one cycle.
-const MAX_PASSES: usize = 100_000;
 
-/// How the tool comes to a depth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Plunge {
-    Vertical,
-    /// About the entry point.
-    Helix(f64),
-    /// To and fro along a piece of the path that begins at the entry point.
-    Strokes(Leg),
+/// Fall of a plunge for each length of its way.
+fn plunge_slope() -> f64 {
+    PLUNGE_ANGLE_DEG.to_radians().tan()
 }
 
-/// What a cycle mills at every depth, in its own plane.
-#[derive(Debug)]
-struct Plan {
-    place: Place,
-    entry: Point,
-    plunge: Plunge,
-    rough: Vec<Pass>,
-    wall: Pass,
-    floor: Vec<Pass>,
-    /// The tool comes back to where the cycle was called.
-    returns: bool,
-}
-
-/// Heights, infeeds and feeds.
-#[derive(Clone, Copy, Debug)]
-struct Job {
-    heights: Heights,
-    clearance: f64,
-    /// Below the surface.
-    total: f64,
-    infeed: f64,
-    finish_infeed: f64,
-    roughing: bool,
-    finishing: bool,
-    side: f64,
-    floor: f64,
-    mill: Option<Feed>,
-    plunge: Option<Feed>,
-    finish: Option<Feed>,
-    /// Rings of a pocket run counter-clockwise, those of a stud clockwise.
-    climb: bool,
-    radius: f64,
-}
-
-/// Depths below the surface down to the total.
-fn levels(total: f64, infeed: f64) -> Vec<f64> {
-    let mut depths = Vec::new();
-    let mut reached = 0.0;
-    while total - reached > 1e-9 && depths.len() < MAX_PASSES {
-        reached = if infeed > 0.0 && reached + infeed < total - 1e-9 { reached + infeed } else { total };
-        depths.push(reached);
+impl Mills for Heidenhain {
+    fn working_plane(channel: &Interpreter) -> [usize; 3] {
+        channel.modal.plane_axes()
     }
-    depths
+
+    fn mill_line(
+        channel: &mut Interpreter,
+        end: AxisValues,
+        programmed: u16,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        channel.straight(Goal { end, programmed, tool_axis: None }, rapid, span)
+    }
+
+    fn mill_circle(
+        channel: &mut Interpreter,
+        (end, programmed): (AxisValues, u16),
+        arc: PlaneArc,
+        clockwise: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        channel.arc_to(Goal { end, programmed, tool_axis: None }, arc, clockwise, span)
+    }
 }
 
 impl Interpreter {
@@ -199,6 +171,7 @@ impl Interpreter {
             heights,
             clearance: (heights.clear - heights.surface).abs(),
             total: (heights.depth - heights.surface).abs(),
+            wall_depth: (heights.depth - heights.surface).abs(),
             infeed: len(202, 0.0)?,
             finish_infeed: len(338, 0.0)?,
             roughing: operation != 2.0,
@@ -231,173 +204,6 @@ impl Interpreter {
                 .help("write a factor above 0 and below 2"));
         }
         Ok(factor.min(LARGEST_OVERLAP) * radius)
-    }
-
-    fn goal_at(&self, point: Option<Point>, height: Option<f64>) -> Goal {
-        let [u, v, n] = self.modal.plane_axes();
-        let mut goal = Goal { end: self.position.work, programmed: 0, tool_axis: None };
-        if let Some(point) = point {
-            goal.end.put(u, point[0]);
-            goal.end.put(v, point[1]);
-            goal.programmed |= 1 << u | 1 << v;
-        }
-        if let Some(height) = height {
-            goal.end.put(n, height);
-            goal.programmed |= 1 << n;
-        }
-        goal
-    }
-
-    /// Straight to a point of the working plane, a height, or both; without a feed at rapid rate.
-    fn mill_to(
-        &mut self,
-        point: Option<Point>,
-        height: Option<f64>,
-        feed: Option<Feed>,
-        span: Span,
-    ) -> Result<(), Fault> {
-        let goal = self.goal_at(point, height);
-        if (0..3).all(|axis| goal.programmed >> axis & 1 == 0 || goal.end.get(axis) == self.position.work.get(axis)) {
-            return Ok(());
-        }
-        if let Some(feed) = feed {
-            self.technology.feed = Some(feed);
-        }
-        self.straight(goal, feed.is_none(), span)
-    }
-
-    /// An arc in the working plane through an angle, with a way along the tool axis.
-    fn mill_arc(
-        &mut self,
-        (to, center, clockwise): (Point, Point, bool),
-        angle: f64,
-        height: Option<f64>,
-        feed: Option<Feed>,
-        span: Span,
-    ) -> Result<(), Fault> {
-        let start = self.flat(span)?;
-        if let Some(feed) = feed {
-            self.technology.feed = Some(feed);
-        }
-        let radius = (start[0] - center[0]).hypot(start[1] - center[1]);
-        self.arc_to(self.goal_at(Some(to), height), PlaneArc { center, radius, sweep: angle }, clockwise, span)
-    }
-
-    fn mill_leg(
-        &mut self,
-        place: &Place,
-        leg: Leg,
-        height: Option<f64>,
-        feed: Option<Feed>,
-        span: Span,
-    ) -> Result<(), Fault> {
-        match leg {
-            Leg::Line(to) => self.mill_to(Some(place.at(to)), height, feed, span),
-            Leg::Arc { to, center, clockwise } => {
-                let (to, center) = (place.at(to), place.at(center));
-                let angle = shape::sweep(self.flat(span)?, to, center, clockwise);
-                self.mill_arc((to, center, clockwise), angle, height, feed, span)
-            }
-        }
-    }
-
-    fn mill_pass(&mut self, place: &Place, pass: &Pass, feed: Option<Feed>, span: Span) -> Result<(), Fault> {
-        self.mill_to(Some(place.at(pass.start)), None, feed, span)?;
-        for leg in &pass.legs {
-            self.mill_leg(place, *leg, None, feed, span)?;
-        }
-        Ok(())
-    }
-
-    /// Above a point of the plane at a height at least, at rapid rate: up, across, down.
-    fn come_over(&mut self, point: Point, height: f64, span: Span) -> Result<(), Fault> {
-        let normal = self.modal.normal;
-        if self.position.work.get(normal).is_none_or(|z| z < height) {
-            self.mill_to(None, Some(height), None, span)?;
-        }
-        self.mill_to(Some(point), None, None, span)?;
-        self.mill_to(None, Some(height), None, span)
-    }
-
-    fn run_plan(&mut self, plan: &Plan, job: &Job, here: Point, span: Span) -> Result<(), Fault> {
-        let h = job.heights;
-        let entry = plan.place.at(plan.entry);
-        let at = |depth: f64| h.surface + h.down * depth;
-        self.come_over(entry, h.clear, span)?;
-        let mut reached = 0.0;
-        if job.roughing && job.total - job.floor > 0.0 {
-            for depth in levels(job.total - job.floor, job.infeed) {
-                self.plunge(plan, job, at(reached), at(depth), span)?;
-                for pass in &plan.rough {
-                    self.mill_pass(&plan.place, pass, job.mill, span)?;
-                }
-                self.mill_to(None, Some(at(depth - job.clearance)), None, span)?;
-                self.mill_to(Some(entry), None, None, span)?;
-                reached = depth;
-            }
-        }
-        if job.finishing && job.side > 0.0 {
-            for depth in levels(job.total, job.finish_infeed) {
-                self.mill_to(None, Some(at(depth)), job.plunge, span)?;
-                self.mill_pass(&plan.place, &plan.wall, job.finish, span)?;
-                self.mill_to(Some(entry), None, job.finish, span)?;
-            }
-            self.mill_to(None, Some(at(job.total - job.clearance)), None, span)?;
-        }
-        if job.finishing && job.floor > 0.0 {
-            self.mill_to(None, Some(h.depth), job.plunge, span)?;
-            for pass in &plan.floor {
-                self.mill_pass(&plan.place, pass, job.finish, span)?;
-            }
-        }
-        self.mill_to(None, Some(h.clear), None, span)?;
-        self.mill_to(None, Some(h.second), None, span)?;
-        if plan.returns { self.mill_to(Some(here), None, None, span) } else { Ok(()) }
-    }
-
-    /// From above what was milled before to the next depth.
-    fn plunge(&mut self, plan: &Plan, job: &Job, from: f64, to: f64, span: Span) -> Result<(), Fault> {
-        let slope = PLUNGE_ANGLE_DEG.to_radians().tan();
-        let begin = from - job.heights.down * job.clearance;
-        let drop = (to - begin).abs();
-        let entry = plan.place.at(plan.entry);
-        match plan.plunge {
-            Plunge::Vertical => self.mill_to(None, Some(to), job.plunge, span),
-            Plunge::Helix(radius) => {
-                let side = plan.place.at([plan.entry[0] + radius, plan.entry[1]]);
-                let turns = (drop / (std::f64::consts::TAU * radius * slope)).ceil().clamp(1.0, 1e4);
-                self.mill_to(Some(side), None, job.plunge, span)?;
-                let circle = (side, entry, !job.climb);
-                self.mill_arc(circle, turns * std::f64::consts::TAU, Some(to), job.plunge, span)?;
-                self.mill_arc(circle, std::f64::consts::TAU, None, job.plunge, span)?;
-                self.mill_to(Some(entry), None, job.plunge, span)
-            }
-            Plunge::Strokes(leg) => {
-                let there = Pass { start: plan.entry, legs: vec![leg] };
-                let back = there.reversed();
-                let length = match leg {
-                    Leg::Line(p) => (p[0] - plan.entry[0]).hypot(p[1] - plan.entry[1]),
-                    Leg::Arc { to, center, clockwise } => {
-                        let radius = (to[0] - center[0]).hypot(to[1] - center[1]);
-                        radius * shape::sweep(plan.entry, to, center, clockwise)
-                    }
-                };
-                if length < shape::NO_WIDTH_MM {
-                    return self.mill_to(None, Some(to), job.plunge, span);
-                }
-                // There and back, so that the tool ends where it began; the last two are level.
-                let pairs = (drop / (2.0 * length * slope)).ceil().clamp(1.0, 1e4) as u32;
-                for stroke in 0..2 * pairs + 2 {
-                    let part = (f64::from(stroke + 1) / f64::from(2 * pairs)).min(1.0);
-                    let height = begin + (to - begin) * part;
-                    let way = if stroke % 2 == 0 { &there } else { &back };
-                    for leg in &way.legs {
-                        self.mill_leg(&plan.place, *leg, Some(height), job.plunge, span)?;
-                    }
-                }
-                Ok(())
-            }
-        }
     }
 
     /// The finished wall at its depth with cutter compensation: what a program without its tool table says of the path.
@@ -452,18 +258,5 @@ impl Interpreter {
         self.mill_to(None, Some(h.clear), None, span)?;
         self.mill_to(None, Some(h.second), None, span)?;
         self.mill_to(Some(here), None, None, span)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::levels;
-
-    #[test]
-    fn levels_end_at_the_depth() {
-        assert_eq!(levels(10.0, 4.0), [4.0, 8.0, 10.0]);
-        assert_eq!(levels(8.0, 4.0), [4.0, 8.0]);
-        assert_eq!(levels(8.0, 0.0), [8.0]);
-        assert!(levels(0.0, 4.0).is_empty());
     }
 }
