@@ -42,7 +42,7 @@ const LANGUAGES: [Language; 7] = [
     Language {
         folder: "haas",
         dialect: Dialect::Haas,
-        lines: &["G999", "X", "X1..5", "G12 I1"],
+        lines: &["G999", "X", "X1..5", "G47 P1"],
         run: &["M98 P8765", "M97 P98765"],
         tail: " @",
     },

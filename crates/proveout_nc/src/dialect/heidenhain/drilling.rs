@@ -146,6 +146,9 @@ impl Interpreter {
         if super::milling::CYCLES.contains(&number) {
             return self.mill(number, values, lift, span);
         }
+        if matches!(number, 4 | 5) {
+            return self.old_pocket_here(number, values, span);
+        }
         let h = self.heights(number, values, lift, span)?;
         let before = self.technology.feed;
         let num = |this: &Self, key: u32| this.cycle_number(values, key, Some(0.0), span);

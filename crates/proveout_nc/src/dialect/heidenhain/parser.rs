@@ -37,6 +37,10 @@ pub(crate) fn head(x: &mut Lexer<'_>, block: &mut Block) -> usize {
             block.skip = true;
             x.blanks();
         }
+        // Editors for many controls write `N10` for the number of the block.
+        if x.peek() == b'N' && x.peek_at(1).is_ascii_digit() {
+            x.s.bump();
+        }
         while x.s.peek().is_ascii_digit() {
             x.s.bump();
         }

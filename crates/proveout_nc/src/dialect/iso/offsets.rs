@@ -312,6 +312,10 @@ impl Interpreter {
             // LinuxCNC: exact path, corners are met but not stopped at when they are smooth.
             610 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
             610 => PathMode::ExactStop,
+            611 if self.own.flavor == Flavor::Fanuc && !self.own.assumed => {
+                self.assume("G61.1 is the path mode of a Mazak and a Mitsubishi, which runs through the blocks: a Fanuc has no such word");
+                continuous(None)
+            }
             611 => {
                 if !self.own.flavor.is_linuxcnc() {
                     self.assume("G61.1 stops at every block, as on a LinuxCNC; on a Mazak and a Mitsubishi it makes corners more exact");

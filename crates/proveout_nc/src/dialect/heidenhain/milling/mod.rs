@@ -2,10 +2,10 @@
 //!
 //! 251 rectangular pocket, 252 circular pocket, 253 slot, 254 circular slot ([`pocket`]), 256 rectangular stud, 257 circular stud
 //! ([`stud`]), 208 bore milling, 262 thread milling ([`bore`]), 263 to 265 threads that are countersunk, drilled or milled downwards
-//! ([`thread`]), 232 face milling ([`face`]).
+//! ([`thread`]), 232 and 233 face milling ([`face`]), and the old pockets 4 and 5 as 251 and 252.
 //!
 //! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), chapters "Pocket milling / stud milling / slot
-//! milling", "Drilling" (208), "Threading" (262) and "Face milling" (232): which material is taken in which order, on which side,
+//! milling", "Drilling" (208), "Threading" (262) and "Face milling" (232, 233): which material is taken in which order, on which side,
 //! with which infeeds and feeds. What they leave to the control - the plunging angle of the tool table, the radius of leads, how
 //! passes are joined - is chosen here and told as an assumption when the cycle is defined.
 //!
@@ -35,7 +35,7 @@ use crate::{AxisValues, CompSide, CutterComp, Op, SpindleDirection};
 type Values = BTreeMap<u32, Setting>;
 
 /// Milling cycles that are read.
-pub(crate) const CYCLES: [u32; 12] = [208, 232, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
+pub(crate) const CYCLES: [u32; 13] = [208, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
 
 /// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the corner that the one around it
 /// has left where (k - R) sqrt(2) is at most R.
@@ -83,6 +83,7 @@ impl Interpreter {
             262 => bore::thread_words(),
             263..=265 => thread::words(number),
             232 => face::words(),
+            233 => face::words_of_233(),
             256 | 257 => stud::words(number),
             _ => pocket::words(number),
         };
@@ -92,16 +93,21 @@ impl Interpreter {
                     .help(format!("write Q{key}=, as the control does")));
             }
         }
-        if number != 232 && self.cycle_number(values, 201, None, span)? == 0.0 {
+        if !matches!(number, 232 | 233) && self.cycle_number(values, 201, None, span)? == 0.0 {
             return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero"))
                 .help("write a depth below zero"));
         }
-        for &(key, remedy) in thread::zeros(number) {
-            let value = self.cycle_number(values, key, None, span)?;
+        let zeros = if number == 233 { face::ZEROS } else { thread::zeros(number) };
+        for &(key, remedy) in zeros {
+            let value = self.cycle_number(values, key, (number == 233).then_some(0.0), span)?;
             if value != 0.0 {
                 let message = format!("cycle {number} with Q{key}={value} is not supported");
                 return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(remedy));
             }
+        }
+        if number == 233 && self.cycle_number(values, 389, None, span)? == 4.0 {
+            let message = "cycle 233 with Q389=4 (a spiral from the outside in) is not supported";
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("choose Q389=0 to 3"));
         }
         if self.cycle_number(values, 439, Some(3.0), span)? == 1.0 {
             self.assume(format!(
@@ -127,6 +133,27 @@ impl Interpreter {
         self.variables.set(param, (radius + self.modal.delta[1]) / self.modal.unit(), span)
     }
 
+    /// Cycles 4 and 5: the surface lies the set-up clearance below the tool, and DR says the direction.
+    pub(crate) fn old_pocket_here(&mut self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
+        let unit = self.modal.unit();
+        let clearance = self.mm(values, 200, None, span)?;
+        let surface = self.known(self.modal.normal, span)? - clearance;
+        let climbs = self.technology.direction != SpindleDirection::CounterClockwise;
+        let turn = self.cycle_number(values, 351, None, span)?;
+        let mut values = values.clone();
+        for (key, value) in [
+            (203, surface / unit),
+            (204, clearance / unit),
+            (351, if climbs { turn } else { -turn }),
+            (215, 1.0),
+            (224, 0.0),
+            (366, 0.0),
+        ] {
+            values.insert(key, Setting::Number(value));
+        }
+        self.mill(if number == 4 { 251 } else { 252 }, &values, 0.0, span)
+    }
+
     /// Runs a milling cycle where the tool stands.
     pub(crate) fn mill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
         let before = self.technology.feed;
@@ -140,6 +167,7 @@ impl Interpreter {
             262 => self.thread_mill(values, radius, lift, span)?,
             263..=265 => self.thread_cycle(number, values, radius, lift, span)?,
             232 => self.face_mill(values, radius, span)?,
+            233 => self.face_233(values, radius, span)?,
             _ => {
                 let job = self.job(number, values, radius, lift, span)?;
                 let here = self.flat(span)?;
@@ -219,7 +247,7 @@ impl Interpreter {
         if matches!(self.settings.compensation, Compensation::ToolCenter(_)) {
             return Err(unknown("the tools do not give"));
         }
-        if number == 232 {
+        if matches!(number, 232 | 233) {
             return Err(unknown("no tool table gives here"));
         }
         let h = self.heights(number, values, lift, span)?;
