@@ -83,7 +83,7 @@ impl Job<'_> {
     fn refused(&self) -> String {
         match self.run() {
             Ok(_) => "it ran".into(),
-            Err(SimError::Config(e)) => format!("{}:{} {} ({})", e.line, e.column, e.message, e.help),
+            Err(SimError::Input(e)) => format!("{}:{} {} ({})", e.line, e.column, e.message, e.remedy),
             Err(e) => e.to_string(),
         }
     }
