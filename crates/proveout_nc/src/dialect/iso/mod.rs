@@ -17,7 +17,6 @@ mod cycles;
 mod eval;
 mod expr;
 mod flavor;
-mod foreign;
 mod index;
 mod interpreter;
 mod leftover;

@@ -124,7 +124,6 @@ impl Interpreter {
     }
 
     pub(super) fn face_233(&mut self, values: &Values, radius: f64, span: Span) -> Result<(), Fault> {
-        let number = |key: u32| self.cycle_number(values, key, None, span);
         let mm = |key: u32| self.mm(values, key, None, span);
         let choice = |key: u32, default: f64, allowed: &[f64]| -> Result<f64, Fault> {
             let value = self.cycle_number(values, key, Some(default), span)?;
