@@ -165,7 +165,8 @@ pub(crate) struct ReaderArgs {
     #[arg(long)]
     pub(crate) dialect: Option<String>,
     /// Control: a built-in one (fanuc-0i, fanuc-30i, haas-ngc, siemens-840d-sl, heidenhain-tnc-640, heidenhain-itnc-530, linuxcnc-2.9,
-    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, mazak-eia, millplus) or a control file (default: that of --machine)
+    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, mazak-eia, mitsubishi-m800, brother-c00, millplus) or a control file
+    /// (default: that of --machine)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
     /// Value of a variable that the program reads and does not set: #500=1.5, R5=2, Q10=3; may be repeated
