@@ -51,6 +51,9 @@ pub(crate) enum Command {
     Sign(SignArgs),
 }
 
+/// Where the recording of a run goes where the call does not say so: into its folder, if this build can write one.
+const RECORDING: &str = if cfg!(feature = "rerun") { "file" } else { "off" };
+
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// Folder of the scene, or its scene.toml
@@ -84,7 +87,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) overhang: bool,
     /// Where the Rerun recording goes
-    #[arg(long, value_enum, default_value = "file")]
+    #[arg(long, value_enum, default_value = RECORDING)]
     pub(crate) rerun: RerunArg,
     /// Exit code 0 also where this gate is unchecked; may be repeated. The verdict stays as it is
     #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
