@@ -291,6 +291,9 @@ cases! {
     "scene/RescheduleFile.from", Remade, ["scene", "program.2.reschedule.from", "\"second\""];
     "scene/RescheduleFile.clearance_deg", Remade, ["scene", "program.2.reschedule.clearance_deg", "8"];
     "scene/RescheduleFile.inset_deg", Remade, ["scene", "program.2.reschedule.inset_deg", "8"];
+    "scene/RescheduleFile.start_flat_mm", Remade, ["scene", "program.2.reschedule.start_flat_mm", "4"];
+    "scene/RescheduleFile.end_flat_percent", Remade, ["scene", "program.2.reschedule.end_flat_percent", "8"];
+    "scene/RescheduleFile.merge_mm", Remade, ["scene", "program.2.reschedule.merge_mm", "60"];
     "scene/RescheduleFile.theta_unit", Remade, ["scene", "program.2.reschedule.theta_unit", "\"radian\""];
     "scene/RescheduleFile.keys", RemadeQuaternion, ["scene", "program.2.reschedule.keys", "9"];
     "scene/InspectFile.name", Mill, ["scene", "inspect.0.name", "\"ground\""];

@@ -15,7 +15,7 @@
 mod finish;
 mod judge;
 mod markdown;
-mod motion;
+pub(crate) mod motion;
 mod pictures;
 mod result;
 mod surface;
