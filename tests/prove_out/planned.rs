@@ -78,7 +78,7 @@ fn planned_in(
 ) -> Planned {
     let path = folder.join("scene.toml");
     fs::write(&path, text("")).expect("written");
-    let scene = Scene::read(&path).unwrap_or_else(|e| panic!("{e} {}", e.help));
+    let scene = Scene::read(&path).unwrap_or_else(|e| panic!("{e}"));
     let machine = Machine::read(&scene.resolve(&scene.file.machine)).expect("machine");
     let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools)).expect("tools");
     let made = match surface {

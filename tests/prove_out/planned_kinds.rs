@@ -57,7 +57,7 @@ fn done(folder: &Path, job: &Job) -> (Planned, Verdict) {
     let path = folder.join("scene.toml");
     fs::write(folder.join("tools.toml"), tools()).expect("written");
     fs::write(&path, scene(job, "")).expect("written");
-    let read = Scene::read(&path).unwrap_or_else(|e| panic!("{e} {}", e.help));
+    let read = Scene::read(&path).unwrap_or_else(|e| panic!("{e}"));
     let machine = Machine::read(&read.resolve(&read.file.machine)).expect("machine");
     let tools = ToolLibrary::read(&read.resolve(&read.file.tools)).unwrap_or_else(|e| panic!("{e}"));
     let strategy = StrategyFile::named(job.strategy).expect("a strategy");

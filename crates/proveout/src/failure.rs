@@ -1,9 +1,7 @@
 use std::{collections::BTreeMap, fmt::Display, path::Path};
 
-use proveout_machine::MachineError;
 use proveout_nc::{Diagnostic, ProgramText};
 use proveout_sim::SimError;
-use proveout_tool::ToolError;
 
 use crate::terminal;
 
@@ -42,7 +40,11 @@ impl Failure {
     }
 
     pub(crate) fn at(mut self, file: impl Display, line: usize, column: usize, length: usize, text: &str) -> Self {
-        self.0.place = Some(if line == 0 { file.to_string() } else { format!("{file}:{line}:{column}") });
+        self.0.place = Some(match (line, column) {
+            (0, _) => file.to_string(),
+            (_, 0) => format!("{file}:{line}"),
+            _ => format!("{file}:{line}:{column}"),
+        });
         if !text.is_empty() && column > 0 {
             self.0.source_line = Some(text.replace('\t', " "));
             self.0.mark = Some((column, length.max(1)));
@@ -111,20 +113,11 @@ impl Display for Failure {
 impl From<&SimError> for Failure {
     fn from(e: &SimError) -> Self {
         match e {
-            SimError::Config(c) => {
-                Self::new(&c.message).at(c.file.display(), c.line, c.column, 1, &c.source_line).with_help(&c.help)
+            SimError::Input(e) => {
+                Self::new(&**e).at(e.file.display(), e.line, e.column, e.length, &e.source_line).with_help(&e.remedy)
             }
             SimError::Memory { remedy, .. } => Self::new(e).with_help(remedy),
             SimError::Program(all) => Self::of_program(&all.0, 0),
-            SimError::Machine(MachineError::Content(c)) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
-                .at(
-                    c.file.display(),
-                    c.line,
-                    c.column,
-                    c.key.rsplit('.').next().map_or(1, str::len),
-                    &line_of(&c.file, c.line),
-                )
-                .with_help(&c.remedy),
             SimError::ControlFile(c) => Self::new(format!("{}: {} [{}]", c.key, c.message, c.code))
                 .at(
                     &c.file,
@@ -134,14 +127,6 @@ impl From<&SimError> for Failure {
                     &line_of(Path::new(&c.file), c.line),
                 )
                 .with_help(&c.remedy),
-            SimError::Tools(ToolError::Defect(d)) => {
-                let tool = if d.tool.is_empty() { String::new() } else { format!("tool {:?}: ", d.tool) };
-                let key = if d.key.is_empty() { String::new() } else { format!("`{}` ", d.key) };
-                let value = if d.value.is_empty() { String::new() } else { format!("= {} ", d.value) };
-                Self::new(format!("{tool}{key}{value}{}", d.message))
-                    .at(d.file.display(), d.line, d.column, d.key.len().max(1), &line_of(&d.file, d.line))
-                    .with_help(&d.remedy)
-            }
             SimError::Control(c) => {
                 let failure =
                     Self::new(format!("{} [{}]", c.message, c.code)).with_help(c.help.as_deref().unwrap_or_default());

@@ -9,6 +9,7 @@
 //! * [`blade`] – blades with closed forms and their meshes.
 //! * [`read_mesh`], [`read_glb_nodes`], [`write_stl`] – STL, OBJ and glTF binary files.
 //! * [`read_regular_file`] – bytes of an input file, which is no pipe and no device, up to a limit.
+//! * [`Document`] – a TOML file read into a type, and the place of its keys; [`InputError`] is what is wrong with it.
 //! * [`check_quantities`] – ranges of the numbers in input files, by the unit in which a key ends.
 //!
 //! A type enters this crate when two crates need it.
@@ -17,6 +18,8 @@ mod aabb;
 mod angle;
 pub mod blade;
 mod crossing;
+mod document;
+mod input_error;
 mod mesh;
 mod mesh_file;
 mod overlap;
@@ -29,13 +32,15 @@ mod tool_pose;
 pub use aabb::Aabb;
 pub use angle::{deg, rad, sin_cos, wrap_near};
 pub use crossing::Crossing;
+pub use document::{Document, Step, nearest};
+pub use input_error::{InputError, InputFault, read_input};
 pub use mesh::{MeshError, TriMesh};
 pub use mesh_file::{GlbNode, MeshFileError, read_glb_nodes, read_mesh, write_stl};
 pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
 pub use quantities::{MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, range_of, table_of_ranges};
-pub use regular_file::{read_regular_file, read_regular_text};
+pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
 pub use tool_pose::ToolPose;
 
 /// Point in millimeter.

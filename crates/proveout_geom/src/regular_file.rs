@@ -6,28 +6,41 @@ use std::{
     path::Path,
 };
 
+/// Opens a file to be read.
+///
+/// # Errors
+/// What the system says; [`ErrorKind::IsADirectory`] and [`ErrorKind::InvalidInput`] where `path` is no regular file (links are followed),
+/// before it is opened.
+pub fn open_regular_file(path: &Path) -> Result<File, Error> {
+    let about = std::fs::metadata(path)?;
+    if about.is_dir() {
+        return Err(Error::new(ErrorKind::IsADirectory, "it is a folder, not a file"));
+    }
+    if !about.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, "it is a pipe, a device or a socket, not a regular file"));
+    }
+    File::open(path)
+}
+
 /// Reads a file whole.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::InvalidInput`] where `path` is no regular file (links are followed), and
-/// [`ErrorKind::FileTooLarge`] where it has more than `limit` bytes, before they are read.
+/// As [`open_regular_file`], and [`ErrorKind::FileTooLarge`] where it has more than `limit` bytes, before they are read.
 pub fn read_regular_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
-    let about = std::fs::metadata(path)?;
-    if about.is_dir() {
-        return Err(Error::new(ErrorKind::IsADirectory, "is a folder, not a file"));
-    }
-    if !about.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "is a pipe, a device or a socket, not a regular file"));
-    }
+    let file = open_regular_file(path)?;
+    let length = file.metadata()?.len();
     let too_large = |bytes: u64| {
-        Error::new(ErrorKind::FileTooLarge, format!("has {bytes} bytes or more; files of this kind may have {limit}"))
+        Error::new(
+            ErrorKind::FileTooLarge,
+            format!("it has {bytes} bytes or more; files of this kind may have {limit}"),
+        )
     };
-    if about.len() > limit {
-        return Err(too_large(about.len()));
+    if length > limit {
+        return Err(too_large(length));
     }
-    let mut bytes = Vec::with_capacity(about.len() as usize);
+    let mut bytes = Vec::with_capacity(length as usize);
     // Files of the system (/proc) tell a length of zero, and a log may grow while it is read.
-    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
+    file.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit { Err(too_large(limit + 1)) } else { Ok(bytes) }
 }
 
@@ -38,7 +51,7 @@ pub fn read_regular_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
 pub fn read_regular_text(path: &Path, limit: u64) -> Result<String, Error> {
     String::from_utf8(read_regular_file(path, limit)?).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
-        Error::new(ErrorKind::InvalidData, format!("is not UTF-8 text: byte {at} begins no character"))
+        Error::new(ErrorKind::InvalidData, format!("it is not UTF-8 text: byte {at} begins no character"))
     })
 }
 

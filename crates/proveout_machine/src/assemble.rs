@@ -2,18 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Point, Pose, Vector, check_quantities, rad, read_regular_text};
+use proveout_geom::{Document, InputError, Point, Pose, Step, Step::Item, Step::Key, Vector, rad, read_input};
 
 use crate::{
-    Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, MachineError,
-    RapidMode, SpindleData, TableData, Trust,
+    Attachment, Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, RapidMode,
+    SpindleData, TableData, Trust,
     bodies::read_bodies,
     chain::Chain,
     description::{JointFile, KinematicsFile, MachineFile, Notes, RapidFile},
-    error::ContentError,
     errors_reader::read_errors,
     joint_reader::read_joint,
-    locate::{Source, Step, Step::Item, Step::Key},
     pairs::read_pairs,
     places::Places,
     platform_reader::read_platforms,
@@ -24,21 +22,16 @@ use crate::{
 /// A direction may miss the length one by this much, and is then normalized: six digits in a file.
 const UNIT_TOLERANCE: f64 = 1e-6;
 
-pub(crate) type Checked<T> = Result<T, Box<ContentError>>;
-
-/// Largest text of a machine.
-const MAX_FILE_BYTES: u64 = 64 << 20;
+pub(crate) type Checked<T> = Result<T, InputError>;
 
 impl Machine {
     /// Reads a machine from its folder or from its `machine.toml`.
     ///
     /// # Errors
-    /// [`MachineError`] with file, line, column, key, value and remedy of the first mistake.
-    pub fn read(path: &Path) -> Result<Self, MachineError> {
+    /// [`InputError`] with file, line, column, key, value and remedy of the first mistake.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
         let file: PathBuf = if path.is_dir() { path.join("machine.toml") } else { path.into() };
-        let text = read_regular_text(&file, MAX_FILE_BYTES)
-            .map_err(|source| MachineError::Open { path: file.clone(), source })?;
-        Self::from_text(&file, &text)
+        Self::from_text(&file, &read_input(&file)?)
     }
 
     /// Reads a machine from the text of a `machine.toml`; `file` names it in errors, and a model file is looked for
@@ -46,15 +39,13 @@ impl Machine {
     ///
     /// # Errors
     /// As [`Machine::read`].
-    pub fn from_text(file: &Path, text: &str) -> Result<Self, MachineError> {
-        let source = Source::new(file, text);
-        let content: MachineFile = toml::from_str(text).map_err(|e| source.toml_error(&e))?;
-        check_quantities(text).map_err(|e| source.out_of_range(&e))?;
-        assemble(&source, &content)
+    pub fn from_text(file: &Path, text: &str) -> Result<Self, InputError> {
+        let source = Document::new(file, text);
+        assemble(&source, &source.read()?)
     }
 }
 
-fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, MachineError> {
+fn assemble(source: &Document<'_>, content: &MachineFile) -> Result<Machine, InputError> {
     if content.joint.len() > MAX_JOINTS {
         let message = format!("{} joints, and at most {MAX_JOINTS} are handled", content.joint.len());
         let path = [Key("joint"), Item(MAX_JOINTS)];
@@ -125,7 +116,7 @@ fn assemble(source: &Source<'_>, content: &MachineFile) -> Result<Machine, Machi
 }
 
 pub(crate) fn attachment(
-    source: &Source<'_>,
+    source: &Document<'_>,
     joints: &[JointFile],
     path: &[Step<'_>],
     name: &str,
@@ -140,7 +131,7 @@ pub(crate) fn attachment(
     })
 }
 
-pub(crate) fn positive(source: &Source<'_>, path: &[Step<'_>], value: Option<f64>) -> Checked<Option<f64>> {
+pub(crate) fn positive(source: &Document<'_>, path: &[Step<'_>], value: Option<f64>) -> Checked<Option<f64>> {
     match value {
         Some(v) if !(v > 0.0 && v.is_finite()) => {
             let remedy = "write a finite number above zero, or leave the key out where the value is not known";
@@ -150,21 +141,21 @@ pub(crate) fn positive(source: &Source<'_>, path: &[Step<'_>], value: Option<f64
     }
 }
 
-fn not_negative(source: &Source<'_>, path: &[Step<'_>], value: f64) -> Checked<f64> {
+fn not_negative(source: &Document<'_>, path: &[Step<'_>], value: f64) -> Checked<f64> {
     if value >= 0.0 && value.is_finite() {
         return Ok(value);
     }
     Err(source.error("machine-not-positive", path, format!("{value} cannot be"), "write zero or a positive number"))
 }
 
-pub(crate) fn finite_vector(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
+pub(crate) fn finite_vector(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
     if v.iter().all(|x| x.is_finite()) {
         return Ok(Vector::from(v));
     }
     Err(source.error("machine-not-finite", path, format!("{v:?} is no place"), "write three finite numbers"))
 }
 
-pub(crate) fn unit(source: &Source<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
+pub(crate) fn unit(source: &Document<'_>, path: &[Step<'_>], v: [f64; 3]) -> Checked<Vector> {
     let v = finite_vector(source, path, v)?;
     let length = v.norm();
     if (length - 1.0).abs() <= UNIT_TOLERANCE {
@@ -189,7 +180,7 @@ fn upright(z: &Vector) -> Pose {
     }
 }
 
-fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) -> Checked<Control> {
+fn read_control(source: &Document<'_>, content: &MachineFile, joints: &[Joint]) -> Checked<Control> {
     let file = &content.control;
     let at = |key| [Key("control"), Key(key)];
     let mut tool_change_position = [None; MAX_JOINTS];
@@ -226,7 +217,7 @@ fn read_control(source: &Source<'_>, content: &MachineFile, joints: &[Joint]) ->
     })
 }
 
-fn read_pole_cone(source: &Source<'_>, degrees: Option<f64>) -> Checked<f64> {
+fn read_pole_cone(source: &Document<'_>, degrees: Option<f64>) -> Checked<f64> {
     let Some(degrees) = degrees else { return Ok(Machine::USUAL_POLE_CONE) };
     let path = [Key("control"), Key("pole_cone_deg")];
     let cone = rad(not_negative(source, &path, degrees)?);
@@ -238,7 +229,7 @@ fn read_pole_cone(source: &Source<'_>, degrees: Option<f64>) -> Checked<f64> {
 }
 
 /// Collects the notes on numbers; each must belong to a key of its table.
-fn read_trust(source: &Source<'_>, content: &MachineFile) -> Checked<Vec<Trust>> {
+fn read_trust(source: &Document<'_>, content: &MachineFile) -> Checked<Vec<Trust>> {
     let mut tables: Vec<(Vec<Step<'_>>, String, &Notes, &Notes)> = vec![
         (vec![Key("spindle")], "spindle".into(), &content.spindle.source, &content.spindle.chosen),
         (vec![Key("table")], "table".into(), &content.table.source, &content.table.chosen),
@@ -276,12 +267,7 @@ fn read_trust(source: &Source<'_>, content: &MachineFile) -> Checked<Vec<Trust>>
                     let mut at = path.clone();
                     at.extend([Key(word), Key(key)]);
                     let message = format!("the note is about {key}, which this table does not have");
-                    return Err(source.error(
-                        "machine-unknown-key",
-                        &at,
-                        message,
-                        "name a key of the same table, or *",
-                    ));
+                    return Err(source.error("input-unknown-key", &at, message, "name a key of the same table, or *"));
                 }
                 all.push(Trust { key: format!("{name}.{key}"), chosen: is_chosen, note: note.clone() });
             }

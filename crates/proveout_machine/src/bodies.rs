@@ -2,13 +2,14 @@
 
 use std::f64::consts::PI;
 
-use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
+use proveout_geom::{
+    Aabb, Document, Point, Pose, Step, Step::Item, Step::Key, TriMesh, Vector, box_mesh, revolved_mesh,
+};
 
 use crate::{
     Attachment, MachineBody,
     assemble::{Checked, finite_vector},
     description::{AlongFile, BodyFile, BoxFile, CylinderFile, MachineFile, PrismFile},
-    locate::{Source, Step, Step::Item, Step::Key},
     mass::{check_densities, read_mass},
     model::Model,
 };
@@ -23,14 +24,14 @@ const DEFAULT_COLOR: [u8; 4] = [150, 155, 160, 255];
 
 /// All bodies, and the model nodes with meshes that none of them uses.
 pub(crate) fn read_bodies(
-    source: &Source<'_>,
+    source: &Document<'_>,
     content: &MachineFile,
     attachment: impl Fn(&[Step<'_>], &str) -> Checked<Attachment>,
 ) -> Checked<(Vec<MachineBody>, Vec<String>)> {
     let model = match &content.model {
         None => None,
         Some(name) => {
-            let path = source.file.with_file_name(name);
+            let path = source.file().with_file_name(name);
             let model = Model::read(&path).map_err(|message| {
                 source.error("machine-model", &[Key("model")], message, "name a .glb file beside machine.toml")
             })?;
@@ -65,7 +66,7 @@ pub(crate) fn read_bodies(
 }
 
 fn body_mesh(
-    source: &Source<'_>,
+    source: &Document<'_>,
     index: usize,
     body: &BodyFile,
     model: Option<&Model>,
@@ -107,7 +108,7 @@ fn body_mesh(
     Ok(mesh)
 }
 
-fn part_box(source: &Source<'_>, path: &[Step<'_>], part: &BoxFile) -> Checked<TriMesh> {
+fn part_box(source: &Document<'_>, path: &[Step<'_>], part: &BoxFile) -> Checked<TriMesh> {
     let min = Point::from(finite_vector(source, path, part.min_mm)?);
     let max = Point::from(finite_vector(source, path, part.max_mm)?);
     if (0..3).any(|k| min[k] >= max[k]) {
@@ -117,7 +118,7 @@ fn part_box(source: &Source<'_>, path: &[Step<'_>], part: &BoxFile) -> Checked<T
     Ok(box_mesh(&Aabb { min, max }))
 }
 
-fn part_cylinder(source: &Source<'_>, path: &[Step<'_>], part: &CylinderFile) -> Checked<TriMesh> {
+fn part_cylinder(source: &Document<'_>, path: &[Step<'_>], part: &CylinderFile) -> Checked<TriMesh> {
     let from = finite_vector(source, path, part.from_mm)?;
     let along = finite_vector(source, path, part.to_mm)? - from;
     let radii = [part.radius_mm, part.end_radius_mm.unwrap_or(part.radius_mm)];
@@ -148,7 +149,7 @@ fn round_body(from: Vector, along: Vector, radii: [f64; 2]) -> TriMesh {
     upright.transformed(&Pose { translation: from, ..turn })
 }
 
-fn part_prism(source: &Source<'_>, path: &[Step<'_>], part: &PrismFile) -> Checked<TriMesh> {
+fn part_prism(source: &Document<'_>, path: &[Step<'_>], part: &PrismFile) -> Checked<TriMesh> {
     let [low, high] = part.range_mm;
     let outline = &part.outline_mm;
     let n = outline.len();

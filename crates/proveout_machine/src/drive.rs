@@ -12,14 +12,11 @@
 //! Linear joints are described in N, kg and mm, rotary joints in Nm, kg m² and degrees; all seen at the joint, with gears
 //! and screws taken out. Inside, forces are in N and torques in N mm.
 
-use proveout_geom::rad;
+use proveout_geom::{Document, Step::Item, Step::Key, rad};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{
-    assemble::Checked,
-    locate::{Source, Step::Item, Step::Key},
-};
+use crate::assemble::Checked;
 
 /// The drive of one joint, as the file states it. What is left out is not there: no integral part, no feed-forward, no
 /// friction, no backlash, no elasticity, no limit of the force.
@@ -169,7 +166,7 @@ pub struct Drive {
 
 /// Checks the drive of joint `index` and brings it to the units inside.
 pub(crate) fn read_drive(
-    source: &Source<'_>,
+    source: &Document<'_>,
     index: usize,
     file: Option<&DriveFile>,
     rotary: bool,
@@ -299,7 +296,7 @@ pub(crate) fn read_drive(
 }
 
 /// Refuses keys with the unit of the other kind of joint.
-fn check_units(source: &Source<'_>, index: usize, f: &DriveFile, rotary: bool) -> Checked<()> {
+fn check_units(source: &Document<'_>, index: usize, f: &DriveFile, rotary: bool) -> Checked<()> {
     let pairs = [
         ("velocity_gain_N_s_m", f.velocity_gain_n_s_m, "velocity_gain_Nm_s_rad", f.velocity_gain_nm_s_rad),
         ("max_force_N", f.max_force_n, "max_torque_Nm", f.max_torque_nm),

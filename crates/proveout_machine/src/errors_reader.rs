@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use proveout_geom::{Point, rad};
+use proveout_geom::{Document, Point, Step, Step::Item, Step::Key, rad};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -11,7 +11,6 @@ use crate::{
     assemble::{Checked, finite_vector},
     description::Notes,
     errors::COMPONENTS,
-    locate::{Source, Step, Step::Item, Step::Key},
 };
 
 /// Part of an error that must vanish where it has no meaning, relative to the whole.
@@ -82,7 +81,7 @@ fn parse(name: &str) -> Result<(usize, &str, f64), String> {
     Ok((k, middle, factor))
 }
 
-fn checked_value(source: &Source<'_>, path: &[Step<'_>], component: usize, value: f64) -> Checked<f64> {
+fn checked_value(source: &Document<'_>, path: &[Step<'_>], component: usize, value: f64) -> Checked<f64> {
     let limit = IMPLAUSIBLE[component / 3];
     if value.is_finite() && value.abs() <= limit {
         return Ok(value);
@@ -93,7 +92,7 @@ fn checked_value(source: &Source<'_>, path: &[Step<'_>], component: usize, value
 }
 
 /// Reads the table.
-pub(crate) fn read_errors(source: &Source<'_>, file: &ErrorsFile, joints: &[Joint]) -> Checked<GeometricErrors> {
+pub(crate) fn read_errors(source: &Document<'_>, file: &ErrorsFile, joints: &[Joint]) -> Checked<GeometricErrors> {
     let mut errors = GeometricErrors::default();
     for (name, &value) in &file.constant {
         let path = [Key("errors"), Key("constant"), Key(name)];
@@ -141,7 +140,7 @@ pub(crate) fn read_errors(source: &Source<'_>, file: &ErrorsFile, joints: &[Join
 }
 
 /// A slide has a direction and no place; a line is not moved by a shift along itself.
-fn check_meaning(source: &Source<'_>, constant: &ConstantErrors, joints: &[Joint]) -> Checked<()> {
+fn check_meaning(source: &Document<'_>, constant: &ConstantErrors, joints: &[Joint]) -> Checked<()> {
     let ErrorOf::Joint(j) = constant.of else { return Ok(()) };
     let joint = &joints[j];
     let (shift, _) = constant.parts();
@@ -163,7 +162,7 @@ fn check_meaning(source: &Source<'_>, constant: &ConstantErrors, joints: &[Joint
     Err(source.error("machine-error-name", &[Key("errors"), Key("constant"), Key(key)], message, remedy))
 }
 
-fn read_table(source: &Source<'_>, index: usize, file: &ErrorTableFile, joints: &[Joint]) -> Checked<ErrorTable> {
+fn read_table(source: &Document<'_>, index: usize, file: &ErrorTableFile, joints: &[Joint]) -> Checked<ErrorTable> {
     let at = |key| [Key("errors"), Key("table"), Item(index), Key(key)];
     let wrong =
         |key, message: String, remedy: &str| Err(source.error("machine-error-table", &at(key), message, remedy));

@@ -1,16 +1,15 @@
 //! One `[[joint]]` table: units by kind, required keys, limits that agree.
 
-use proveout_geom::{Point, rad};
+use proveout_geom::{Document, Point, Step::Item, Step::Key, rad};
 
 use crate::{
     Attachment, Carries, Joint, JointKind,
     assemble::{Checked, attachment, finite_vector, positive, unit},
     description::{CarriesFile, JointFile, KindFile},
     drive::read_drive,
-    locate::{Source, Step::Item, Step::Key},
 };
 
-pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, all: &[JointFile]) -> Checked<Joint> {
+pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, all: &[JointFile]) -> Checked<Joint> {
     let at = |key| [Key("joint"), Item(index), Key(key)];
     if file.name == "base" || file.name.is_empty() {
         let message = format!("a joint cannot have the name {:?}", file.name);
@@ -36,7 +35,7 @@ pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, al
         None if !rotary => Point::origin(),
         None => {
             let remedy = "add point_mm, any point on the axis in machine coordinates with all joints at zero";
-            return Err(source.error("machine-missing-key", &at("point_mm"), "the rotary axis has no place", remedy));
+            return Err(source.error("input-missing-key", &at("point_mm"), "the rotary axis has no place", remedy));
         }
     };
     let parent = match attachment(source, all, &at("parent"), &file.parent)? {
@@ -134,7 +133,7 @@ pub(crate) fn read_joint(source: &Source<'_>, index: usize, file: &JointFile, al
 }
 
 /// Refuses keys with the unit of the other kind of joint.
-fn check_units(source: &Source<'_>, index: usize, file: &JointFile, rotary: bool) -> Checked<()> {
+fn check_units(source: &Document<'_>, index: usize, file: &JointFile, rotary: bool) -> Checked<()> {
     let of_linear = [
         ("travel_mm", file.travel_mm.is_some(), "travel_deg"),
         ("max_velocity_mm_min", file.max_velocity_mm_min.is_some(), "max_velocity_deg_s"),
@@ -166,7 +165,7 @@ fn check_units(source: &Source<'_>, index: usize, file: &JointFile, rotary: bool
 }
 
 /// The one velocity of several keys (mm/min, deg/s, rev/min) in mm/s or rad/s.
-fn velocity(source: &Source<'_>, index: usize, keys: [(&'static str, Option<f64>); 3]) -> Checked<Option<f64>> {
+fn velocity(source: &Document<'_>, index: usize, keys: [(&'static str, Option<f64>); 3]) -> Checked<Option<f64>> {
     let mut found: Option<f64> = None;
     for ((key, value), factor) in keys.into_iter().zip([1.0 / 60.0, rad(1.0), rad(6.0)]) {
         let path = [Key("joint"), Item(index), Key(key)];

@@ -17,15 +17,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Matrix3;
-use proveout_geom::{Point, TriMesh, Vector};
+use proveout_geom::{Document, InputError, Point, Step, Step::Item, Step::Key, TriMesh, Vector};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{
     assemble::{Checked, finite_vector, positive},
     description::{MachineFile, Notes},
-    error::ContentError,
-    locate::{Source, Step, Step::Item, Step::Key},
 };
 
 /// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all joints at
@@ -63,7 +61,7 @@ pub(crate) struct DensityFile {
 }
 
 /// Checks `[body_density]`: densities above zero, and roles that bodies have.
-pub(crate) fn check_densities(source: &Source<'_>, content: &MachineFile) -> Checked<()> {
+pub(crate) fn check_densities(source: &Document<'_>, content: &MachineFile) -> Checked<()> {
     let Some(densities) = &content.body_density else { return Ok(()) };
     positive(source, &[Key("body_density"), Key("default_kg_m3")], Some(densities.default_kg_m3))?;
     for (role, density) in &densities.roles_kg_m3 {
@@ -118,7 +116,7 @@ pub(crate) fn solid_moments(mesh: &TriMesh) -> Option<(f64, Point, Matrix3<f64>)
 
 /// Checks the mass of body `index` and completes it from the shape; a body without one takes the density of its role.
 pub(crate) fn read_mass(
-    source: &Source<'_>,
+    source: &Document<'_>,
     index: usize,
     content: &MachineFile,
     mesh: &TriMesh,
@@ -158,7 +156,7 @@ pub(crate) fn read_mass(
     Ok(Some(spread(moments, mass)))
 }
 
-fn no_volume(source: &Source<'_>, path: &[Step<'_>]) -> Box<ContentError> {
+fn no_volume(source: &Document<'_>, path: &[Step<'_>]) -> InputError {
     let message = "the shape has no volume to spread the mass over";
     let remedy = "give mass_kg, center_mm and inertia_kg_m2, or close the shape";
     source.error("machine-mass", path, message, remedy)

@@ -1,11 +1,8 @@
 //! Pairs of bodies with a rule of their own: another near-miss distance than that of the scene, or no check of one against the other.
 
-use crate::{
-    Attachment, MachineBody, SpindleData,
-    assemble::Checked,
-    description::PairFile,
-    locate::{Source, Step::Item, Step::Key},
-};
+use proveout_geom::{Document, Step::Item, Step::Key};
+
+use crate::{Attachment, MachineBody, SpindleData, assemble::Checked, description::PairFile};
 
 /// Names that stand for a part of whichever tool is in the spindle.
 pub const TOOL_PARTS: [&str; 4] = ["cutter", "neck", "shank", "holder"];
@@ -40,7 +37,7 @@ impl PairRule {
 
 /// Reads the rules; one that would change nothing is refused.
 pub(crate) fn read_pairs(
-    source: &Source<'_>,
+    source: &Document<'_>,
     content: &[PairFile],
     bodies: &[MachineBody],
     spindle: &SpindleData,

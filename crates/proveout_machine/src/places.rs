@@ -2,9 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
+use proveout_geom::Document;
 use toml::de::DeValue;
-
-use crate::locate::Source;
 
 /// File and the line of each key, by its path as errors show it (`joint.X.travel_mm`).
 #[derive(Clone, Debug, Default)]
@@ -14,12 +13,12 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    pub(crate) fn new(source: &Source<'_>) -> Self {
-        let mut places = Self { file: source.file.into(), lines: BTreeMap::new() };
+    pub(crate) fn new(source: &Document<'_>) -> Self {
+        let mut places = Self { file: source.file().into(), lines: BTreeMap::new() };
         if let Some(tree) = source.tree() {
             for (key, value) in tree {
                 let name = key.get_ref().to_string();
-                places.lines.insert(name.clone(), source.place(key.span().start).0);
+                places.lines.insert(name.clone(), source.line(key.span().start));
                 places.add(source, &name, value.get_ref());
             }
         }
@@ -27,11 +26,11 @@ impl Places {
     }
 
     /// Adds all keys below a value; members of lists go by their `name`, error tables by their `joint`.
-    fn add(&mut self, source: &Source<'_>, path: &str, value: &DeValue<'_>) {
+    fn add(&mut self, source: &Document<'_>, path: &str, value: &DeValue<'_>) {
         if let Some(table) = value.as_table() {
             for (key, inner) in table {
                 let below = format!("{path}.{}", key.get_ref());
-                self.lines.entry(below.clone()).or_insert_with(|| source.place(key.span().start).0);
+                self.lines.entry(below.clone()).or_insert_with(|| source.line(key.span().start));
                 self.add(source, &below, inner.get_ref());
             }
         }
@@ -39,7 +38,7 @@ impl Places {
             let Some(table) = item.get_ref().as_table() else { continue };
             let name = ["name", "joint"].iter().find_map(|k| table.get(*k)?.get_ref().as_str());
             let below = name.map_or_else(|| format!("{path}[{i}]"), |n| format!("{path}.{n}"));
-            self.lines.entry(below.clone()).or_insert_with(|| source.place(item.span().start).0);
+            self.lines.entry(below.clone()).or_insert_with(|| source.line(item.span().start));
             self.add(source, &below, item.get_ref());
         }
     }

@@ -1,6 +1,6 @@
 //! `[[platform]]` tables: their content and the checks on it.
 
-use proveout_geom::Vector;
+use proveout_geom::{Document, Step, Step::Item, Step::Key, Vector};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -8,7 +8,6 @@ use crate::{
     Joint, Leg, Platform,
     assemble::{Checked, positive, unit},
     description::Notes,
-    locate::{Source, Step, Step::Item, Step::Key},
 };
 
 /// Sine of the angle by which the directions of a platform may miss a right angle: six digits in a file.
@@ -77,7 +76,11 @@ pub(crate) struct LegFile {
 }
 
 /// Reads all platforms.
-pub(crate) fn read_platforms(source: &Source<'_>, files: &[PlatformFile], joints: &[Joint]) -> Checked<Vec<Platform>> {
+pub(crate) fn read_platforms(
+    source: &Document<'_>,
+    files: &[PlatformFile],
+    joints: &[Joint],
+) -> Checked<Vec<Platform>> {
     let mut all: Vec<Platform> = Vec::new();
     for (i, file) in files.iter().enumerate() {
         let platform = read_platform(source, i, file, joints)?;
@@ -104,7 +107,7 @@ pub(crate) fn read_platforms(source: &Source<'_>, files: &[PlatformFile], joints
     Ok(all)
 }
 
-fn read_platform(source: &Source<'_>, index: usize, file: &PlatformFile, joints: &[Joint]) -> Checked<Platform> {
+fn read_platform(source: &Document<'_>, index: usize, file: &PlatformFile, joints: &[Joint]) -> Checked<Platform> {
     let at = |key| [Key("platform"), Item(index), Key(key)];
     let find = |key, name: &str, rotary: bool| {
         let kind = if rotary { "rotary" } else { "linear" };
@@ -164,7 +167,7 @@ fn read_platform(source: &Source<'_>, index: usize, file: &PlatformFile, joints:
     })
 }
 
-fn read_leg(source: &Source<'_>, path: [Step<'_>; 4], file: &LegFile) -> Checked<Leg> {
+fn read_leg(source: &Document<'_>, path: [Step<'_>; 4], file: &LegFile) -> Checked<Leg> {
     let at = |key| {
         let [a, b, c, d] = path;
         [a, b, c, d, Key(key)]

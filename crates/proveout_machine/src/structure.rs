@@ -1,17 +1,12 @@
 //! Checks on the tree of joints as a whole: chains, loops, and whether the joints span the motion that they must.
 
-use crate::{
-    Attachment, Carries, Joint,
-    assemble::Checked,
-    axis_pair::PARALLEL_SINE,
-    chain::Chain,
-    locate::{Source, Step::Item, Step::Key},
-    solver::Solver,
-};
+use proveout_geom::{Document, Step::Item, Step::Key};
+
+use crate::{Attachment, Carries, Joint, assemble::Checked, axis_pair::PARALLEL_SINE, chain::Chain, solver::Solver};
 
 /// The joints from the base to the one that carries the spindle or the table.
 pub(crate) fn chain_to(
-    source: &Source<'_>,
+    source: &Document<'_>,
     joints: &[Joint],
     end: Attachment,
     carries: Carries,
@@ -44,7 +39,7 @@ pub(crate) fn chain_to(
 }
 
 /// Every joint is in a chain, and those that are not held can be solved.
-pub(crate) fn check_kinematics(source: &Source<'_>, joints: &[Joint], chain: &Chain, solver: &Solver) -> Checked<()> {
+pub(crate) fn check_kinematics(source: &Document<'_>, joints: &[Joint], chain: &Chain, solver: &Solver) -> Checked<()> {
     for j in 0..joints.len() {
         if !chain.links.iter().any(|l| l.joint == j) {
             let mut seen = vec![j];

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use proveout_machine::{ContentError, Machine, MachineError};
+use proveout_geom::InputError;
+use proveout_machine::Machine;
 
 const GOOD: &str = r#"name = "test"
 
@@ -77,11 +78,13 @@ min_mm = [-1, -1, -1]
 max_mm = [1, 1, 0]
 "#;
 
-fn refusal(text: &str) -> ContentError {
+fn refusal(text: &str) -> InputError {
     match Machine::from_text(Path::new("folder/machine.toml"), text) {
-        Err(MachineError::Content(e)) => *e,
-        Err(e) => panic!("{e}"),
-        Ok(_) => panic!("accepted:\n{text}"),
+        Err(e) => e,
+        Ok(_) => panic!(
+            "accepted:
+{text}"
+        ),
     }
 }
 
@@ -123,13 +126,19 @@ fn the_good_file_is_good() {
 
 #[test]
 fn unknown_words_are_named_with_the_nearest() {
-    expect("travel_mm =", "travell_mm =", "machine-unknown-key", "travell_mm", "did you mean travel_mm?");
-    expect("travel_mm =", "travel =", "machine-unit-missing", "travel =", "write travel_mm or travel_deg");
-    expect("[control]", "[controll]", "machine-unknown-key", "[controll]", "did you mean control?");
-    expect("kind = \"rotary\"", "kind = \"rotatory\"", "machine-unknown-word", "rotatory", "rotary");
-    expect("rapid_mode = \"straight\"\n", "", "machine-missing-key", "[control]", "rapid_mode");
-    expect("name = \"test\"\n", "name = \"test\n", "machine-syntax", "name = \"test", "correct the TOML");
-    expect("cycle_time_ms = 2", "cycle_time_ms = \"2\"", "machine-syntax", "cycle_time_ms", "invalid type");
+    expect("travel_mm =", "travell_mm =", "input-unknown-key", "travell_mm", "did you mean `travel_mm`?");
+    expect("travel_mm =", "travel =", "input-unit-missing", "travel =", "write `travel_mm` or `travel_deg`");
+    expect("[control]", "[controll]", "input-unknown-key", "[controll]", "did you mean `control`?");
+    expect("kind = \"rotary\"", "kind = \"rotatory\"", "input-unknown-word", "rotatory", "rotary");
+    expect("rapid_mode = \"straight\"\n", "", "input-missing-key", "[control]", "rapid_mode");
+    expect("name = \"test\"\n", "name = \"test\n", "input-syntax", "name = \"test", "correct the text");
+    expect(
+        "cycle_time_ms = 2",
+        "cycle_time_ms = \"2\"",
+        "input-wrong-type",
+        "cycle_time_ms",
+        "= \"2\": must be a number",
+    );
 }
 
 #[test]
@@ -148,7 +157,7 @@ fn trees_that_are_none_are_refused() {
     expect("parent = \"X\"", "parent = \"base\"", "machine-loose-joint", "parent = \"base\"", "joint X is in no chain");
     expect("on = \"Z\"", "on = \"Y\"", "machine-loose-joint", "parent = \"Y\"", "joint Z");
     let second = "parent = \"X\"\nparent = \"base\"";
-    expect("parent = \"X\"", second, "machine-syntax", "parent = \"base\"", "duplicate key");
+    expect("parent = \"X\"", second, "input-syntax", "parent = \"base\"", "duplicate key");
     expect(
         "carries = \"tool\"\nparent = \"Y\"",
         "carries = \"workpiece\"\nparent = \"Y\"",
@@ -171,7 +180,7 @@ fn loops_beside_the_chains_are_refused() {
 fn directions_must_be_unit_vectors() {
     expect("[1, 0, 0]", "[0, 0, 0]", "machine-not-unit", "direction = [0, 0, 0]", "length 0");
     expect("[1, 0, 0]", "[1, 1, 0]", "machine-not-unit", "direction = [1, 1, 0]", "[0.707106781, 0.707106781, 0");
-    expect("[1, 0, 0]", "[nan, 0, 0]", "machine-out-of-range", "nan", "range");
+    expect("[1, 0, 0]", "[nan, 0, 0]", "input-out-of-range", "nan", "range");
     let close = GOOD.replacen("[1, 0, 0]", "[0.7071068, 0.7071068, 0]", 1);
     let machine = Machine::from_text(Path::new("m.toml"), &close).expect("seven digits are enough");
     assert!((machine.joints[0].direction.norm() - 1.0).abs() < 1e-15);
@@ -181,7 +190,7 @@ fn directions_must_be_unit_vectors() {
 fn rotary_axes_must_be_complete_and_apart() {
     expect("sense = -1\n", "", "machine-sense", "[[joint]]", "joint.B.sense");
     expect("sense = -1\n", "sense = 2\n", "machine-sense", "sense = 2", "write 1 or -1");
-    expect("point_mm = [0, 0, 50]\n", "", "machine-missing-key", "[[joint]]", "joint.B.point_mm");
+    expect("point_mm = [0, 0, 50]\n", "", "input-missing-key", "[[joint]]", "joint.B.point_mm");
     expect(
         "direction = [0, 1, 0]\npoint_mm",
         "direction = [0, 0, 1]\npoint_mm",
@@ -230,7 +239,7 @@ fn limits_must_stand_upright() {
         "end stops",
     );
     expect("cycle_time_ms = 2", "cycle_time_ms = 0", "machine-not-positive", "cycle_time_ms", "0");
-    expect("start_time_s = 1", "start_time_s = inf", "machine-out-of-range", "start_time_s", "inf");
+    expect("start_time_s = 1", "start_time_s = inf", "input-out-of-range", "start_time_s", "inf");
 }
 
 #[test]
@@ -250,7 +259,7 @@ fn bodies_must_have_a_shape() {
 #[test]
 fn notes_must_be_about_numbers_of_their_table() {
     let note = "start_time_s = 1\n\n[spindle.chosen]\nmax_sped_rpm = \"why\"";
-    expect("start_time_s = 1", note, "machine-unknown-key", "max_sped_rpm", "does not have");
+    expect("start_time_s = 1", note, "input-unknown-key", "max_sped_rpm", "does not have");
 }
 
 #[test]
@@ -336,12 +345,12 @@ fn platforms_must_be_complete_and_square() {
         "1.414213562",
     );
     expect_in(&good, "height_mm = 400", "height_mm = -400", "machine-not-positive", "height_mm", "-400");
-    expect_in(&good, "height_mm = 400", "height = 400", "machine-unit-missing", "height = 400", "write height_mm");
+    expect_in(&good, "height_mm = 400", "height = 400", "input-unit-missing", "height = 400", "write `height_mm`");
     expect_in(&good, "[[platform.leg]]\nname = \"L3\"\n", "", c, "", "2 legs");
     expect_in(&good, "name = \"L3\"", "name = \"L1\"", c, "L1", "taken");
     expect_in(&good, "name = \"L3\"", "name = \"X\"", c, "X", "taken");
     expect_in(&good, "[300, 600]", "[600, 300]", "machine-limits-upside-down", "travel_mm", "shortest length");
-    expect_in(&good, "kind = \"3-RPS\"", "kind = \"6-UPS\"", "machine-unknown-word", "6-UPS", "3-RPS");
+    expect_in(&good, "kind = \"3-RPS\"", "kind = \"6-UPS\"", "input-unknown-word", "6-UPS", "3-RPS");
 }
 
 #[test]
@@ -362,7 +371,7 @@ fn errors_must_have_a_name_a_unit_and_a_meaning() {
         ("EZ0C_um = 5", n, "along the axis of C"),
         ("EY0X_um = 5", n, "no place across"),
         ("EX0C_mm = 50", "machine-error-value", "at most 5 mm"),
-        ("EX0C_um = nan", "machine-out-of-range", "nan"),
+        ("EX0C_um = nan", "input-out-of-range", "nan"),
     ] {
         expect_in(&constant(line), line, line, code, line.split(' ').next().unwrap_or(""), part);
     }

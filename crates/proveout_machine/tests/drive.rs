@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use proveout_machine::{Encoder, Machine, MachineError, VelocityGain};
+use proveout_geom::InputError;
+use proveout_machine::{Encoder, Machine, VelocityGain};
 
 /// A machine with one slide and one table; the places are filled with keys.
 fn text(slide: &str, table: &str, body: &str) -> String {
@@ -20,7 +21,7 @@ fn text(slide: &str, table: &str, body: &str) -> String {
     )
 }
 
-fn read(text: &str) -> Result<Machine, MachineError> {
+fn read(text: &str) -> Result<Machine, InputError> {
     Machine::from_text(Path::new("machine.toml"), text)
 }
 
@@ -71,7 +72,7 @@ fn everything_is_optional() {
 #[test]
 fn a_body_without_a_mass_takes_the_density_of_its_role() {
     let rule = |rule: &str, body: &str| read(&format!("{}\n[body_density]\n{rule}\n", text("", "", body)));
-    let mass = |machine: Result<Machine, MachineError>| {
+    let mass = |machine: Result<Machine, InputError>| {
         machine.unwrap_or_else(|e| panic!("{e}")).bodies[0].mass.expect("a mass")
     };
     // 6 dm³; evenly spread as if the density stood with the body itself.

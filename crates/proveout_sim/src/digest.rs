@@ -1,14 +1,12 @@
 //! Digests of input files, so that a verdict names exactly what it is about.
 
 use std::{
-    fs::File,
     io::{BufReader, Read},
     path::{Path, PathBuf},
 };
 
+use proveout_geom::{InputError, open_regular_file};
 use sha2::{Digest, Sha256};
-
-use crate::config::ConfigError;
 
 /// A file that a run has opened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,7 +31,7 @@ pub fn sha256(bytes: &[u8]) -> [u8; 32] {
 /// # Errors
 /// What the system says.
 pub(crate) fn measure(path: &Path) -> std::io::Result<(u64, String)> {
-    let mut file = BufReader::with_capacity(1 << 20, File::open(path)?);
+    let mut file = BufReader::with_capacity(1 << 20, open_regular_file(path)?);
     let (mut hash, mut bytes) = (Sha256::new(), 0);
     let mut buffer = vec![0; 1 << 16];
     loop {
@@ -49,10 +47,10 @@ pub(crate) fn measure(path: &Path) -> std::io::Result<(u64, String)> {
 /// The same with its role.
 ///
 /// # Errors
-/// [`ConfigError`] when the file cannot be read.
-pub(crate) fn of_input(role: &str, path: &Path) -> Result<InputFile, ConfigError> {
+/// [`InputError`] when the file cannot be read.
+pub(crate) fn of_input(role: &str, path: &Path) -> Result<InputFile, InputError> {
     let (bytes, sha256) =
-        measure(path).map_err(|e| ConfigError::file(path, format!("cannot be read: {e}"), "check the path"))?;
+        measure(path).map_err(|e| InputError::file(path, format!("cannot be read: {e}"), "check the path"))?;
     Ok(InputFile { role: role.to_owned(), path: path.to_owned(), bytes, sha256 })
 }
 

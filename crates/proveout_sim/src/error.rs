@@ -4,34 +4,26 @@ use std::path::PathBuf;
 
 use proveout_collision::CollisionError;
 use proveout_controller::ControlError;
-use proveout_geom::{MeshError, MeshFileError};
-use proveout_machine::MachineError;
+use proveout_geom::{InputError, MeshError, MeshFileError};
 use proveout_nc::post::PostError;
 use proveout_nc::{ControlFileError, Diagnostic, Diagnostics};
 use proveout_stock::StockError;
-use proveout_tool::ToolError;
 use thiserror::Error;
 
-use crate::{config::ConfigError, journal::JournalError, observer::ObserverError};
+use crate::{journal::JournalError, observer::ObserverError};
 
 /// Why there is no verdict.
 #[derive(Debug, Error)]
 pub enum SimError {
-    /// Scene file.
+    /// Scene, machine, tool library, sections of a blade: file and place.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Input(#[from] InputError),
     /// Control file.
     #[error(transparent)]
     ControlFile(#[from] Box<ControlFileError>),
     /// NC program: everything that was found wrong with its text, or the fault that stopped it.
     #[error(transparent)]
     Program(#[from] Diagnostics),
-    /// Machine file.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
-    /// Tool library.
-    #[error(transparent)]
-    Tools(#[from] ToolError),
     /// Mesh file that cannot be read.
     #[error(transparent)]
     MeshFile(#[from] MeshFileError),

@@ -13,7 +13,6 @@
 
 pub mod certificate;
 pub mod compare;
-pub mod config;
 mod control_file;
 pub mod finding;
 pub mod gates;
@@ -80,6 +79,7 @@ pub use memory::{Memory, Recorded};
 pub use observer::Observer;
 pub use part_on_table::PartOnTable;
 pub use prepare::{Choice, MadeProgram, Prepared, tool_radii};
+pub use proveout_geom::{InputError, read_regular_text};
 pub use raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use run_folder::{Committed, RunFolder};
 pub use shape::{BladeMesh, blade_mesh_of};

@@ -1,17 +1,15 @@
 //! Questions to the stock that a run left: sections, distances, walls; beside them the same of a design.
 
 use std::{
-    fs::File,
     io::BufReader,
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Point, Vector};
+use proveout_geom::{InputError, Point, Vector, open_regular_file};
 use proveout_stock::{Outline, Probe, TriDexel};
 use serde::Serialize;
 
 use crate::{
-    config::ConfigError,
     error::SimError,
     prepare::{MEMORY, read_solid},
     raw_stock::STOCK_FILE,
@@ -121,7 +119,7 @@ pub struct Wall {
 /// Files that cannot be read, a stock with nothing left, a section beside the stock, a direction without a length.
 pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
     let path = if questions.stock.is_dir() { questions.stock.join(STOCK_FILE) } else { questions.stock.clone() };
-    let refuse = |message: String, help: &str| SimError::from(ConfigError::file(&path, message, help));
+    let refuse = |message: String, help: &str| SimError::from(InputError::file(&path, message, help));
     for (_, direction) in &questions.walls {
         let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
         if length <= 1e-9 || !length.is_finite() {
@@ -173,12 +171,12 @@ pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
 }
 
 fn load(path: &Path) -> Result<TriDexel, SimError> {
-    let opened = File::open(path).map_err(|e| {
+    let opened = open_regular_file(path).map_err(|e| {
         let help = "name a run folder, or a stock file such as out/part-main/stock.dexel";
-        ConfigError::file(path, format!("cannot be read: {e}"), help)
+        InputError::file(path, format!("cannot be read: {e}"), help)
     })?;
     TriDexel::load(&mut BufReader::new(opened), MEMORY)
-        .map_err(|e| ConfigError::file(path, e.to_string(), "run the scene again to write it anew").into())
+        .map_err(|e| InputError::file(path, e.to_string(), "run the scene again to write it anew").into())
 }
 
 fn design_probe(path: &Path) -> Result<Probe, SimError> {

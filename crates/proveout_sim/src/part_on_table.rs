@@ -2,12 +2,12 @@
 //! keep away from.
 
 use proveout_collision::{CollisionError, ToolClearance};
-use proveout_geom::{Pose, ToolPose, TriMesh};
+use proveout_geom::{InputError, Pose, ToolPose, TriMesh};
 use proveout_tool::Tool;
 use proveout_toolpath::BladeSurface;
 use proveout_toolpath::reschedule::{ContactSurface, FeasibleRegion};
 
-use crate::{config::ConfigError, scene::Scene, shape::Shape};
+use crate::{scene::Scene, shape::Shape};
 
 /// Clearances above this are not told apart, mm: a method asks whether a pose is free and by how much, not how far away
 /// everything else is.
@@ -30,9 +30,9 @@ impl PartOnTable {
         table_from_work: &Pose,
         part: Option<&TriMesh>,
         fixtures: &[(String, TriMesh)],
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, InputError> {
         let blade = scene.file.part.as_ref().and_then(|p| p.blade);
-        let surface = blade.map(|b| Ok::<_, ConfigError>(Shape::of_scene(scene, &b, 0.0)?.surface())).transpose()?;
+        let surface = blade.map(|b| Ok::<_, InputError>(Shape::of_scene(scene, &b, 0.0)?.surface())).transpose()?;
         let part = part.map(|mesh| ("part".to_owned(), mesh.transformed(table_from_work)));
         Ok(Self {
             surface: surface.map(|s| BladeSurface::of(s, *table_from_work)),

@@ -3,7 +3,7 @@
 use std::{fmt::Write as _, sync::Arc};
 
 use proveout_geom::blade::{FOOT_ERROR_MM, ParametricSurface};
-use proveout_geom::{ToolPose, Vector, deg};
+use proveout_geom::{InputError, ToolPose, Vector, deg};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
 use proveout_tool::{Tool, ToolId, ToolLibrary};
@@ -13,7 +13,6 @@ use proveout_toolpath::path::{
 use serde::Serialize;
 
 use crate::{
-    config::ConfigError,
     error::SimError,
     programs::{Head, Writer, offset_of, tip},
     scene::{PathFile, Scene, StrategyFile},
@@ -181,7 +180,7 @@ pub fn plan_over(
     surface: &dyn ParametricSurface,
 ) -> Result<Planned, SimError> {
     let name = strategy.name();
-    let wrong = |message: String, help: &str| ConfigError::file(&scene.path, message, help);
+    let wrong = |message: String, help: &str| InputError::file(&scene.path, message, help);
     let Some(file) = scene.file.plan.as_ref().and_then(|p| strategy.of(p)) else {
         let message = format!("the scene has no [plan.{name}]");
         return Err(wrong(message, "describe the path in the scene").into());
@@ -241,14 +240,14 @@ fn check(file: &PathFile) -> Result<(), (String, String)> {
 ///
 /// # Errors
 /// The scene has no blade, or numbers that make none.
-pub fn surface(scene: &Scene) -> Result<Arc<dyn ParametricSurface>, ConfigError> {
+pub fn surface(scene: &Scene) -> Result<Arc<dyn ParametricSurface>, InputError> {
     Ok(shape(scene)?.surface())
 }
 
-fn shape(scene: &Scene) -> Result<Shape, ConfigError> {
+fn shape(scene: &Scene) -> Result<Shape, InputError> {
     let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
     let Some(blade) = blade else {
-        return Err(ConfigError::file(
+        return Err(InputError::file(
             &scene.path,
             "the scene has no blade to plan over",
             "describe it as [part.blade]",
@@ -258,7 +257,7 @@ fn shape(scene: &Scene) -> Result<Shape, ConfigError> {
 }
 
 /// Contacts that lie where an end of the blade cuts its surface off: there is no such face.
-fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) -> Result<(), ConfigError> {
+fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) -> Result<(), InputError> {
     let Shape::Ended(solid) = shape else { return Ok(()) };
     for line in lines {
         for contact in &line.contacts {
@@ -268,7 +267,7 @@ fn check_ends(scene: &Scene, name: &str, shape: &Shape, lines: &[LineContacts]) 
                     "[plan.{name}]: line {} touches the blade at X{:.3} Y{:.3} Z{:.3}, where its end or a fillet is",
                     line.name, p.x, p.y, p.z
                 );
-                return Err(ConfigError::file(
+                return Err(InputError::file(
                     &scene.path,
                     message,
                     "let the path begin and end farther from both ends",
@@ -287,7 +286,7 @@ fn check_ball(
     strategy: StrategyFile,
     shape: &Shape,
     lines: &[LineContacts],
-) -> Result<(), ConfigError> {
+) -> Result<(), InputError> {
     let (Shape::Ended(solid), Some(file)) = (shape, scene.file.plan.as_ref().and_then(|p| strategy.of(p))) else {
         return Ok(());
     };
@@ -311,17 +310,17 @@ fn check_ball(
                     line.name
                 );
                 let help = "take a cutter no larger than the fillet, or let the path end farther from both ends: nothing was written";
-                return Err(ConfigError::file(&scene.path, message, help));
+                return Err(InputError::file(&scene.path, message, help));
             }
         }
     }
     Ok(())
 }
 
-fn tool_of<'a>(scene: &Scene, tools: &'a ToolLibrary, plan: &str, name: &str) -> Result<&'a Tool, ConfigError> {
+fn tool_of<'a>(scene: &Scene, tools: &'a ToolLibrary, plan: &str, name: &str) -> Result<&'a Tool, InputError> {
     tools.find(&ToolId::Name(name.to_owned())).ok_or_else(|| {
         let message = format!("[plan.{plan}]: the tool library has no tool {name:?}");
-        ConfigError::file(&scene.path, message, "name one of its tools")
+        InputError::file(&scene.path, message, "name one of its tools")
     })
 }
 
@@ -334,7 +333,7 @@ fn program(
     moves: &[Move],
     tcp: bool,
 ) -> Result<Vec<Command>, SimError> {
-    let wrong = |message: String, help: &str| ConfigError::file(&scene.path, message, help);
+    let wrong = |message: String, help: &str| InputError::file(&scene.path, message, help);
     let table_from_work = scene.file.mount.table_from_work();
     let offset = offset_of(scene, name, &file.work_offset)?;
     let zero = machine.program_zero().map_or_else(Vector::zeros, |zero| zero.coords);
@@ -392,7 +391,7 @@ fn unreachable(
     (k, count): (usize, usize),
     step: &Move,
     fault: &KinematicsError,
-) -> ConfigError {
+) -> InputError {
     let ToolPose { tip, axis } = &step.pose;
     let message = format!(
         "[plan.{name}]: motion {} of {count} is out of reach (tip X{:.3} Y{:.3} Z{:.3}, axis {:.4} {:.4} {:.4}): {fault}",
@@ -404,7 +403,7 @@ fn unreachable(
         axis.y,
         axis.z
     );
-    ConfigError::file(&scene.path, message, "change the mount, the axis or the clearance: nothing was written")
+    InputError::file(&scene.path, message, "change the mount, the axis or the clearance: nothing was written")
 }
 
 /// Without tool center point control base coordinates are those of the axes, less the tool length.

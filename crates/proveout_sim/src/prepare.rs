@@ -8,7 +8,9 @@ use std::{
 };
 
 use proveout_controller::{Dynamics, ReprogrammedRun, Settings as ControlSettings, servo::Plant};
-use proveout_geom::{Aabb, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_mesh};
+use proveout_geom::{
+    Aabb, InputError, MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad, read_input, read_mesh,
+};
 use proveout_machine::Machine;
 use proveout_nc::{
     Compensation, Dialect, Limits, Look, Program, ProgramText, Settings as NcSettings, Survey, ToolName, ToolRadii,
@@ -17,7 +19,6 @@ use proveout_nc::{
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{
-    config::ConfigError,
     control_file::{control_of, settings_on},
     digest,
     error::SimError,
@@ -322,7 +323,7 @@ impl Prepared {
     ///
     /// # Errors
     /// A dialect that is not known.
-    pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, ConfigError> {
+    pub fn reader_settings(scene: &Scene, entry: Option<&ProgramFile>) -> Result<NcSettings, InputError> {
         Ok(NcSettings {
             dialect: dialect(scene, entry, false)?,
             work_offsets: work_offsets(scene, entry),
@@ -372,10 +373,10 @@ pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettin
 }
 
 /// Clamps tools as the call chooses.
-fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<(), ConfigError> {
+fn clamp_out(tools: &mut ToolLibrary, choice: &Choice, path: &Path) -> Result<(), InputError> {
     for (name, by) in &choice.clamped_out_mm {
         let refused = |message: String| {
-            ConfigError::file(path, message, "choose a tool with a holder and an overhang that it grips")
+            InputError::file(path, message, "choose a tool with a holder and an overhang that it grips")
         };
         let tool = tools.tools.iter_mut().find(|t| t.name == *name);
         let tool = tool.ok_or_else(|| refused(format!("there is no tool {name:?} to clamp otherwise")))?;
@@ -414,7 +415,7 @@ fn made_file(program: &str) -> String {
 
 /// The file with the shapes of a machine, where its `machine.toml` names one.
 fn model_of(machine_file: &Path) -> Option<PathBuf> {
-    let table: toml::Table = toml::from_str(&std::fs::read_to_string(machine_file).ok()?).ok()?;
+    let table: toml::Table = toml::from_str(&read_input(machine_file).ok()?).ok()?;
     Some(machine_file.with_file_name(table.get("model")?.as_str()?))
 }
 
@@ -449,30 +450,30 @@ fn part_mesh(scene: &Scene, inputs: &mut Vec<(String, PathBuf)>) -> Result<Optio
     }
 }
 
-fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, ConfigError> {
+fn program_entry<'a>(scene: &'a Scene, choice: &Choice) -> Result<Option<&'a ProgramFile>, InputError> {
     let entry = scene.program(choice.program.as_deref());
     if let (Some(name), None) = (&choice.program, entry) {
         let names: Vec<&str> = scene.file.program.iter().map(|p| p.name.as_str()).collect();
         let message = format!("there is no program {name:?}");
-        return Err(ConfigError::file(&scene.path, message, format!("programs of the scene: {}", names.join(", "))));
+        return Err(InputError::file(&scene.path, message, format!("programs of the scene: {}", names.join(", "))));
     }
     Ok(entry)
 }
 
-fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> Result<(String, PathBuf), ConfigError> {
+fn program_text(scene: &Scene, entry: Option<&ProgramFile>, choice: &Choice) -> Result<(String, PathBuf), InputError> {
     if let Some(path) = &choice.nc {
         let stem = path.file_stem().map_or_else(|| "program".to_owned(), |s| s.to_string_lossy().into_owned());
         return Ok((entry.map_or(stem, |e| e.name.clone()), path.clone()));
     }
     let Some(entry) = entry else {
-        return Err(ConfigError::file(&scene.path, "the scene has no program", "name one with --nc FILE"));
+        return Err(InputError::file(&scene.path, "the scene has no program", "name one with --nc FILE"));
     };
     let source = entry.reschedule.as_ref().and_then(|r| scene.program(Some(&r.from))).unwrap_or(entry);
     match &source.file {
         Some(file) => Ok((entry.name.clone(), scene.resolve(file))),
         None => {
             let message = format!("the text of program {:?} is not part of the scene", entry.name);
-            Err(ConfigError::file(
+            Err(InputError::file(
                 &scene.path,
                 message,
                 "give it with --nc FILE; the scene's README says where it is published",
@@ -494,7 +495,7 @@ fn work_offsets(scene: &Scene, entry: Option<&ProgramFile>) -> BTreeMap<String, 
 
 /// The dialect of a program's text; that of a re-scheduled program is the one of the text that it is made from, and that of a
 /// text that is `given` instead is told from the text.
-fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Dialect, ConfigError> {
+fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Dialect, InputError> {
     if given {
         return Ok(Dialect::Auto);
     }
@@ -504,7 +505,7 @@ fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Di
         Some(name) => Dialect::from_name(name).ok_or_else(|| {
             let names: Vec<&str> = Dialect::NAMES.iter().map(|(name, _)| *name).collect();
             let message = format!("dialect {name:?} is not known");
-            ConfigError::file(&scene.path, message, format!("write one of {}, or leave it out", names.join(", ")))
+            InputError::file(&scene.path, message, format!("write one of {}, or leave it out", names.join(", ")))
         }),
     }
 }
@@ -549,7 +550,7 @@ fn fixture_mesh(
         (None, None, Some(c)) => round_mesh(&c),
         _ => {
             let message = format!("fixture {:?} needs exactly one form", fixture.name);
-            return Err(ConfigError::file(&scene.path, message, "give one of `mesh`, `box`, `cylinder`").into());
+            return Err(InputError::file(&scene.path, message, "give one of `mesh`, `box`, `cylinder`").into());
         }
     };
     Ok(match fixture.frame {
@@ -558,13 +559,13 @@ fn fixture_mesh(
     })
 }
 
-fn checked_box(scene: &Scene, fixture: &FixtureFile, b: &BoxFile) -> Result<Aabb, ConfigError> {
+fn checked_box(scene: &Scene, fixture: &FixtureFile, b: &BoxFile) -> Result<Aabb, InputError> {
     let aabb = b.aabb();
     if (0..3).all(|i| aabb.min[i] < aabb.max[i]) {
         return Ok(aabb);
     }
     let message = format!("the box of fixture {:?} holds nothing", fixture.name);
-    Err(ConfigError::file(&scene.path, message, "min_mm must be below max_mm"))
+    Err(InputError::file(&scene.path, message, "min_mm must be below max_mm"))
 }
 
 fn round_mesh(c: &CylinderFile) -> TriMesh {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use proveout_controller::{ControlError, Reprogrammed, Reprogramming};
-use proveout_geom::{Pose, ToolPose, Vector};
+use proveout_geom::{InputError, Pose, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::post::{PostSettings, post_for};
 use proveout_nc::{
@@ -15,7 +15,6 @@ use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 use crate::{
     certificate::{ScheduleCertificate, blocks_of, certify},
     compare::motion::{self, MotionCase, Source},
-    config::ConfigError,
     error::SimError,
     machine_data::with_machine,
     part_on_table::PartOnTable,
@@ -86,7 +85,7 @@ fn tip_feeds(commands: &[Command]) -> Vec<Command> {
 /// # Errors
 /// The scene has no blade or no plan, the tool is no ball end mill, or the pass does not fit the blade.
 pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Vec<Command>, SimError> {
-    let file = |message: String, help: &str| ConfigError::file(&scene.path, message, help);
+    let file = |message: String, help: &str| InputError::file(&scene.path, message, help);
     let blade = scene.file.part.as_ref().and_then(|p| p.blade);
     let (Some(blade), Some(plan)) = (blade, &scene.file.plan) else {
         return Err(file("the scene has no blade or no [plan.helix]".into(), "describe both in the scene").into());
@@ -146,11 +145,11 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
 }
 
 /// A work offset that a plan names.
-pub(crate) fn offset_of(scene: &Scene, strategy: &str, word: &str) -> Result<WorkOffset, ConfigError> {
+pub(crate) fn offset_of(scene: &Scene, strategy: &str, word: &str) -> Result<WorkOffset, InputError> {
     scene.file.work_offsets.get(word).map(WorkOffset::from).ok_or_else(|| {
         let known: Vec<&str> = scene.file.work_offsets.keys().map(String::as_str).collect();
         let message = format!("[plan.{strategy}] wants the work offset {word:?}, which the scene does not give");
-        ConfigError::file(&scene.path, message, format!("add [work_offsets.{word}], or name one of {known:?}"))
+        InputError::file(&scene.path, message, format!("add [work_offsets.{word}], or name one of {known:?}"))
     })
 }
 
@@ -319,8 +318,8 @@ impl<'a> Rescheduling<'a> {
     /// # Errors
     /// What is wrong with value and remedy: no such program, another method, or several programs of the scene that make it
     /// with other options.
-    pub fn of_scene(scene: &'a Scene, name: &str, method: MethodFile) -> Result<Self, ConfigError> {
-        let wrong = |message: String, help: String| ConfigError::file(&scene.path, message, help);
+    pub fn of_scene(scene: &'a Scene, name: &str, method: MethodFile) -> Result<Self, InputError> {
+        let wrong = |message: String, help: String| InputError::file(&scene.path, message, help);
         let all = &scene.file.program;
         let names =
             |of: &mut dyn Iterator<Item = &ProgramFile>| of.map(|p| p.name.as_str()).collect::<Vec<_>>().join(", ");

@@ -1,17 +1,15 @@
 //! The stock before the first cut, as the scene says.
 
 use std::{
-    fs::File,
     io::BufReader,
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Aabb, Point, TriMesh, Vector, read_mesh};
+use proveout_geom::{Aabb, InputError, Point, TriMesh, Vector, open_regular_file, read_mesh};
 use proveout_stock::{Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
 use serde_spanned::Spanned;
 
 use crate::{
-    config::ConfigError,
     digest,
     error::SimError,
     manifest::{MANIFEST, Manifest},
@@ -231,7 +229,7 @@ fn formed(
 
 /// Refuses a stock that is not the one in the manifest beside it: the setup would go on from a part that nobody has cut. A file
 /// without a manifest was taken out of its run folder by hand, and stands for itself.
-fn as_the_run_left_it(path: &Path) -> Result<(), ConfigError> {
+fn as_the_run_left_it(path: &Path) -> Result<(), InputError> {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else { return Ok(()) };
     let name = name.to_string_lossy();
     if !folder.join(MANIFEST).is_file() {
@@ -239,7 +237,7 @@ fn as_the_run_left_it(path: &Path) -> Result<(), ConfigError> {
     }
     let help =
         "run the earlier setup again to write it anew, or take the file out of the run folder to use it as it is";
-    let refuse = |message: String| ConfigError::file(path, message, help);
+    let refuse = |message: String| InputError::file(path, message, help);
     let manifest = Manifest::read(folder).map_err(|e| refuse(e.to_string()))?;
     let known = manifest.digest_of(&name).ok_or_else(|| refuse(format!("{MANIFEST} beside it does not name it")))?;
     let (_, found) = digest::measure(path).map_err(|e| refuse(format!("cannot be read: {e}")))?;
@@ -258,13 +256,13 @@ fn of_a_run(
 ) -> Result<RawBody, SimError> {
     let path = if run.is_dir() { run.join(STOCK_FILE) } else { run.to_owned() };
     let mut load = |role: String, path: &Path| -> Result<TriDexel, SimError> {
-        let opened = File::open(path).map_err(|e| {
+        let opened = open_regular_file(path).map_err(|e| {
             let help = "run the earlier setup first, or correct the path of `from_run`";
-            ConfigError::file(path, format!("cannot be read: {e}"), help)
+            InputError::file(path, format!("cannot be read: {e}"), help)
         })?;
         as_the_run_left_it(path)?;
         inputs.push((role, path.to_owned()));
-        let refuse = |message: String, help: &str| SimError::from(ConfigError::file(path, message, help));
+        let refuse = |message: String, help: &str| SimError::from(InputError::file(path, message, help));
         let mut left = TriDexel::load(&mut BufReader::new(opened), limit_bytes)
             .map_err(|e| refuse(e.to_string(), "run the earlier setup again to write it anew"))?;
         if let Some(time_s) = file.at_time_s {

@@ -5,12 +5,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Aabb, Point, Pose, Vector, rad};
+use proveout_geom::{Aabb, Document, InputError, Point, Pose, Vector, rad, read_input};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::config::{ConfigError, parse_toml, read_text};
 use crate::names;
 pub use crate::scene_blade::{
     BladeFile, BladeKindFile, EndFile, EndPlatformFile, MethodFile, PlatformFile, RescheduleFile, ThetaUnitFile,
@@ -404,11 +403,11 @@ impl Scene {
     /// Reads a scene; `path` is its folder or its file.
     ///
     /// # Errors
-    /// [`ConfigError`] with file, line, column and remedy for the first fault.
-    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+    /// [`InputError`] with file, line, column and remedy for the first fault.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
         let path = if path.is_dir() { path.join("scene.toml") } else { path.to_owned() };
-        let text = read_text(&path)?;
-        let file: SceneFile = parse_toml(&path, &text)?;
+        let text = read_input(&path)?;
+        let file: SceneFile = Document::new(&path, &text).read()?;
         check(&path, &text, &file)?;
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
         Ok(Self { file, path, folder })
@@ -420,10 +419,10 @@ impl Scene {
     }
 
     /// A fault at a byte offset of the scene file.
-    pub(crate) fn fault(&self, offset: usize, message: impl Into<String>, help: impl Into<String>) -> ConfigError {
-        match read_text(&self.path) {
-            Ok(text) => ConfigError::at(&self.path, &text, offset, message, help),
-            Err(_) => ConfigError::file(&self.path, message, help),
+    pub(crate) fn fault(&self, offset: usize, message: impl Into<String>, help: impl Into<String>) -> InputError {
+        match read_input(&self.path) {
+            Ok(text) => InputError::at(&self.path, &text, offset, message, help),
+            Err(_) => InputError::file(&self.path, message, help),
         }
     }
 
@@ -451,8 +450,8 @@ impl BoxFile {
     }
 }
 
-fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
-    let fault = |offset: usize, message: String, help: &str| Err(ConfigError::at(path, text, offset, message, help));
+fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
+    let fault = |offset: usize, message: String, help: &str| Err(InputError::at(path, text, offset, message, help));
     let cells = file.resolution_mm.get_ref().edges();
     if let Some(cell) = cells.iter().find(|c| !(**c > 0.0 && c.is_finite())) {
         let at = file.resolution_mm.span().start;
@@ -497,7 +496,7 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
     if let Some(told) = stock.density_kg_m3.as_ref().filter(|d| !(100.0..=25_000.0).contains(d.get_ref())) {
         let message = format!("density_kg_m3 = {} is no density of a material that is cut", told.get_ref());
         let help = "write it in kg/m3, 100 to 25000: 7850 for steel, 2700 for aluminum";
-        return Err(ConfigError::at(path, text, told.span().start, message, help));
+        return Err(InputError::at(path, text, told.span().start, message, help));
     }
     if let Some(told) = stock.intervals_per_ray.as_ref().filter(|n| !(1.0..=1000.0).contains(n.get_ref())) {
         let message = format!("intervals_per_ray = {} is no number of intervals", told.get_ref());
@@ -516,9 +515,8 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
         return fault(at, "the cylinder holds nothing".into(), "radius_mm and height_mm must be above 0");
     }
     if let Some(part) = &file.part {
-        let fault = |message: &str, help: &str| {
-            Err(ConfigError::at(path, text, text.find("[part").unwrap_or(0), message, help))
-        };
+        let fault =
+            |message: &str, help: &str| Err(InputError::at(path, text, text.find("[part").unwrap_or(0), message, help));
         let forms = [part.mesh.is_some(), part.cone_frustum.is_some(), part.blade.is_some()];
         if forms.into_iter().filter(|given| *given).count() != 1 {
             return fault("the part needs exactly one form", "give one of `mesh`, `cone_frustum`, `blade`");

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use proveout_geom::InputError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{config::ConfigError, gates::GATES, scene::SceneFile};
+use crate::{gates::GATES, scene::SceneFile};
 
 /// Comparison of the programs of a scene.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
@@ -176,12 +177,12 @@ impl QuantityFile {
 }
 
 /// Checks the section against the programs of its scene.
-pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), ConfigError> {
+pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     let Some(compare) = &file.compare else { return Ok(()) };
     let fault = |word: &str, message: String, help: &str| {
         let at = text.find("[compare").unwrap_or(0);
         let at = text.get(at..).and_then(|rest| rest.find(word)).map_or(at, |offset| at + offset);
-        Err(ConfigError::at(path, text, at, message, help))
+        Err(InputError::at(path, text, at, message, help))
     };
     let known = |name: &str| file.program.iter().any(|p| p.name == name);
     let names: Vec<&str> = file.program.iter().map(|p| p.name.as_str()).collect();

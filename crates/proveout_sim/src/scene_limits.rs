@@ -1,10 +1,11 @@
 //! Limits of joints that a scene sets below those of its machine, as a control does with its axis data for one job.
 
+use proveout_geom::InputError;
 use proveout_machine::{Joint, Machine};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{config::ConfigError, scene::Scene};
+use crate::scene::Scene;
 
 /// Limits of one joint, in force for all programs of the scene; what is left out stays as the machine has it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -50,11 +51,11 @@ pub struct ChangedLimit {
 /// # Errors
 /// A joint that the machine does not have, a number in the unit of the other kind of joint, not above zero, or above the
 /// limit of the machine.
-pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<ChangedLimit>, ConfigError> {
+pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<ChangedLimit>, InputError> {
     let mut changed = Vec::new();
     for (name, limits) in &scene.file.control.joint_limits {
         let fault = |message: String, help: String| {
-            ConfigError::file(&scene.path, format!("[control.joint_limits.{name}]: {message}"), help)
+            InputError::file(&scene.path, format!("[control.joint_limits.{name}]: {message}"), help)
         };
         let Some(joint) = machine.joint(name) else {
             let names: Vec<&str> = machine.joints.iter().map(|j| j.name.as_str()).collect();

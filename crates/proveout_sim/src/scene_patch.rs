@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use proveout_geom::{Aabb, Point};
+use proveout_geom::{Aabb, InputError, Point};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::{config::ConfigError, scene::ResolutionFile};
+use crate::scene::ResolutionFile;
 
 /// Longest name of a patch: it becomes part of a file name.
 const LONGEST_NAME: usize = 40;
@@ -40,10 +40,10 @@ impl PatchFile {
 }
 
 /// Checks what can be seen without the stock: names, boxes, overlaps.
-pub(crate) fn check(path: &Path, text: &str, patches: &[Spanned<PatchFile>]) -> Result<(), ConfigError> {
+pub(crate) fn check(path: &Path, text: &str, patches: &[Spanned<PatchFile>]) -> Result<(), InputError> {
     for (i, spanned) in patches.iter().enumerate() {
         let (patch, offset) = (spanned.get_ref(), spanned.span().start);
-        let fault = |message: String, help: &str| Err(ConfigError::at(path, text, offset, message, help));
+        let fault = |message: String, help: &str| Err(InputError::at(path, text, offset, message, help));
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
         let name = &patch.name;
         if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(plain) {

@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
+use proveout_geom::InputError;
 use proveout_surface::texture::{SettingClass, Standard};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
-
-use crate::config::ConfigError;
 
 /// Longest name of a patch: it becomes part of a file name.
 const LONGEST_NAME: usize = 40;
@@ -305,10 +304,10 @@ fn size_fault(size: [f64; 2], step_um: f64) -> Option<(String, &'static str)> {
 }
 
 /// Checks what can be seen without design and motion.
-pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), ConfigError> {
+pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), InputError> {
     let table = text.find("[surface").unwrap_or(0);
     let fault = |offset: usize, what: &str, (message, help): (String, &'static str)| {
-        Err(ConfigError::at(path, text, offset, format!("{what}: {message}"), help))
+        Err(InputError::at(path, text, offset, format!("{what}: {message}"), help))
     };
     if let Some(f) = size_fault(file.size_mm, file.step_um) {
         return fault(table, "[surface]", f);

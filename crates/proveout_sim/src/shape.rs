@@ -3,16 +3,16 @@
 use std::{path::PathBuf, sync::Arc};
 
 use proveout_geom::{
-    TriMesh,
+    InputError, TriMesh,
     blade::{
         Backing, Blade, BladeSolid, CamberSide, ClosedSurface, Cui, Dong, Lu, ParametricSurface, Sine, SkinnedBlade,
         face_mesh, read_sections,
     },
+    read_input,
 };
 use proveout_surface::chord_error;
 
 use crate::{
-    config::{ConfigError, read_text},
     error::SimError,
     scene::{BladeFile, BladeKindFile, Scene},
 };
@@ -44,8 +44,8 @@ impl Shape {
     ///
     /// # Errors
     /// Numbers or sections that make none.
-    pub(crate) fn of_scene(scene: &Scene, file: &BladeFile, allowance: f64) -> Result<Self, ConfigError> {
-        let wrong = |message: String| ConfigError::file(&scene.path, message, "correct [part.blade] or the allowance");
+    pub(crate) fn of_scene(scene: &Scene, file: &BladeFile, allowance: f64) -> Result<Self, InputError> {
+        let wrong = |message: String| InputError::file(&scene.path, message, "correct [part.blade] or the allowance");
         let ended = |surface: Arc<dyn ParametricSurface>| {
             let (Some(root), Some(tip)) = (&file.root, &file.tip) else {
                 return Err(wrong("the blade has not two ends".into()));
@@ -86,7 +86,7 @@ impl Shape {
     /// # Errors
     /// The chord error was not reached, or the mesh bounds no solid.
     pub(crate) fn mesh(&self, scene: &Scene, chord_error_mm: f64) -> Result<(TriMesh, Option<f64>), SimError> {
-        let wrong = |message: String| ConfigError::file(&scene.path, message, "correct [part.blade]");
+        let wrong = |message: String| InputError::file(&scene.path, message, "correct [part.blade]");
         let made = match self {
             Self::Camber(blade) => (blade.mesh(chord_error_mm), None),
             Self::Ended(solid) => {
@@ -109,15 +109,14 @@ pub(crate) fn sections_file(scene: &Scene) -> Option<PathBuf> {
     Some(scene.resolve(scene.file.part.as_ref()?.sections.as_ref()?))
 }
 
-fn skinned(scene: &Scene) -> Result<SkinnedBlade, ConfigError> {
+fn skinned(scene: &Scene) -> Result<SkinnedBlade, InputError> {
     let path = sections_file(scene).unwrap_or_default();
-    let text = read_text(&path)?;
-    let sections = read_sections(&text).map_err(|e| ConfigError {
-        line: e.line,
-        ..ConfigError::file(&path, e.message, "see the format of sections in docs/blades.md")
+    let text = read_input(&path)?;
+    let sections = read_sections(&text).map_err(|e| {
+        InputError::file(&path, e.message, "see the format of sections in docs/blades.md").with_line(e.line)
     })?;
     SkinnedBlade::new(&sections)
-        .map_err(|e| ConfigError::file(&path, e.to_string(), "see the format of sections in docs/blades.md"))
+        .map_err(|e| InputError::file(&path, e.to_string(), "see the format of sections in docs/blades.md"))
 }
 
 /// The mesh of the blade of a scene with an allowance, mm, at a chord error, mm (the scene's where none is given).
@@ -126,7 +125,7 @@ fn skinned(scene: &Scene) -> Result<SkinnedBlade, ConfigError> {
 /// The scene has no blade, or it is none.
 pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>) -> Result<BladeMesh, SimError> {
     let Some(file) = scene.file.part.as_ref().and_then(|p| p.blade) else {
-        return Err(ConfigError::file(&scene.path, "the scene has no blade", "describe it as [part.blade]").into());
+        return Err(InputError::file(&scene.path, "the scene has no blade", "describe it as [part.blade]").into());
     };
     let asked = chord_error_mm.unwrap_or(file.chord_error_mm);
     let shape = Shape::of_scene(scene, &file, allowance)?;
@@ -135,6 +134,6 @@ pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>)
         Shape::Camber(blade) => chord_error(&mesh, &**blade),
         _ => measured,
     };
-    let unknown = || ConfigError::file(&scene.path, "how far the mesh is off cannot be told", "correct [part.blade]");
+    let unknown = || InputError::file(&scene.path, "how far the mesh is off cannot be told", "correct [part.blade]");
     Ok(BladeMesh { mesh, measured: measured.ok_or_else(unknown)?, asked })
 }

@@ -363,6 +363,6 @@ fn a_key_for_intervals_that_is_none_is_refused_at_its_place() {
     let shop = Shop::new(&box_mesh(&Aabb { min: Point::origin(), max: Point::new(40.0, 40.0, 18.0) }));
     let stock = format!("{BLOCK}\nintervals_per_ray = 0.5");
     let job = Job { stock: &stock, cell: "1.0", tolerance: 0.02, more: "", program: FOOT };
-    let Err(SimError::Config(e)) = shop.run(&job, 1) else { panic!("0.5 intervals are refused") };
-    assert!(e.line == 7 && e.message.contains("0.5") && e.help.contains("from 1 to 1000"), "{e:?}");
+    let Err(SimError::Input(e)) = shop.run(&job, 1) else { panic!("0.5 intervals are refused") };
+    assert!(e.line == 7 && e.message.contains("0.5") && e.remedy.contains("from 1 to 1000"), "{e:?}");
 }

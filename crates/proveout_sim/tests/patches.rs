@@ -215,8 +215,8 @@ fn a_patch_that_cannot_be_is_one_error_with_its_place() {
     let refused = |cell: &str, patches: &str, words: &[&str]| {
         let scene = shop.scene("bad", cell, &format!("{BLOCK}\n{patches}"), "", EMPTY);
         let Err(error) = shop.run(&scene, 1) else { panic!("{patches} is refused") };
-        let SimError::Config(config) = &error else { panic!("{error} has no place") };
-        let text = format!("{error} {}", config.help);
+        let SimError::Input(config) = &error else { panic!("{error} has no place") };
+        let text = format!("{error} {}", config.remedy);
         for w in words {
             assert!(text.contains(w), "{w:?} is missing in: {text}");
         }
@@ -234,7 +234,7 @@ fn a_patch_that_cannot_be_is_one_error_with_its_place() {
     refused(
         "1.0",
         &change("max_mm = [6.3, 8.1, 1]", "max_mm = [6.3, nan, 1]"),
-        &["stock.patch.max_mm", "out of range"],
+        &["stock.patch.engraving.max_mm[1]", "out of range"],
     );
     let line =
         refused("1.0", &two(&change("engraving", "second")), &["second", "overlaps", "engraving", "-6.7 to 6.3"]);
@@ -263,7 +263,7 @@ fn the_cells_that_a_refusal_names_do_fit() {
     let refused = |patch: &str| {
         let scene = shop.scene("large", "1.0", &format!("{BLOCK}\n{patch}"), "", EMPTY);
         match Prepared::read(&scene, &Choice::default()) {
-            Err(SimError::Config(c)) => c.help,
+            Err(SimError::Input(c)) => c.remedy.clone(),
             other => panic!("{:?}", other.map(|_| ())),
         }
     };

@@ -83,7 +83,6 @@ impl Job<'_> {
     fn refused(&self) -> String {
         match self.run() {
             Ok(_) => "it ran".into(),
-            Err(SimError::Config(e)) => format!("{}:{} {} ({})", e.line, e.column, e.message, e.help),
             Err(e) => e.to_string(),
         }
     }
@@ -378,7 +377,7 @@ fn places_off_the_surface_are_refused_by_name() {
         ("[surface]\n[[surface.phase]]\nat_mm = [0, 0, 0]\ntooth_deg = 0\n".into(), "no phase"),
         ("[surface]\n[[surface.grid]]\nname = \"g\"\ncount = [2, 2]\n".into(), "no one region"),
         ("[tolerances]\nra_um = 0\n".into(), "ra_um = 0"),
-        ("[surface]\nstep = 3\n".into(), "unknown field"),
+        ("[surface]\nstep = 3\n".into(), "`surface.step`: is not a known key"),
     ] {
         let told = refused(&more);
         assert!(told.contains(words), "{more}: {told}");

@@ -17,7 +17,7 @@ pub fn library_schema() -> String {
     format!("{:#}\n", schema())
 }
 
-pub(crate) fn schema() -> Value {
+fn schema() -> Value {
     let mut all = schemars::schema_for!(LibraryFile).to_value();
     if let Some(tool) = all.pointer_mut("/$defs/ToolEntry").and_then(Value::as_object_mut) {
         let rules: Vec<Value> = KINDS

@@ -3,17 +3,16 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{OutOfRange, check_quantities, read_regular_text};
+use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, nearest, read_input};
 
 use crate::cutter::ShapeError;
-use crate::entry::{schema, tool_of};
-use crate::error::{Defect, ToolError, nearest};
+use crate::entry::tool_of;
 use crate::library_file::{Kind, LibraryFile};
-use crate::text::Text;
 use crate::{Tool, ToolId};
 
-/// Largest library that is read: thousands of tools.
-const LARGEST_FILE_BYTES: u64 = 16 * 1024 * 1024;
+/// Tables of a tool in which its keys stand, besides its own.
+const TABLES: [&[Step<'_>]; 4] =
+    [&[Key("holder")], &[Key("edges")], &[Key("residual")], &[Key("edges"), Key("round_insert")]];
 
 /// Where the numbers of a tool come from.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,61 +43,23 @@ impl ToolLibrary {
     ///
     /// # Errors
     /// The first defect with file, line, column, key, value and remedy; nothing is filled in silently.
-    pub fn read(path: &Path) -> Result<Self, ToolError> {
-        let text = read_regular_text(path, LARGEST_FILE_BYTES)
-            .map_err(|source| ToolError::Read { file: path.to_owned(), source })?;
-        Self::from_text(path, &text)
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        Self::from_text(path, &read_input(path)?)
     }
 
     /// The same from a text; `name` stands in errors.
     ///
     /// # Errors
     /// As for [`Self::read`].
-    pub fn from_text(name: &Path, text: &str) -> Result<Self, ToolError> {
-        Self::parse(name, text).map_err(ToolError::Defect)
-    }
-
-    /// The tool that a program names.
-    pub fn find(&self, id: &ToolId) -> Option<&Tool> {
-        self.position(id).map(|i| &self.tools[i])
-    }
-
-    /// Its index in [`Self::tools`].
-    pub fn position(&self, id: &ToolId) -> Option<usize> {
-        self.tools.iter().position(|t| match id {
-            ToolId::Number(n) => t.number == *n,
-            ToolId::Name(n) => t.name == *n,
-        })
-    }
-
-    /// The name in the library nearest to one that it lacks, for a diagnostic.
-    pub fn nearest_name(&self, name: &str) -> Option<&str> {
-        nearest(name, self.tools.iter().map(|t| t.name.as_str()))
-    }
-
-    fn parse(name: &Path, text: &str) -> Result<Self, Box<Defect>> {
-        let places = Text::parse(name, text)?;
-        places.check(&schema())?;
-        let file: LibraryFile = toml::from_str(text).map_err(|e| {
-            let message = format!("is not accepted: {}", e.message());
-            places.defect(&e.span().unwrap_or(0..0), "", message, String::new())
-        })?;
-        check_quantities(text).map_err(|e| {
-            let key = e.key.rsplit('.').next().unwrap_or_default();
-            let message = format!("is out of range: {} to {}", e.least, e.most);
-            places.defect(&e.span, key, message, OutOfRange::REMEDY.to_owned())
-        })?;
+    pub fn from_text(name: &Path, text: &str) -> Result<Self, InputError> {
+        let document = Document::new(name, text);
+        let file: LibraryFile = document.read()?;
         let mut library = Self { file: name.to_owned(), description: file.description, ..Self::default() };
         let mut numbers = BTreeMap::new();
         let mut names = BTreeMap::new();
         for (index, entry) in file.tool.iter().enumerate() {
             let refused = |key: &str, message: String, remedy: &str| {
-                let (span, found) = places.place_of(index, key);
-                let mut defect = places.defect(&span, key, message, remedy.to_owned());
-                if !found {
-                    defect.value = String::new();
-                }
-                defect
+                document.error_with_value("", &place_of(&document, index, key), message, remedy)
             };
             if let Some(first) = numbers.insert(entry.number, index) {
                 let other: &Tool = &library.tools[first];
@@ -113,7 +74,7 @@ impl ToolLibrary {
                 return Err(refused("name", "is used twice".into(), "give each tool its own name"));
             }
             for chosen in &entry.chosen {
-                if let Some(stray) = chosen.keys.iter().find(|k| !places.place_of(index, k).1) {
+                if let Some(stray) = chosen.keys.iter().find(|k| !document.has(&place_of(&document, index, k))) {
                     let message = format!("names `{stray}`, which this tool does not have");
                     return Err(refused("chosen", message, "name keys that are written above"));
                 }
@@ -136,4 +97,32 @@ impl ToolLibrary {
         }
         Ok(library)
     }
+
+    /// The tool that a program names.
+    pub fn find(&self, id: &ToolId) -> Option<&Tool> {
+        self.position(id).map(|i| &self.tools[i])
+    }
+
+    /// Its index in [`Self::tools`].
+    pub fn position(&self, id: &ToolId) -> Option<usize> {
+        self.tools.iter().position(|t| match id {
+            ToolId::Number(n) => t.number == *n,
+            ToolId::Name(n) => t.name == *n,
+        })
+    }
+
+    /// The name in the library nearest to one that it lacks, for a diagnostic.
+    pub fn nearest_name(&self, name: &str) -> Option<&str> {
+        nearest(name, self.tools.iter().map(|t| t.name.as_str()))
+    }
+}
+
+/// The path of a key of tool `index`, in the table of the tool that has it; in the tool itself where none does.
+fn place_of<'a>(document: &Document<'_>, index: usize, key: &'a str) -> Vec<Step<'a>> {
+    let path = |below: &[Step<'a>]| [&[Key("tool"), Item(index)], below, &[Key(key)]].concat();
+    let own = path(&[]);
+    if document.has(&own) {
+        return own;
+    }
+    TABLES.iter().map(|table| path(table)).find(|path| document.has(path)).unwrap_or(own)
 }

@@ -83,10 +83,9 @@ fn with(line: &str, key: &str) -> String {
 fn refused(text: &str, line: usize, key: &str, words: &str) {
     let error = ToolLibrary::from_text(Path::new("lib.toml"), text).expect_err("must be refused");
     let shown = error.to_string();
-    let defect = error.defect().expect("a defect");
-    assert_eq!((defect.line, defect.key.as_str()), (line, key), "{shown}");
+    assert_eq!((error.line, error.key.rsplit('.').next()), (line, Some(key)), "{shown}");
     assert!(shown.contains(words), "{shown}");
-    assert!(shown.starts_with(&format!("lib.toml:{line}:{}:", defect.column)), "{shown}");
+    assert!(shown.starts_with(&format!("lib.toml:{line}:{}:", error.column)), "{shown}");
 }
 
 #[test]
@@ -99,8 +98,8 @@ fn the_good_library_is_accepted() {
 fn each_defect_is_refused_at_its_line_and_key() {
     refused(&with("diamter_mm = 10.0", "diameter_mm"), 5, "diamter_mm", "did you mean `diameter_mm`");
     refused(&with("", "diameter_mm"), 1, "diameter_mm", "kind \"flat\" needs diameter_mm");
-    refused(&with("diameter_mm = -10.0", "diameter_mm"), 5, "diameter_mm", "= -10.0 must be above 0");
-    refused(&with("diameter_mm = nan", "diameter_mm"), 5, "diameter_mm", "finite");
+    refused(&with("diameter_mm = -10.0", "diameter_mm"), 5, "diameter_mm", "= -10.0: must be above 0");
+    refused(&with("diameter_mm = nan", "diameter_mm"), 5, "diameter_mm", "= nan: is out of range");
     refused(&with("diameter_mm = 2e5", "diameter_mm"), 5, "diameter_mm", "out of range: -100000 to 100000");
     refused(&with("diameter_mm = 2e4", "diameter_mm"), 5, "diameter_mm", "at most 10000 mm");
     refused(&with("diameter_mm = \"10\"", "diameter_mm"), 5, "diameter_mm", "must be a number");
@@ -109,7 +108,7 @@ fn each_defect_is_refused_at_its_line_and_key() {
     refused(&with("", "kind"), 1, "kind", "is missing");
     refused(&with("", "name"), 1, "name", "is missing");
     refused(&with("name = \" END\"", "name"), 3, "name", "blanks");
-    refused(&with("number = -1", "number"), 2, "", "not accepted");
+    refused(&with("number = -1", "number"), 2, "number", "= -1: must be a whole number, 0 or more");
     refused(&with("number = 1.5", "number"), 2, "number", "whole number");
     refused(&with("flute_length_mm = 0.0", "flute_length_mm"), 6, "flute_length_mm", "above 0");
     refused(&with("", "flute_length_mm"), 1, "flute_length_mm", "is missing");
@@ -144,7 +143,7 @@ fn each_defect_is_refused_at_its_line_and_key() {
     refused(&with("sections = [{ diameter_mm = -4.0, length_mm = 9.0 }]", "sections"), 11, "sections", "dimension -4");
     refused(&with("sections = [{ diameter_mm = 4.0, lenght_mm = 9.0 }]", "sections"), 11, "lenght_mm", "`length_mm`");
     refused(&with("sections = [{ diameter_mm = 4.0 }]", "sections"), 11, "length_mm", "is missing");
-    refused("[[tool]]\nnumber = = 2\n", 2, "", "not valid TOML");
+    refused("[[tool]]\nnumber = = 2\n", 2, "", "not TOML");
     refused("[[tools]]\nnumber = 2\n", 1, "tools", "did you mean `tool`");
 }
 
@@ -168,7 +167,7 @@ fn profiles_are_read_and_refused() {
     assert_eq!(library.tools[0].flute_length, 20.0);
     assert!(!library.tools[0].has_holder);
     refused(&text("{ to_mm = [5.0, 5.0], center_mm = [0.0, 4.0] }"), 6, "segments", "equally far");
-    refused(&text("{ to_mm = [5.0, 5.0, 1.0] }"), 6, "to_mm", "must have 2 values");
+    refused(&text("{ to_mm = [5.0, 5.0, 1.0] }"), 6, "to_mm", "must be a list of 2 values");
     refused(&text("{ to_mm = [5.0, 5.0] }, { to_mm = [6.0, 1.0] }"), 6, "segments", "z falls");
 }
 
@@ -245,7 +244,7 @@ fn edges_that_no_tool_has_are_refused_by_name() {
     of("radial_run_out_mm = [0, 0.011, 0]", "radial_run_out_mm", "3 values for 2 teeth (flutes)");
     of("axial_run_out_mm = []", "axial_run_out_mm", "0 values for 2 teeth");
     of("axial_run_out_mm = [0, 5.0]", "axial_run_out_mm", "has 5; run-out must be below the edge radius, 5 mm");
-    of("radial_run_out_mm = [0, nan]", "radial_run_out_mm", "finite");
+    of("radial_run_out_mm = [0, nan]", "radial_run_out_mm[1]", "= nan: is out of range");
     of("radial_rake_deg = 90", "radial_rake_deg", "above -90 and below 90");
     of("helix_deg = -90", "helix_deg", "above -90 and below 90");
     of("rake_about = \"nose\"", "rake_about", "with radial_rake_deg");

@@ -2,7 +2,7 @@ use std::path::Path;
 
 use proveout_machine::Machine;
 use proveout_nc::{Control, Survey};
-use proveout_sim::{Choice, Prepared, SimError, control_of, scene::Scene};
+use proveout_sim::{Choice, Prepared, SimError, control_of, read_regular_text, scene::Scene};
 use proveout_tool::ToolLibrary;
 
 use super::reader;
@@ -11,6 +11,8 @@ use crate::failure::Failure;
 
 /// Most stretches of text that are not run and are told.
 const MAX_NOTES: usize = 20;
+/// Largest text that may be a control file.
+const MAX_CONTROL_BYTES: u64 = 16 << 20;
 
 /// What a path is.
 enum Kind {
@@ -84,7 +86,7 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
 
 /// A control file names its language or its parent, or lists words; a tool library has none of these.
 fn is_control(path: &Path) -> bool {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let text = read_regular_text(path, MAX_CONTROL_BYTES).unwrap_or_default();
     text.lines().any(|line| {
         let line = line.trim_start();
         let key = line.split(['=', ' ', '\t']).next().unwrap_or_default();

@@ -1,16 +1,20 @@
-use std::{fs, path::Path};
+use std::path::Path;
 
 use proveout_sim::{
     finding::Finding,
+    read_regular_text,
     verdict::{MachineUsed, Verdict},
 };
 
 use crate::failure::Failure;
 
+/// Largest verdict.
+const MAX_BYTES: u64 = 1 << 30;
+
 /// Reads the verdict of a run folder.
 fn read(run: &Path) -> Result<Verdict, Failure> {
     let file = run.join("verdict.json");
-    let text = fs::read_to_string(&file).map_err(|e| {
+    let text = read_regular_text(&file, MAX_BYTES).map_err(|e| {
         Failure::new(format!("{}: {e}", file.display())).with_help("name a run folder, as `proveout run` makes it")
     })?;
     serde_json::from_str(&text)

@@ -1,6 +1,8 @@
 use std::path::{Path, PathBuf};
 
-use proveout_sim::{SignatureError, check_signature, sign as put_signature, verdict::State, verify as hold};
+use proveout_sim::{
+    SignatureError, check_signature, read_regular_text, sign as put_signature, verdict::State, verify as hold,
+};
 
 use crate::{
     args::{SignArgs, VerifyArgs},
@@ -9,15 +11,17 @@ use crate::{
 
 /// Most names that are shown of a kind.
 const SHOWN: usize = 20;
+/// Largest `run.json`.
+const MAX_RUN_BYTES: u64 = 16 << 20;
+/// What to name as a run.
+const RUN_FOLDER: &str = "name a folder that `proveout run` or `proveout compare` has written";
 
 /// Holds a run folder against its manifest. Pass: all is as it was; fail: a file of the folder is not; unchecked: an input is not, or
 /// cannot be found.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
     let scene = args.scene.clone().or_else(|| scene_of(&args.run));
     let folder = scene.as_deref().map(folder_of);
-    let found = hold(&args.run, folder.as_deref()).map_err(|e| {
-        Failure::new(e).with_help("name a folder that `proveout run` or `proveout compare` has written")
-    })?;
+    let found = hold(&args.run, folder.as_deref()).map_err(|e| Failure::new(e).with_help(RUN_FOLDER))?;
     say!("{}: {} files are as the run wrote them", args.run.display(), found.same_files);
     list("changed since the run", &found.changed_files);
     list("not of the run", &found.foreign_files);
@@ -38,7 +42,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
             say!("  {e}");
             false
         }
-        Some(Err(e)) => return Err(Failure::new(e)),
+        Some(Err(e)) => return Err(explained(&e)),
     };
     Ok(match (found.holds() && signed, folder.is_some() && found.changed_inputs.is_empty()) {
         (false, _) => State::Fail,
@@ -49,14 +53,25 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<State, Failure> {
 
 /// Signs a run folder.
 pub(crate) fn sign(args: &SignArgs) -> Result<(), Failure> {
-    put_signature(&args.run, &args.key).map_err(|e| match e {
-        SignatureError::Key { .. } => {
-            Failure::new(e).with_help("`openssl genpkey -algorithm ed25519 -out key.pem` makes one")
-        }
-        _ => Failure::new(e),
-    })?;
+    put_signature(&args.run, &args.key).map_err(|e| explained(&e))?;
     say!("{}: signed", args.run.display());
     Ok(())
+}
+
+/// The error with what to do about it.
+fn explained(e: &SignatureError) -> Failure {
+    Failure::new(e).with_help(match e {
+        SignatureError::Key { what: "private", .. } => {
+            "`openssl genpkey -algorithm ed25519 -out key.pem` makes one; sign with it, and give others the public key"
+        }
+        SignatureError::Key { .. } => {
+            "`openssl pkey -in key.pem -pubout -out public.pem` writes the public key of a private one; a private key stays with its owner"
+        }
+        SignatureError::Manifest(_) => RUN_FOLDER,
+        SignatureError::Changed { .. } => "`proveout verify` names every file that has changed; run the scene again and sign that run",
+        SignatureError::System { .. } => "check the path and the rights of the file",
+        SignatureError::Missing { .. } | SignatureError::Wrong { .. } => "ask for the run anew from whoever signed it",
+    })
 }
 
 fn list(what: &str, names: &[String]) {
@@ -74,7 +89,7 @@ fn folder_of(scene: &Path) -> PathBuf {
 
 /// The scene as `run.json` names it.
 fn scene_of(run: &Path) -> Option<PathBuf> {
-    let text = std::fs::read_to_string(run.join("run.json")).ok()?;
+    let text = read_regular_text(&run.join("run.json"), MAX_RUN_BYTES).ok()?;
     let told: serde_json::Value = serde_json::from_str(&text).ok()?;
     told["scene"].as_str().map(PathBuf::from).filter(|scene| scene.exists())
 }

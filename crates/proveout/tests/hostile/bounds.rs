@@ -7,7 +7,7 @@ use crate::workshop::{PROGRAM, Workshop};
 /// Values of scene, machine and tools that no workshop has: file, what stands there, what comes instead, what is told.
 const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 12] = [
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e18, 0]", ["1e18", "-100000 to 100000"]),
-    ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e6, 0]", ["`stock.box.max_mm`", "-100000 to 100000"]),
+    ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e6, 0]", ["`stock.box.max_mm[1]`", "-100000 to 100000"]),
     ("scene.toml", "Z_mm = 140", "Z_mm = 1e9", ["1e9", "-100000 to 100000"]),
     ("scene.toml", "Z_mm = 140", "Z_mm = nan", ["nan", "-100000 to 100000"]),
     ("scene.toml", "resolution_mm = 1.0", "resolution_mm = 1e-9", ["1e-9", "0.00001 to 1000"]),

@@ -11,6 +11,7 @@
 
 use std::{
     collections::BTreeMap,
+    fmt::Write as _,
     fs,
     path::Path,
     process::{Command, Stdio},
@@ -35,6 +36,9 @@ fn shop() -> Workshop {
     shop.scene("[[stock.patch]]\nname = \"corner\"\nmin_mm = [5, 5, -8]\nmax_mm = [20, 20, 0]\ncell_mm = 0.3\n");
     shop.replace("scene.toml", "resolution_mm = 1.0", "resolution_mm = 0.5");
     shop.replace("scene.toml", "[stock]\n", "[stock]\nhistory = true\n");
+    let design = "[part]\nmesh = \"part.obj\"\n\n[tolerances]\ngouge_mm = 0.05\nexcess_mm = 0.1\n\n[[program]]";
+    shop.replace("scene.toml", "[[program]]", design);
+    shop.write("part.obj", step());
     shop.write(
         "program.mpf",
         "G17 G54 G90 G94 G710\nT=\"END_D20\"\nM6\nG0 X-35 Y-30 Z50 S3000 M3 D1\n\
@@ -48,6 +52,16 @@ fn shop() -> Workshop {
          M5\nG0 X30 Z-12\nG1 Y-20 F3000\nG0 Z50\nM30\n",
     );
     shop
+}
+
+/// A design that the program misses: a block with a face at z = -6, as a mesh with faces outward.
+fn step() -> String {
+    let mut text = String::new();
+    for k in 0..8 {
+        let of = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 0 { low } else { high };
+        writeln!(text, "v {} {} {}", of(0, -20.0, 20.0), of(1, -20.0, 20.0), of(2, -20.0, -6.0)).expect("text");
+    }
+    text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
 }
 
 /// The files of a run folder that the inputs decide.
@@ -119,6 +133,8 @@ fn killed_runs_go_on_to_the_same_bytes() {
     }
     let (mut done, mut went_on, mut twice, mut slowest) = (0, 0, 0, Duration::ZERO);
     let mut taken = 0.0_f64;
+    // Kills by the tenth of the undisturbed run in which they came; later ones stand in the last.
+    let mut tenths = [0_u32; 11];
     while done < kills {
         fs::remove_dir_all(shop.path().join("result")).ok();
         let moment = |random: &mut Random| undisturbed.wall.mul_f64(0.02 + 1.1 * random.below(1000) as f64 / 1000.0);
@@ -134,6 +150,8 @@ fn killed_runs_go_on_to_the_same_bytes() {
                 break; // it was done before the signal came
             }
             (was_stopped, twice) = (true, twice + time);
+            let tenth = 10.0 * after.as_secs_f64() / undisturbed.wall.as_secs_f64();
+            tenths[(tenth as usize).min(10)] += 1;
             assert!(code.is_none() == (signal == "KILL"), "SIG{signal}: {code:?} {said}");
             let journal = shop.path().join(JOURNAL).is_file();
             if signal != "KILL" {
@@ -164,7 +182,7 @@ fn killed_runs_go_on_to_the_same_bytes() {
     }
     eprintln!(
         "{done} runs stopped, {twice} of them twice; {went_on} went on with up to {taken:.1} MiB of cuts, the others had cut nothing; \
-         slowest answer to a signal {slowest:.1?}; an undisturbed run takes {:.1?}",
+         slowest answer to a signal {slowest:.1?}; an undisturbed run takes {:.1?}; stops by its tenths: {tenths:?}",
         undisturbed.wall
     );
     assert!(went_on > 0 && taken > 0.0);

@@ -3,7 +3,7 @@
 use crate::workshop::Workshop;
 
 /// A glTF binary from its JSON and its binary chunk.
-fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
+pub(crate) fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     while !json.len().is_multiple_of(4) {
         json.push(b' ');
@@ -37,6 +37,11 @@ fn one(nodes: &str, accessors: &str) -> Vec<u8> {
         "buffers":[{{"byteLength":40}}]}}"#
     );
     glb(&json, &[0; 40])
+}
+
+/// A file in order: one triangle under the node 0.
+pub(crate) fn triangle() -> Vec<u8> {
+    one(r#"[{"mesh":0}]"#, GOOD)
 }
 
 const GOOD: &str = r#"[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::{fs, io};
 
 use super::builtin::{self, text_of};
 use super::error::ControlFileError;
@@ -12,6 +13,8 @@ use super::resolve;
 
 /// Most parents of a control: far more than anyone can follow.
 const MOST_PARENTS: usize = 16;
+/// Largest control file.
+const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// One file of the chain.
 struct Link {
@@ -75,7 +78,7 @@ fn link(name: &str, folder: Option<&Path>) -> Result<Link, String> {
         };
     }
     let path = folder.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
-    match std::fs::read_to_string(&path) {
+    match text_of_file(&path) {
         Ok(text) => {
             let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
             let folder = folder.map(Path::to_path_buf);
@@ -85,9 +88,22 @@ fn link(name: &str, folder: Option<&Path>) -> Result<Link, String> {
     }
 }
 
+/// The text of a file that is one, and no pipe or device.
+fn text_of_file(path: &Path) -> io::Result<String> {
+    let about = fs::metadata(path)?;
+    if !about.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
+    }
+    if about.len() > MAX_FILE_BYTES {
+        let message = format!("it has {} bytes, and files of this kind may have {MAX_FILE_BYTES}", about.len());
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    fs::read_to_string(path)
+}
+
 /// What tells two files apart, however their paths are written.
 fn identity(link: &Link) -> PathBuf {
-    std::fs::canonicalize(&link.name).unwrap_or_else(|_| PathBuf::from(&link.name))
+    fs::canonicalize(&link.name).unwrap_or_else(|_| PathBuf::from(&link.name))
 }
 
 fn parse(link: &Link) -> Result<ControlFile, Box<ControlFileError>> {

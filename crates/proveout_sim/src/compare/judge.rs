@@ -237,10 +237,11 @@ impl Wanted<'_> {
 mod tests {
     use std::collections::BTreeMap;
 
+    use proveout_geom::Document;
+
     use super::*;
     use crate::{
         compare::result::{Made, Stretch, StretchAxis, StudyFigure},
-        config::parse_toml,
         verdict::{Clearance, Deviation, Gate, Surface, Time},
     };
 
@@ -307,7 +308,7 @@ mod tests {
     }
 
     fn file(text: &str) -> CompareFile {
-        parse_toml(std::path::Path::new("scene.toml"), text).expect("a section")
+        Document::new(std::path::Path::new("scene.toml"), text).read().expect("a section")
     }
 
     #[test]

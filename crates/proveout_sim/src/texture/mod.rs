@@ -20,7 +20,7 @@ mod record;
 
 use std::sync::Arc;
 
-use proveout_geom::{Point, TriMesh, Vector};
+use proveout_geom::{InputError, Point, TriMesh, Vector};
 use proveout_surface::{
     DesignMesh, DesignSurface,
     texture::{Profile, SettingClass},
@@ -36,7 +36,6 @@ use self::{
     record::Area,
 };
 use crate::{
-    config::ConfigError,
     design::flank,
     error::SimError,
     scene::{ProfileDirectionFile, Scene, SurfaceFile},
@@ -260,11 +259,11 @@ fn ground(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<(Ground, f64), S
     }
     if let Some(blade) = &part.blade {
         let help = "correct [part.blade]";
-        let blade = blade.blade(0.0).map_err(|e| ConfigError::file(&scene.path, e.to_string(), help))?;
+        let blade = blade.blade(0.0).map_err(|e| InputError::file(&scene.path, e.to_string(), help))?;
         return Ok((Ground::Blade(Box::new(blade)), 0.0));
     }
     let Some(mesh) = part_mesh else { return Ok((Ground::None, 0.0)) };
     let tree =
-        DesignMesh::new(mesh).map_err(|e| ConfigError::file(&scene.path, format!("[part]: {e}"), "mend the mesh"))?;
+        DesignMesh::new(mesh).map_err(|e| InputError::file(&scene.path, format!("[part]: {e}"), "mend the mesh"))?;
     Ok((Ground::Design(Arc::new(tree)), part.chord_error_mm))
 }

@@ -19,8 +19,12 @@ mod x3p;
 mod xml;
 mod zip;
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
+use proveout_geom::{open_regular_file, read_regular_file};
 pub use sdf::{SdfForm, sdf_bytes};
 pub use x3p::x3p_bytes;
 
@@ -166,7 +170,7 @@ pub fn is_texture(path: &Path) -> bool {
         return !path.is_dir();
     }
     let mut begin = Vec::new();
-    let read = std::fs::File::open(path).and_then(|f| f.take(64).read_to_end(&mut begin));
+    let read = open_regular_file(path).and_then(|f| f.take(64).read_to_end(&mut begin));
     read.is_ok() && (begin.starts_with(b"PK\x03\x04") || sdf::is_one(&begin) || begin.starts_with(b"ISO 5436"))
 }
 
@@ -207,19 +211,14 @@ pub fn read_measured(path: &Path) -> Result<MeasuredFile, TextureFileError> {
         message,
         help: help.to_owned(),
     };
-    let about = std::fs::metadata(path)
-        .map_err(|e| fail(format!("cannot be read: {e}"), "name a file of texture: SMD, SDF or X3P"))?;
-    if about.is_dir() {
-        return Err(fail("is a folder".to_owned(), "name a file of texture: SMD, SDF or X3P"));
-    }
-    if about.len() > MOST_BYTES {
-        return Err(fail(
-            format!("has {} bytes; {MOST_BYTES} are read at most", about.len()),
-            "cut out a part, or thin the points out",
-        ));
-    }
-    let bytes =
-        std::fs::read(path).map_err(|e| fail(format!("cannot be read: {e}"), "look at the rights of the file"))?;
+    let bytes = read_regular_file(path, MOST_BYTES).map_err(|e| {
+        let help = match e.kind() {
+            ErrorKind::FileTooLarge => "cut out a part, or thin the points out",
+            ErrorKind::PermissionDenied => "look at the rights of the file",
+            _ => "name a file of texture: SMD, SDF or X3P",
+        };
+        fail(format!("cannot be read: {e}"), help)
+    })?;
     read_measured_bytes(path, &bytes)
 }
 
