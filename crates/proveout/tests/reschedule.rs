@@ -166,24 +166,14 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
 }
 
 #[test]
-fn a_program_that_the_control_refuses_is_not_written() {
-    let own = tempfile::tempdir().expect("temporary folder");
-    let scene = fs::read_to_string(folder().join("scene.toml")).expect("readable");
-    // The blade mounted too far out for the Y axis.
-    let scene = scene
-        .replace("translation_mm = [260, 0, 0]", "translation_mm = [260, 400, 0]")
-        .replace("X_mm = 260", "X_mm = 260\nY_mm = 400");
-    fs::write(own.path().join("scene.toml"), scene).expect("written");
-    fs::copy(folder().join("original.mpf"), own.path().join("original.mpf")).expect("copied");
-    let scene = own.path().display().to_string();
-    let out = own.path().join("never.mpf");
-    let out_word = out.display().to_string();
-    let output =
-        proveout(&["reschedule", &scene, "--program", "original", "--method", "s-theta", "--output", &out_word]);
+fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
+    let words = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--set", "clearance_deg=10"];
+    let output = proveout(&[&words[..], &["--output", "never.mpf", "--certificate", "never.json"]].concat());
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_ne!(output.status.code(), Some(0), "{told}");
-    assert!(!out.exists(), "nothing is written");
-    assert!(told.contains(".mpf:") && told.contains('Y'), "{told}");
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    // A tool that leans that far starts with Y past its end; the program before does not.
+    assert!(told.contains("original.mpf:") && told.contains("the new axes send Y to 33"), "{told}");
+    assert!(!folder().join("never.mpf").exists() && !folder().join("never.json").exists(), "nothing is written");
 }
 
 /// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the stand-in of the specification, with a ball.
@@ -197,7 +187,7 @@ fn near_the_pole(folder: &Path, vectors: bool) {
         "name = \"pole\"\nmachine = {}\ntools = \"tools.toml\"\nresolution_mm = 4\n[stock.box]\nmin_mm = [-6, -6, -70]\n\
          max_mm = [6, 6, 70]\n[mount]\ntranslation_mm = [0, 0, 200]\n[work_offsets.G54]\nZ_mm = 200\n\
          [[program]]\nname = \"main\"\nfile = \"main.mpf\"\ndialect = \"siemens-840d\"\n",
-        path("machines/bc-head-table-grinder")
+        path("machines/bc-trunnion")
     );
     let axis = |lean: f64, azimuth: f64| {
         let ((sl, cl), (sa, ca)) = (lean.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
@@ -288,4 +278,30 @@ fn a_table_goes_through_its_pole_without_swinging_round() {
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && !out.exists(), "{told}");
     assert!(told.contains("main.mpf:13:") && told.contains("does not tell where the table stands"), "{told}");
+}
+
+#[test]
+fn axes_between_keys_lean_no_more_than_the_cap() {
+    let own = tempfile::tempdir().expect("temporary folder");
+    near_the_pole(own.path(), true);
+    let scene = own.path().display().to_string();
+    let made = |cap: &str, law: &str| {
+        let out = own.path().join("made.mpf").display().to_string();
+        let method = "min-angular-acceleration";
+        let words = ["reschedule", &scene, "--program", "main", "--method", method, "--output", &out, "--force"];
+        let output = proveout(&[&words[..], &["--set", cap, "--set", law]].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        assert!(told.contains("no schedule at these feeds"), "{told}");
+        fs::read_to_string(&out).expect("written")
+    };
+    let least_upright = |text: &str| {
+        let words = text.lines().filter(|l| l.contains("C3=")).flat_map(str::split_whitespace);
+        words.filter_map(|w| w.strip_prefix("C3=")?.parse::<f64>().ok()).fold(1.0, f64::min)
+    };
+    let capped = least_upright(&made("cap_deg=5", "law=proportional"));
+    assert!((capped - 5.0_f64.to_radians().cos()).abs() < 1e-6, "{capped}");
+    // The row has no inflection, and its ends lean by 12 degrees.
+    let free = least_upright(&made("cap_deg=47", "law=true-minimum"));
+    assert!((free - 12.0_f64.to_radians().cos()).abs() < 1e-6, "{free}");
 }

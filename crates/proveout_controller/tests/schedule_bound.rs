@@ -90,7 +90,8 @@ fn outcome(seed: u64) -> Outcome {
     program = program.g1(&behind);
     let run = run_with(&program, &machine, &[tool(1, 150.0)], &Settings::default());
     let moves: Vec<_> = run.all.blocks.iter().filter(|b| b.feed > 0.0).collect();
-    assert_eq!(moves.len(), n + 2);
+    let ended = run.all.events.iter().find(|e| matches!(e, proveout_controller::Event::Ended { .. }));
+    assert!(moves.len() == n + 2, "seed {seed}: {} blocks of {}, {ended:?}", moves.len(), n + 2);
     let time = moves[n].end_time - moves[0].end_time;
     let rounding = Settings::FALLBACK_ORIENTATION_TOLERANCE;
     // Corners of A alone do not cut the way of the linear axes short.

@@ -417,6 +417,8 @@ fn refuse_over_travel(
     let groups = blocks_of(&new.blocks, &made.runs).into_iter().zip(&made.runs);
     let command = groups.flat_map(|(blocks, run)| blocks.into_iter().flatten().zip(&run.commands));
     let command = command.filter(|(block, _)| block.index <= first.block).last().map(|(_, &command)| command);
+    // A rapid before the run goes where its first block begins.
+    let command = command.or_else(|| made.runs.first()?.commands.first().copied());
     let joint = &machine.joints[first.joint];
     let (unit, factor) = (joint.kind.unit(), joint.kind.unit_factor());
     let message = format!(

@@ -9,6 +9,7 @@ mod certificate;
 mod channel;
 mod corner;
 mod error;
+mod min_angular_acceleration;
 mod quaternion;
 mod s_theta;
 mod section;
@@ -26,6 +27,7 @@ pub use certificate::{Certificate, JointGates, Proof, Schedules, SchedulesError,
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
+pub use min_angular_acceleration::{AxisLaw, MinAngularAcceleration, between_keys, capped, inflections};
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
 pub use section::{Layer, SectionPath};
