@@ -51,6 +51,9 @@ pub(crate) enum Command {
     Sign(SignArgs),
 }
 
+/// Where the recording of a run goes where the call does not say so: into its folder, if this build can write one.
+const RECORDING: &str = if cfg!(feature = "rerun") { "file" } else { "off" };
+
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// Folder of the scene, or its scene.toml
@@ -84,7 +87,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) overhang: bool,
     /// Where the Rerun recording goes
-    #[arg(long, value_enum, default_value = "file")]
+    #[arg(long, value_enum, default_value = RECORDING)]
     pub(crate) rerun: RerunArg,
     /// Exit code 0 also where this gate is unchecked; may be repeated. The verdict stays as it is
     #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
@@ -165,7 +168,8 @@ pub(crate) struct ReaderArgs {
     #[arg(long)]
     pub(crate) dialect: Option<String>,
     /// Control: a built-in one (fanuc-0i, fanuc-30i, haas-ngc, siemens-840d-sl, heidenhain-tnc-640, heidenhain-itnc-530, linuxcnc-2.9,
-    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, mazak-eia, millplus) or a control file (default: that of --machine)
+    /// grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, mazak-eia, mitsubishi-m800, brother-c00, millplus) or a control file
+    /// (default: that of --machine)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
     /// Value of a variable that the program reads and does not set: #500=1.5, R5=2, Q10=3; may be repeated

@@ -62,6 +62,23 @@ pub enum NearestLeaves<W> {
 /// of the distance, so that a third more of them are needed than with exact ones; each opens a small part of the boxes.
 pub(crate) const ROUGH: f64 = 0.75;
 
+/// What a search may cost and has cost, in pairs of boxes (some 30 ns each). A count and no time, so that the same is found everywhere.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Not more than this.
+    pub(crate) most: u64,
+    pub(crate) spent: u64,
+}
+
+impl Effort {
+    /// Pairs of boxes that take as long as the distance of two items.
+    const ITEM: u64 = 8;
+
+    pub(crate) const fn at_most(most: u64) -> Self {
+        Self { most, spent: 0 }
+    }
+}
+
 /// The nearest items of two trees where they are below `limit` (mm), or below what `start` says of two items.
 ///
 /// `distance` gives the distance of item i of `a` from item j of `b`, or a lower bound of it above its third argument, with
@@ -85,15 +102,16 @@ pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
     start: Option<(f64, W)>,
     distance: impl FnMut(u32, u32, f64) -> (f64, W),
 ) -> NearestLeaves<W> {
-    near_leaves_grown(pair, b_from_a, ([Vector::zeros(); 2], u64::MAX), limits, start, distance)
+    near_leaves_grown(pair, b_from_a, ([Vector::zeros(); 2], &mut Effort::at_most(u64::MAX)), limits, start, distance)
 }
 
 /// The same where `distance` knows of something that is added to every item of `a`; `grown` is half its box, along the axes of a and of b, mm.
-/// After `most` pairs of boxes it ends with what is proved by then: a smaller distance than the limit may be told as [`NearestLeaves::Beyond`].
+/// After the most effort it ends with what is proved by then: a smaller distance than the limit may be told as [`NearestLeaves::Beyond`], and one
+/// that should be exact as [`NearestLeaves::Between`].
 pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     (a, b): (&A, &B),
     b_from_a: &Pose,
-    (grown, most): ([Vector; 2], u64),
+    (grown, effort): ([Vector; 2], &mut Effort),
     [exact, limit]: [f64; 2],
     start: Option<(f64, W)>,
     mut distance: impl FnMut(u32, u32, f64) -> (f64, W),
@@ -116,13 +134,12 @@ pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     let mut open_below = if best.is_some() { enough(bound) } else { bound };
     let apart = |x: A::Node, y: B::Node| frames.apart(&frames.moved(a.bounds(x)), &b.bounds(y));
     let mut open = vec![(apart(root_a, root_b), root_a, root_b)];
-    let mut left = most;
     while let Some((least, x, y)) = open.pop() {
-        if left == 0 {
-            let open = open.iter().map(|o| o.0).fold(least, f64::min);
-            return NearestLeaves::Beyond(left_out.min(bound).min(open));
+        if effort.spent >= effort.most {
+            left_out = open.iter().map(|o| o.0).fold(left_out.min(least), f64::min);
+            break;
         }
-        left -= 1;
+        effort.spent += 1;
         if bound <= 0.0 {
             // Nothing that is left is looked at any more.
             left_out = left_out.min(0.0);
@@ -136,6 +153,7 @@ pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
             (Branch::Leaf(items_a), Branch::Leaf(items_b)) => {
                 for i in items_a {
                     for j in items_b.clone() {
+                        effort.spent += Effort::ITEM;
                         let (d, w) = distance(i, j, open_below);
                         if d < open_below {
                             (bound, best) = (d, Some(w));

@@ -7,7 +7,7 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::{SupportMap, Triangle};
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{NearestLeaves, TriangleTree, near_leaves, nearest_leaf};
+use crate::boxes::{Effort, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
 use crate::shape::{MeshShape, Revolved, Shape, from_parry, pose_to_parry, to_parry};
 use crate::triangle;
 
@@ -235,6 +235,17 @@ fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, alon
 
 /// Both trees at once, starting with the triangles that were nearest last time; limits as in [`gap`].
 pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limits: [f64; 2], warm: &mut Warm) -> Gap {
+    skins_with((a, b), b_from_a, limits, warm, &mut Effort::at_most(u64::MAX))
+}
+
+/// The same with no more than some effort: then what is proved may be below the limit ([`Gap::Beyond`]), or below the first limit and not exact.
+pub(crate) fn skins_with(
+    (a, b): (&TriangleTree, &TriangleTree),
+    b_from_a: &Pose,
+    limits: [f64; 2],
+    warm: &mut Warm,
+    effort: &mut Effort,
+) -> Gap {
     let of = |i: u32, j: u32, bound: f64| {
         let moved = a.corners(i).map(|p| b_from_a.point(&p));
         let near = triangle::nearest_within(&moved, b.corners(j), bound);
@@ -242,7 +253,7 @@ pub(crate) fn skins(a: &TriangleTree, b: &TriangleTree, b_from_a: &Pose, limits:
     };
     let known = |w: &[u32; 2]| (w[0] as usize) < a.triangles().len() && (w[1] as usize) < b.triangles().len();
     let start = warm.filter(known).map(|[i, j]| of(i, j, limits[1]));
-    match near_leaves((a, b), b_from_a, limits, start, of) {
+    match near_leaves_grown((a, b), b_from_a, ([Vector::zeros(); 2], effort), limits, start, of) {
         NearestLeaves::Beyond(proved) => Gap::Beyond(proved),
         NearestLeaves::Between(d, (p, q, items)) => {
             *warm = Some(items);

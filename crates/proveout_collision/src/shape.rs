@@ -72,7 +72,8 @@ impl Revolved {
 
 impl SupportMap for Revolved {
     fn local_support_point(&self, direction: ParryVector) -> ParryVector {
-        let across = direction.x.hypot(direction.y);
+        // A direction is far from what would underflow, and `hypot` is a fifth of a query.
+        let across = (direction.x * direction.x + direction.y * direction.y).sqrt();
         let value = |p: [f64; 2]| p[0] * across + p[1] * direction.z;
         let mut best = [0.0, 0.0];
         let mut height = f64::NEG_INFINITY;
@@ -82,8 +83,8 @@ impl SupportMap for Revolved {
                 (best, height) = (p, v);
             }
         }
-        let length = across.hypot(direction.z);
-        if length > 0.0 {
+        let length = (across * across + direction.z * direction.z).sqrt();
+        if length > 0.0 && !self.arcs.is_empty() {
             let n = [across / length, direction.z / length];
             for a in &self.arcs {
                 let cross = |p: [f64; 2]| (p[0] - a.center[0]) * n[1] - (p[1] - a.center[1]) * n[0];

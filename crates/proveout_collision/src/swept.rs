@@ -19,14 +19,14 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use proveout_geom::{Point, Pose, Vector};
 
-use crate::boxes::{BoxTree, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
+use crate::boxes::{BoxTree, Effort, NearestLeaves, TriangleTree, near_leaves_grown, nearest_leaf};
 use crate::shape::{Revolved, Shape, from_parry, to_parry};
 
 /// Shortest vector that counts as a shift, mm.
 const SHIFT_MM: f64 = 1e-9;
 
-/// Pairs of boxes that are looked at for one bound: what takes more is better cut into shorter stretches.
-const MOST_BOXES: u64 = 200;
+/// Effort for one bound: what takes more is better cut into shorter stretches.
+const MOST_EFFORT: u64 = 1000;
 
 /// Where a body may stand, in the frame of the other: at one of two poses, or with each of its points straight between (the hull of both), and
 /// shifted by -1 to 1 of each of some vectors, mm.
@@ -171,7 +171,8 @@ pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &Places
     let b_from_a = &places.poses[0];
     let in_a = b_from_a.rotation.abs().tr_mul(&in_b);
     let limits = [f64::INFINITY, limit];
-    distance(near_leaves_grown((a, b), b_from_a, ([in_a, in_b], MOST_BOXES), limits, None, of))
+    let mut effort = Effort::at_most(MOST_EFFORT);
+    distance(near_leaves_grown((a, b), b_from_a, ([in_a, in_b], &mut effort), limits, None, of))
 }
 
 fn bodies_skin(bodies: &[Revolved], skin: &TriangleTree, places: &Places, limit: f64) -> f64 {

@@ -9,7 +9,7 @@ mod runs;
 
 use std::{sync::Arc, time::Instant};
 
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 use proveout_nc::{
     AXIS_LETTERS, ArcMotion, Command, Feed, Location, Motion, Offset, Op, OrientationInterpolation, PathMode, Spindle,
     SpindleDirection, Tcp, ToolAction,
@@ -112,6 +112,8 @@ pub struct Controller<'m, I> {
     next_block: u32,
     ready: bool,
     ended: bool,
+    /// Where the machine stands since the program has ended on the way of a motion: nothing of what is under way is run any more.
+    cut_short: Option<JointValues>,
     finished: bool,
 }
 
@@ -177,6 +179,7 @@ where
             next_block: 0,
             ready: false,
             ended: false,
+            cut_short: None,
             finished: false,
         })
     }
@@ -293,10 +296,16 @@ where
             Op::Note(text) => self.announce(Event::Note { time: 0.0, block: self.next_block, text: text.clone() }),
             Op::Stop { optional } => {
                 let block = self.action(location, BlockKind::Action, 0.0);
+                if self.cut_short.is_some() {
+                    return Ok(());
+                }
                 self.out.chunk.events.push(Event::Stop { time: self.out.clock, block, optional: *optional });
             }
             Op::End => {
                 let block = self.action(location, BlockKind::Action, 0.0);
+                if self.cut_short.is_some() {
+                    return Ok(());
+                }
                 self.out.chunk.events.push(Event::End { time: self.out.clock, block });
                 self.ended = true;
             }

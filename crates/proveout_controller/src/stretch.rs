@@ -33,6 +33,9 @@ const UNKNOWN: usize = 8;
 /// Trials to run a law slower as a whole, and the least change of a trial.
 const SLOWER: usize = 200;
 const SLOWER_BY: f64 = 1.001;
+/// Most samples of a law: all of them are measured and held together, a kilobyte each. Slow joints at a short control cycle come here, whose
+/// motion takes far longer than their way at full speed.
+pub(crate) const MOST_SAMPLES: f64 = 2e6;
 /// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
 /// a change of their acceleration.
 const AHEAD: f64 = 0.5;
@@ -89,6 +92,8 @@ pub(crate) enum Outcome {
     Planned(Box<Stretch>),
     /// No node lies far enough before the end of what is known.
     NotYet,
+    /// The motion takes this time, s, and more than [`MOST_SAMPLES`]; path parameter of what takes most of it.
+    TooLong(f64, f64),
     /// No tempo was found that keeps the limits from a begin in motion on, or none from which the machine comes to rest.
     Failed,
 }
@@ -120,6 +125,11 @@ impl Clock {
     pub(crate) fn samples(self, duration: f64) -> impl Iterator<Item = f64> {
         let (first, end) = (self.first(), grid_number(self.start + duration, self.cycle));
         (0_u64..).map(move |k| first + k as f64).take_while(move |k| *k < end).map(move |k| k * self.cycle)
+    }
+
+    /// True where a law has more samples than are held.
+    pub(crate) fn takes_too_many(&self, law: &Law) -> bool {
+        law.duration > MOST_SAMPLES * self.cycle
     }
 
     /// What passes a part `allowed` of the limits; `finish` tells that the machine stands at the end of the path then.
@@ -175,6 +185,9 @@ pub(crate) fn plan(
         let first_law = plan.law(&borders, last.border);
         let node = if finish { Some(last) } else { committed(&plan, &first_law, &borders, last) };
         let Some(node) = node else { return Outcome::NotYet };
+        if clock.takes_too_many(&first_law) {
+            return Outcome::TooLong(first_law.duration, slowest(&first_law, &borders[..=last.border]));
+        }
         let until = if finish {
             first_law.planned
         } else {
@@ -193,6 +206,9 @@ pub(crate) fn plan(
             Err((_, _, over)) => over,
             Ok((law, mut samples)) => {
                 let mut law = if finish { law } else { law.followed_by(plan.law(&borders, n)) };
+                if clock.takes_too_many(&law) {
+                    return Outcome::TooLong(law.duration, slowest(&plan.law(&borders, n), &borders));
+                }
                 // What was not looked at yet: the way to rest.
                 let known = samples.len();
                 samples.extend(measure(path, frame, clock, &law, known));
@@ -217,6 +233,15 @@ pub(crate) fn plan(
         slow_cells(path, &borders, &over);
         slowed += 1;
     }
+}
+
+/// Middle of the cell on which a law spends most time.
+fn slowest(law: &Law, borders: &[f64]) -> f64 {
+    let mut cursor = Cursor::default();
+    let times: Vec<f64> = borders.iter().map(|s| law.planned_time_at(*s, &mut cursor)).collect();
+    let cells = times.windows(2).zip(borders.windows(2));
+    let longest = cells.max_by(|(a, _), (b, _)| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+    longest.map_or(0.0, |(_, s)| f64::midpoint(s[0], s[1]))
 }
 
 /// A law with its samples, and the places where it passes limits.

@@ -1,7 +1,8 @@
 //! Which programs of a folder are read, and why the others are refused, as a table by count:
-//! `cargo run -p proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--files] FILE...`.
+//! `cargo run -p proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--tool-radius MM] [--files] FILE...`.
 //!
-//! `--files` tells every file with its first fault; `--feed` is the policy for motions before the first F. Only the first fault
+//! `--files` tells every file with its first fault; `--feed` is the policy for motions before the first F,
+//! `--tool-radius` what the milling cycles of a TNC and an 840D need of the tool. Only the first fault
 //! of a program counts.
 
 use std::collections::BTreeMap;
@@ -24,11 +25,13 @@ fn table(out: &mut impl Write) -> io::Result<ExitCode> {
     let mut settings = Settings::default();
     let mut files = Vec::new();
     let mut each = false;
+    let mut radius = None;
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
             "--files" => each = true,
             "--feed" => settings.default_feed_mm_per_min = words.next().and_then(|value| value.parse().ok()),
+            "--tool-radius" => radius = words.next().and_then(|value| value.parse().ok()),
             "--control" => {
                 let name = words.next().unwrap_or_default();
                 match Control::find(&name, None) {
@@ -40,6 +43,11 @@ fn table(out: &mut impl Write) -> io::Result<ExitCode> {
                 }
             }
             _ => files.push(word),
+        }
+    }
+    if let Some(radius) = radius {
+        for name in ["Q108", "$P_TOOLR"] {
+            settings.variables.insert(name.to_owned(), radius);
         }
     }
     let mut reasons: BTreeMap<String, Vec<String>> = BTreeMap::new();

@@ -65,6 +65,9 @@ fn settings(path: &Path, dialect: Dialect) -> Settings {
     settings.work_offsets.insert("DATUM5".to_owned(), WorkOffset { translation: [1.0, 2.0, 3.0], rotary: [0.0; 3] });
     settings.variables.insert("M92_Z".to_owned(), 400.0);
     settings.variables.insert("Q108".to_owned(), 6.0);
+    if dialect == Dialect::Siemens840d {
+        settings.variables.insert("$P_TOOLR".to_owned(), 6.0);
+    }
     settings
 }
 

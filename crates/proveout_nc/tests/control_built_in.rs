@@ -78,6 +78,11 @@ fn words_with_another_meaning_are_refused_by_name() {
         ("fagor-8055", "G0 Z50\nG91 G81 X0 Y0 Z-2 I-10 F100\nM30\n", "`G81` with G91"),
         ("mazak-eia", "G21 G54.2 P1\nM30\n", "`G54.2` is refused"),
         ("mazak-eia", "G21 G0 X10\nM30\n", "X10 has no decimal point"),
+        ("brother-c00", "G21 G100 T1 X0. Y0. Z50. G43 H1\nM30\n", "`G100` is refused"),
+        ("brother-c00", "G21 G77 X0. Y0. Z-5. R2. I1.\nM30\n", "`G77` is refused"),
+        ("mitsubishi-m800", "G21 G61.2\nM30\n", "`G61.2` is refused"),
+        ("mitsubishi-m800", "G21 G34 X0. Y0. I10. J0. K4\nM30\n", "`G34` is refused"),
+        ("mach3", "G51 X2\nM2\n", "`G51` is refused"),
         ("millplus", "G79 X0 Y0\nM30\n", "`G79` is refused"),
         ("hurco-isnc", "M140\nM30\n", "`M140` is refused"),
         ("grbl-1.1", "G21 G43 H1\nM2\n", "`G43` is refused"),
@@ -117,6 +122,10 @@ fn what_a_control_states_is_taken() {
     // Centers are coordinates on a MillPlus.
     let ops = commands("millplus", "G71 G17 G0 X20 Y10 Z0\nG3 X10 Y20 I10 J10 F100\nM30\n");
     assert!(ops.iter().any(|op| matches!(op, Op::Arc(arc) if arc.center == [10.0, 10.0, 0.0])), "{ops:?}");
+    // The path of a Mitsubishi under G61.1 runs through; words that take back what was never on do nothing.
+    let through = |op: &Op| matches!(op, Op::PathMode(proveout_nc::PathMode::Continuous { .. }));
+    assert!(commands("mitsubishi-m800", "G21 G61.1\nG0 X1.\nM30\n").iter().any(through));
+    assert_eq!(check_text("part", "G15 G50 G69 G21 G0 X1.\nM30\n", &settings("mach3")), []);
     // Grbl begins with G0.
     assert!(commands("grbl-1.1", "X1 Y1\nM2\n").iter().any(|op| matches!(op, Op::Rapid(_))));
     assert!(commands("hurco-isnc", "G21 G43 H1\nM128\nM30\n").iter().any(|op| matches!(op, Op::Tcp(tcp) if tcp.on)));

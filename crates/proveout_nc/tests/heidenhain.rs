@@ -543,7 +543,10 @@ const REFUSED: &[(&str, &str)] = &[
     ("MILL KINEMATICS", "FUNCTION MODE MILL KINEMATICS \"HEAD_2\""),
     ("M138", "L M138 C"),
     ("204", "CYCL DEF 204 X Q200=1"),
-    ("233", "CYCL DEF 233 X Q200=1"),
+    (
+        "Q347",
+        "CYCL DEF 233 X Q215=1 Q389=0 Q350=1 Q218=5 Q219=5 Q227=1 Q386=0 Q369=0 Q202=1 Q370=1 Q207=5 Q385=5 Q253=5 Q357=2 Q200=2 Q204=9 Q347=1",
+    ),
     ("266", "CYCL DEF 266 X"),
     ("267", "CYCL DEF 267 X"),
     ("270", "CYCL DEF 270 X"),

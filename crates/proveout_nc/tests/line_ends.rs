@@ -24,7 +24,7 @@ fn settings(dialect: Dialect) -> Settings {
         let offset = WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] };
         settings.work_offsets.insert(name.to_owned(), offset);
     }
-    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0)] {
+    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0), ("$P_TOOLR", 6.0)] {
         settings.variables.insert(name.to_owned(), value);
     }
     settings

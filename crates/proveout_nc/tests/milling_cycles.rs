@@ -1,8 +1,9 @@
-//! Milling cycles of a TNC against the shape that they leave: the tool never crosses the wall, nothing stays inside of it, depths
+//! Milling cycles of a TNC and an 840D against the shape that they leave: the tool never crosses the wall, nothing stays inside of it, depths
 //! and infeeds are those of the program. The wall is written here by distances, not by paths.
 //!
 //! The generator visits pockets of any proportion with sharp, rounded and full corners, slots as wide as the tool, circular slots
-//! up to 300 degrees, all positions (Q367), turns, both directions, M4, every plunge, roughing alone and with finishing of the sides.
+//! up to 300 degrees, all positions (Q367), turns, both directions, M4, every plunge, roughing alone and with finishing of the sides;
+//! surfaces of any proportion to all four sides of their corner, along both axes, in one direction and to and fro.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -226,6 +227,91 @@ proptest! {
         prop_assume!(kind != 2 || (360.0 - through).to_radians() * pitch > 2.5 * half);
         let text = program(&cycle, "M3");
         judge(&samples(&ops(&text, &settings(Some(radius)))), &cell, radius, 0.0, -7.0, &text);
+    }
+
+    #[test]
+    fn pockets_of_an_840d_are_cleared(
+        round in any::<bool>(), a in 6.0..30.0f64, b in 6.0..30.0f64, corner in 0.0..1.5f64, radius in 2.0..5.9f64,
+        side in 0.0..0.1f64, floor in 0.0..0.5f64, turn in 0.0..180.0f64, width in 0.0..14.0f64, insertion in 0..4u32,
+        direction in 0..4u32, m4 in any::<bool>(), finish in any::<bool>(),
+    ) {
+        let b = if round { a } else { b };
+        let room = a.min(b) - radius - side;
+        let insertion = if round && insertion == 3 || room < 0.01 && insertion == 2 { 1 } else { insertion };
+        let end = |units: u32, helix: f64| format!("12,{insertion}{units},{width},,,,{helix},0.7)").replacen("12,", "", 1);
+        let helix = if insertion == 3 { 5.0 } else { (0.9 * room).max(0.001) };
+        let call = |units: u32| if round {
+            format!("POCKET4(10,0,2,-12,{a},40,30,5,{side},{floor},400,100,{direction},{}", end(units, helix).replacen(",,,,", ",,,", 1))
+        } else {
+            format!("POCKET3(10,0,2,-12,{},{},{},40,30,{turn},5,{side},{floor},400,100,{direction},{}", 2.0 * a, 2.0 * b, corner * a.min(b), end(units, helix))
+        };
+        let last = if finish { call(2) } else { String::new() };
+        let text = format!("T1 D1 M6\nS900 {} F300\nG0 X0 Y0 Z50\n{}\n{last}\nG0 Z60\nM30\n", if m4 { "M4" } else { "M3" }, call(1));
+        let mut settings = Settings { dialect: Dialect::Siemens840d, ..Settings::default() };
+        settings.variables.insert("$P_TOOLR".to_owned(), radius);
+        let commands: Vec<Op> = Program::from_text("p.mpf", &text, &settings)
+            .unwrap()
+            .map(|c| c.map(|c| c.op).unwrap_or_else(|e| panic!("{e}\n{text}")))
+            .collect();
+        let round_corner = if round { a } else { (corner * a.min(b)).min(a.min(b)).max(radius) };
+        let middle = [40.0, 30.0];
+        let cell = Cell {
+            wall: Box::new(move |p| {
+                rectangle(turned([p[0] - middle[0], p[1] - middle[1]], if round { 0.0 } else { -turn }), a, b, round_corner)
+            }),
+            extent: a.hypot(b),
+            middle,
+        };
+        let points = samples(&commands);
+        // With both allowances the base is milled up to the wall.
+        let left = if finish && (side > 0.0 || floor > 0.0) { 0.0 } else { side };
+        let depth = if finish && floor > 0.0 { -12.0 } else { -12.0 + floor };
+        judge(&points, &cell, radius, left, depth, &text);
+    }
+
+    #[test]
+    fn surfaces_of_an_840d_are_faced(
+        a in 5.0..60.0f64, b in 5.0..60.0f64, left in any::<bool>(), down in any::<bool>(), turn in 0.0..180.0f64,
+        radius in 3.0..20.0f64, part in 0.2..2.0f64, beyond in 0.0..5.0f64, over in 0.0..3.0f64, variant in 1..5u32, floor in 0.0..1.0f64,
+    ) {
+        let (sa, sb) = (if left { -a } else { a }, if down { -b } else { b });
+        let text = format!(
+            "T1 D1 M6\nS900 M3 F300\nG0 X0 Y0 Z50\nCYCLE71(10,0,2,-7,40,30,{sa},{sb},{turn},3,{},{beyond},{floor},400,{variant}1,{over})\nG0 Z60\nM30\n",
+            part * radius
+        );
+        let mut settings = Settings { dialect: Dialect::Siemens840d, ..Settings::default() };
+        settings.variables.insert("$P_TOOLR".to_owned(), radius);
+        let commands: Vec<Op> = Program::from_text("p.mpf", &text, &settings)
+            .unwrap()
+            .map(|c| c.map(|c| c.op).unwrap_or_else(|e| panic!("{e}\n{text}")))
+            .collect();
+        let points = samples(&commands);
+        let low: Vec<P> = points.iter().filter(|p| (p[2] + 7.0 - floor).abs() < 1e-9).map(|p| [p[0], p[1]]).collect();
+        // Infeeds are equal and none is above 3 mm.
+        let mut heights: Vec<f64> = points.iter().map(|p| p[2]).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup_by(|x, y| (*x - *y).abs() < 1e-9);
+        let step = (7.0 - floor) / ((7.0 - floor) / 3.0).ceil();
+        for pair in heights.windows(2).filter(|pair| pair[1] < 1e-9) {
+            prop_assert!((pair[1] - pair[0] - step).abs() < 1e-9, "{:?}\n{}", heights, text);
+        }
+        for i in 0..=30 {
+            for j in 0..=30 {
+                let q = turned([sa * f64::from(i) / 30.0, sb * f64::from(j) / 30.0], turn);
+                let p = [q[0] + 40.0, q[1] + 30.0];
+                let near = low.iter().map(|q| (p[0] - q[0]).hypot(p[1] - q[1])).fold(f64::INFINITY, f64::min);
+                prop_assert!(near <= radius + 1e-3 * radius + 0.001, "{:?} stays: {} of {}\n{}", p, near, radius, text);
+            }
+        }
+        // Beside the surface the tool comes down, free of it.
+        let far = |p: P| {
+            let q = turned([p[0] - 40.0, p[1] - 30.0], -turn);
+            let x = (q[0] - 0.5 * sa).abs() - 0.5 * a;
+            let y = (q[1] - 0.5 * sb).abs() - 0.5 * b;
+            if variant % 2 == 1 { x } else { y }
+        };
+        prop_assert!(low.iter().all(|p| far(*p) <= radius + beyond + 1e-9), "{}", text);
+        prop_assert!((far(low[0]) - radius - beyond).abs() < 1e-9, "{}", text);
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn settings(dialect: Dialect, translation: [f64; 3]) -> Settings {
         settings.work_offsets.insert(word.to_owned(), offset);
     }
     settings.work_offsets.insert("DATUM5".to_owned(), WorkOffset { translation: [1.0, 2.0, 3.0], rotary: [0.0; 3] });
-    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0)] {
+    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0), ("$P_TOOLR", 6.0)] {
         settings.variables.insert(name.to_owned(), value);
     }
     settings

@@ -42,7 +42,7 @@ const LANGUAGES: [Language; 7] = [
     Language {
         folder: "haas",
         dialect: Dialect::Haas,
-        lines: &["G999", "X", "X1..5", "G12 I1"],
+        lines: &["G999", "X", "X1..5", "G47 P1"],
         run: &["M98 P8765", "M97 P98765"],
         tail: " @",
     },
@@ -94,7 +94,7 @@ fn settings(dialect: Dialect) -> Settings {
     {
         settings.work_offsets.insert(name.to_owned(), offset(translation));
     }
-    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0)] {
+    for (name, value) in [("R1", 1.0), ("M92_Z", 400.0), ("Q108", 6.0), ("$P_TOOLR", 6.0)] {
         settings.variables.insert(name.to_owned(), value);
     }
     settings

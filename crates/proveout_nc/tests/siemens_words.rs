@@ -11,7 +11,9 @@ use proveout_nc::{ArcMotion, Dialect, Op, Program, Settings, WorkOffset};
 fn settings() -> Settings {
     let mut settings = Settings { dialect: Dialect::Siemens840d, ..Settings::default() };
     settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
-    settings.variables.insert("R1".to_owned(), 1.0);
+    for (name, value) in [("R1", 1.0), ("$P_TOOLR", 6.0)] {
+        settings.variables.insert(name.to_owned(), value);
+    }
     settings.subprogram_folders.push(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases/siemens"));
     settings
 }

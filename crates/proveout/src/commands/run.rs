@@ -149,8 +149,12 @@ fn accepted(verdict: &Verdict, gates: &[String]) -> State {
     State::Unchecked
 }
 
-/// Refuses a call that wants a running viewer where none answers, before the run takes its time.
+/// Refuses a call that wants a recording from a build that writes none, or a running viewer where none answers, before the run takes its time.
 pub(super) fn check_viewer(rerun: RerunArg) -> Result<(), Failure> {
+    if cfg!(not(feature = "rerun")) && !matches!(rerun, RerunArg::Off) {
+        return Err(Failure::new("--rerun: this build writes no recordings (feature `rerun` is off)")
+            .with_help("build it with its default features, or leave `--rerun` out"));
+    }
     let RerunArg::Connect = rerun else { return Ok(()) };
     let address = std::net::SocketAddr::from(([127, 0, 0, 1], VIEWER_PORT));
     std::net::TcpStream::connect_timeout(&address, VIEWER_ANSWERS).map(|_| ()).map_err(|e| {

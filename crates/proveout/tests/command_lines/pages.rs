@@ -5,7 +5,7 @@
 //! behind two blanks is its description, and a backslash at the end joins lines. In the running text and in tables it is what stands
 //! between backticks.
 //!
-//! *What.* `cargo run --release -- X` is `proveout X`. A product's command without a positional argument (`proveout nc --post`)
+//! *What.* `cargo run --release -- X` is `proveout X`, with `--no-default-features` too. A product's command without a positional argument (`proveout nc --post`)
 //! cannot be typed: it mentions a command. Brackets are dropped, so that what may be left out is given; words in capitals stand for
 //! what the table of the sandbox gives them.
 
@@ -30,6 +30,7 @@ impl Shown {
         match words.as_slice() {
             ["proveout", ..] => Some(&self.words[1..]),
             ["cargo", "run", "--release", "--", ..] => Some(&self.words[4..]),
+            ["cargo", "run", "--release", "--no-default-features", "--", ..] => Some(&self.words[5..]),
             _ => None,
         }
     }

@@ -58,6 +58,40 @@ fn motion_without_measure_ends_the_program_by_name() {
     }
 }
 
+/// A machine within all ranges whose motion has twelve million control cycles: each joint is there in no time by its speed, and takes two
+/// minutes by its acceleration.
+#[test]
+fn joints_too_slow_for_their_cycle_end_the_program() {
+    for (mode, motion) in
+        [("straight", "G0 X100"), ("independent", "G0 X100"), ("straight", "G64\nG1 X50 F5000\nX100 Y20")]
+    {
+        let shop = Workshop::new();
+        shop.replace("machine/machine.toml", "cycle_time_ms = 2", "cycle_time_ms = 0.01");
+        shop.replace("machine/machine.toml", "max_acceleration_mm_s2 = ", "max_acceleration_mm_s2 = 0.1 # ");
+        let text = shop.read("machine/machine.toml");
+        let modes = ["straight", "independent"].map(|mode| format!("rapid_mode = \"{mode}\""));
+        let from = modes.iter().find(|m| text.contains(*m)).expect("a mode of rapid motion");
+        shop.replace("machine/machine.toml", from, &format!("rapid_mode = \"{mode}\""));
+        shop.write(
+            "program.mpf",
+            format!("G17 G54 G90 G94 G710\nG0 X-364.99\n{motion}\nG4 F1\nM3 S1000\nG0 X-300\nM30\n"),
+        );
+        let told = shop.run();
+        assert_eq!(told.code(), Some(1), "{motion}: {}", told.text);
+        let verdict: serde_json::Value = serde_json::from_str(&shop.read("result/verdict.json")).expect("JSON");
+        let all = verdict["findings"].as_array().expect("findings");
+        let found: Vec<_> = all.iter().filter(|f| f["code"] == "program-stopped").collect();
+        assert_eq!(found.len(), 1, "{mode} {motion}: {all:?}");
+        assert!(found[0]["message"].as_str().expect("text").contains("two million control cycles"), "{found:?}");
+        let line = if motion.starts_with("G64") { 4 } else { 3 };
+        assert_eq!(found[0]["line"], line, "{found:?}");
+        let total = verdict["time"]["total_s"].as_f64().expect("time");
+        assert!(total < 60.0, "nothing behind it runs: {total} s");
+        let bound = verdict["time"]["lower_bound_s"].as_f64().unwrap_or_default();
+        assert!(bound <= total, "{bound} s of {total} s");
+    }
+}
+
 #[test]
 fn over_travel_alone_goes_on() {
     let shop = Workshop::new();

@@ -1,7 +1,8 @@
 //! Thousands of spoiled inputs: scenes, machines, tools, programs of all languages, meshes and stock files.
 //!
 //! Every one ends with an exit code of the program, within 20 s of a processor, within the memory that a call may take,
-//! and without a panic. `PROVEOUT_MUTATIONS` sets how many (20,000 for a whole run, a hundredth of it by default),
+//! and without a panic. A run that announces a stock of more than a hundred MiB (a block that a spoiled number has made a hundred meters
+//! long has six million rays) has work to do, and a minute. `PROVEOUT_MUTATIONS` sets how many (20,000 for a whole run, a hundredth of it by default),
 //! `PROVEOUT_MUTATION_SEED` the seed; an input that failed is kept below the target folder and named with its seed.
 //!
 //! ```text
@@ -16,6 +17,9 @@ use crate::workshop::{PROGRAM, Workshop, proveout_within};
 
 /// Time of a processor that a call may take, s.
 const MOST_S: u64 = 20;
+/// The same for a run with a stock of this size and more, MiB.
+const MOST_LARGE_S: u64 = 60;
+const LARGE_MIB: f64 = 100.0;
 /// Wall time after which a call counts as hung that waits for something: tests share the processors with others.
 const MOST: Duration = Duration::from_secs(240);
 /// Calls that are named as the slowest.
@@ -233,6 +237,11 @@ const PROGRAMS: [(&str, &str); 6] = [
     ),
 ];
 
+/// The stock that a run announces, MiB.
+fn announced_mib(text: &str) -> f64 {
+    text.split("memory: stock ").nth(1).and_then(|rest| rest.split(' ').next()?.parse().ok()).unwrap_or(0.0)
+}
+
 /// A seed: name of the file, its bytes, whether it is binary, and the call.
 struct Seed {
     name: String,
@@ -315,7 +324,7 @@ fn mutation_of_every_input_ends_well() {
     assert!(refused.is_empty(), "{}", refused.join("\n"));
     let count = number("PROVEOUT_MUTATIONS", 200);
     let begin = number("PROVEOUT_MUTATION_SEED", 21);
-    let (mut faults, mut codes, mut slowest) = (Vec::new(), BTreeMap::<i32, u64>::new(), Vec::new());
+    let (mut faults, mut codes, mut slowest, mut large) = (Vec::new(), BTreeMap::<i32, u64>::new(), Vec::new(), 0);
     for k in 0..count {
         // Each input has its own seed, so that one alone can be made again.
         let number = begin.wrapping_mul(1 << 32).wrapping_add(k);
@@ -324,7 +333,12 @@ fn mutation_of_every_input_ends_well() {
         let bytes = spoiled(&seed.bytes, seed.binary, &mut random);
         shop.write(&seed.name, &bytes);
         let call: Vec<&str> = seed.call.iter().map(String::as_str).collect();
-        let fault = match proveout_within(shop.path(), &call, MOST, MOST_S) {
+        let mut told = proveout_within(shop.path(), &call, MOST, MOST_S);
+        if told.as_ref().is_some_and(|told| told.code().is_none() && announced_mib(&told.text) >= LARGE_MIB) {
+            large += 1;
+            told = proveout_within(shop.path(), &call, MOST, MOST_LARGE_S);
+        }
+        let fault = match told {
             None => Some("hangs".to_owned()),
             Some(told) => {
                 slowest.push((told.wall, number, seed.call.join(" ")));
@@ -342,7 +356,9 @@ fn mutation_of_every_input_ends_well() {
         }
         shop.write(&seed.name, &seed.bytes);
     }
-    eprintln!("{count} inputs from seed {begin}: exit codes {codes:?}; slowest, wall time:");
+    eprintln!(
+        "{count} inputs from seed {begin}: exit codes {codes:?}; {large} with a large stock; slowest, wall time:"
+    );
     for (wall, number, call) in slowest {
         eprintln!("  {wall:.1?} {number:#x} {call}");
     }

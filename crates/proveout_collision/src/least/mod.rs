@@ -5,9 +5,11 @@
 //! is measured at a place of the motion, and proved to a micrometer and what the joints may be off. The stretches that are needed for it are a
 //! certificate: whoever can measure a distance can check it.
 //!
-//! It must cost little beside the check. So every pair is searched coarsely, with rough distances and few looks, and then only those go on that may hold
-//! the least clearance of all, or come near, the nearest first and with a number of looks for all of them together. Neighbors are left to the
-//! check: they are near each other all the time.
+//! It must cost little beside the check. So every pair is searched coarsely first, with rough distances and little effort. From then on the
+//! pair goes on whose proved bound is the smallest, a little at a time: that one decides what can be told of all of them, whether it is near or
+//! only hard to prove. Those that can neither hold the least clearance of all nor come near are left as soon as that is proved. Effort is
+//! counted in pairs of boxes that are looked at, since one look at two meshes that turn about each other may cost as much as a thousand at
+//! others. Neighbors are left to the check: they are near each other all the time.
 //!
 //! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
 //! or lie one within the other have the distance zero in that part of the motion.
@@ -20,7 +22,8 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::Interference;
 use crate::advance::Pair;
-use crate::distance::{Gap, Warm, gap, skins};
+use crate::boxes::Effort;
+use crate::distance::{Gap, Warm, gap, skins_with};
 use crate::parts::{Part, chain_to};
 use crate::report::Severity;
 use crate::shape::Shape;
@@ -35,15 +38,17 @@ const MOST_PIECES: usize = 1 << 15;
 const FINE_MM: f64 = 1e-3;
 /// where it is below this, mm, or may be the smallest of all;
 const NEAR_MM: f64 = 20.0;
-/// elsewhere to this part of it: who keeps half a meter away does not care for micrometers;
+/// elsewhere first to this part of it: who keeps half a meter away does not care for micrometers.
 const COARSE: f64 = 0.5;
-/// and on the way to the finest one to these parts.
-const FINER: [f64; 3] = [0.5, 0.2, 0.05];
-/// Stretches that are looked at for the pieces that are kept at a time: by the coarse search for each pair, by the fine one for all together.
-const COARSE_LOOKS: usize = 32;
-const FINE_LOOKS: usize = 16_000;
-/// And for each pair of which not yet is proved that it keeps what is wanted.
-const KEEPING_LOOKS: usize = 4000;
+/// Effort for the pieces that are kept at a time: of the coarse search for each pair, of the fine one for all together, and once more of that for
+/// those of which not yet is proved that they keep what is wanted.
+const COARSE_EFFORT: u64 = 1 << 15;
+const FINE_EFFORT: u64 = 1 << 26;
+/// As much of it a pair gets until the next one is chosen.
+const SHARE: u64 = 1 << 13;
+/// What a look costs beside the boxes, and the most that one may cost.
+const LOOK_EFFORT: u64 = 256;
+const MOST_OF_LOOK: u64 = 1 << 14;
 /// Largest distance that is asked for, mm: beyond any machine.
 const ENOUGH_MM: f64 = 1e6;
 /// Joints that differ by less stand still, mm and radian: rounding.
@@ -181,31 +186,19 @@ impl Interference {
             let (known, enough) = if met(pair.info) { (None, 0.0) } else { (known, ENOUGH_MM) };
             searches.push((pair, PairAsk::new(self, pair), Search::new(way, known, enough)));
         }
+        let coarse = Tolerance { absolute: FINE_MM, relative: COARSE };
         for (_, ask, search) in &mut searches {
-            search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: COARSE }, COARSE_LOOKS);
+            search.refine(way, ask, coarse, COARSE_EFFORT);
         }
-        let measured = |s: &Search| s.measured.map_or(f64::INFINITY, |m| m.distance);
-        searches.sort_by(|x, y| measured(&x.2).total_cmp(&measured(&y.2)).then(x.0.info.cmp(&y.0.info)));
-        let mut left = FINE_LOOKS;
-        for relative in FINER.into_iter().chain([0.0]) {
-            for k in 0..searches.len() {
-                let least = searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min).max(NEAR_MM);
-                let (_, ask, search) = &mut searches[k];
-                ask.fine = true;
-                if measured(search) > least {
-                    // Not the smallest of all: it is enough to know that.
-                    search.lower_enough(least);
-                }
-                if search.proved() < least {
-                    left -= search.refine(way, ask, Tolerance { absolute: FINE_MM, relative }, left);
-                }
-            }
-        }
+        smallest_first(way, &mut searches);
+        let mut left = FINE_EFFORT;
         for (pair, ask, search) in &mut searches {
             // Every pair is proved to keep what is wanted of it, as the check has found.
             if search.proved() < pair.clearance {
                 search.lower_enough(pair.clearance);
-                search.refine(way, ask, Tolerance { absolute: FINE_MM, relative: COARSE }, KEEPING_LOOKS);
+                let before = ask.effort;
+                search.refine(way, ask, coarse, left);
+                left = left.saturating_sub(ask.effort - before);
             }
         }
         searches.sort_by_key(|(pair, ..)| pair.info);
@@ -260,6 +253,41 @@ impl Interference {
     }
 }
 
+/// Brings the bounds of all pairs to the fine tolerance, the smallest first, as far as the effort reaches.
+fn smallest_first(way: &Way, searches: &mut [(&Pair, PairAsk<'_>, Search)]) {
+    let fine = Tolerance { absolute: FINE_MM, relative: 0.0 };
+    let measured = |s: &Search| s.measured.map_or(f64::INFINITY, |m| m.distance);
+    let least_of = |searches: &[(&Pair, PairAsk<'_>, Search)]| {
+        searches.iter().map(|(_, _, s)| measured(s)).fold(f64::INFINITY, f64::min).max(NEAR_MM)
+    };
+    let mut least = f64::INFINITY;
+    let mut left = FINE_EFFORT;
+    while left > 0 {
+        let (first, now) = (least.is_infinite(), least_of(searches));
+        if now < least {
+            least = now;
+            for (_, ask, search) in searches.iter_mut() {
+                ask.exact = least;
+                if measured(search) > least {
+                    // Not the smallest of all: it is enough to know that.
+                    search.lower_enough(least);
+                }
+            }
+        }
+        if first {
+            searches.iter_mut().for_each(|(_, _, search)| search.reopen(way, fine));
+        }
+        let open = searches.iter_mut().filter_map(|s| Some((s.2.open_below(fine)?, s)));
+        let Some((_, (_, ask, search))) = open.min_by(|(x, a), (y, b)| x.total_cmp(y).then(a.0.info.cmp(&b.0.info)))
+        else {
+            return;
+        };
+        let before = ask.effort;
+        search.refine(way, ask, fine, SHARE.min(left));
+        left = left.saturating_sub(ask.effort - before);
+    }
+}
+
 /// Distances and bounds of one pair.
 struct PairAsk<'a> {
     machine: &'a Machine,
@@ -271,8 +299,10 @@ struct PairAsk<'a> {
     of_b: [bool; MAX_JOINTS],
     warm: Warm,
     looks: u64,
-    /// All distances are exact; before only those below [`NEAR_MM`] are.
-    fine: bool,
+    /// What they have cost.
+    effort: u64,
+    /// Distances below this are exact, mm.
+    exact: f64,
 }
 
 impl<'a> PairAsk<'a> {
@@ -292,7 +322,8 @@ impl<'a> PairAsk<'a> {
             of_b: std::array::from_fn(|j| carries.contains(&j)),
             warm: None,
             looks: 0,
-            fine: false,
+            effort: 0,
+            exact: NEAR_MM,
         }
     }
 
@@ -302,14 +333,19 @@ impl<'a> PairAsk<'a> {
 
     /// Distance in a pose as far as below a limit: what is proved, and that of two points, mm.
     fn apart(&mut self, b_from_a: &Pose, limit: f64) -> [f64; 2] {
-        let limits = [if self.fine { limit } else { limit.min(NEAR_MM) }, limit];
+        let limits = [limit.min(self.exact), limit];
+        let mut effort = Effort::at_most(MOST_OF_LOOK);
         let found = match (&*self.a.shape, &*self.b.shape) {
             // Beyond the limit nothing needs to be known of them.
-            (Shape::Mesh(a), Shape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, limits, &mut self.warm),
+            (Shape::Mesh(a), Shape::Mesh(b)) => {
+                skins_with((&a.boxes, &b.boxes), b_from_a, limits, &mut self.warm, &mut effort)
+            }
             (a, b) => gap(a, b, b_from_a, limits, &mut self.warm),
         };
+        self.effort += effort.spent;
         match found {
-            Gap::Beyond(proved) => [proved.min(ENOUGH_MM); 2],
+            // Two points were not found: their distance is the limit or more, or was not looked for to the end.
+            Gap::Beyond(proved) => [proved.min(ENOUGH_MM), ENOUGH_MM],
             Gap::Between(two, ..) => two.map(|d| d.min(ENOUGH_MM)),
             Gap::At(d, ..) if d.is_finite() => [d; 2],
             Gap::At(..) | Gap::Meeting(_) => [0.0; 2],
@@ -347,8 +383,12 @@ impl<'a> PairAsk<'a> {
 }
 
 impl Ask for PairAsk<'_> {
+    fn effort(&self) -> u64 {
+        self.effort
+    }
+
     fn bound(&mut self, way: &Way, stretch: Stretch, wanted: f64) -> Bound {
-        self.looks += 1;
+        (self.looks, self.effort) = (self.looks + 1, self.effort + LOOK_EFFORT);
         let range = way.range(stretch);
         let aside = self.sum(|j| range.off[j]);
         let half = (range.high - range.low) * 0.5;
@@ -373,7 +413,7 @@ impl Ask for PairAsk<'_> {
     }
 
     fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2] {
-        self.looks += 1;
+        (self.looks, self.effort) = (self.looks + 1, self.effort + LOOK_EFFORT);
         let pose = self.b_from_a(joints);
         self.apart(&pose, limit)
     }

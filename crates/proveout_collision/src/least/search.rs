@@ -85,6 +85,9 @@ pub(crate) trait Ask {
     /// Distance at some joints, or something above the limit, mm: what is proved, and that of two points.
     fn distance(&mut self, joints: &JointValues, limit: f64) -> [f64; 2];
 
+    /// What was asked so far has cost this, in pairs of boxes.
+    fn effort(&self) -> u64;
+
     /// What a distance there says of a stretch.
     fn about(&self, way: &Way, stretch: Stretch, joints: &JointValues, distance: f64) -> Bound;
 }
@@ -143,25 +146,32 @@ impl Search {
         self.measured.map_or(self.enough, |m| least(m.distance).min(self.enough))
     }
 
-    /// Goes on until the bound is within `tolerance` of the least distance measured, or `most` stretches were looked at; gives their number.
-    pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: usize) -> usize {
-        // What was good enough for a coarser tolerance is opened again.
+    /// Opens again what was good enough for a coarser tolerance.
+    pub(crate) fn reopen(&mut self, way: &Way, tolerance: Tolerance) {
         let wanted = self.wanted(tolerance);
-        let (keep, again) =
-            std::mem::take(&mut self.done).into_iter().partition(|&k: &usize| self.looked[k].bound.reached() >= wanted);
+        let (keep, again): (Vec<usize>, Vec<usize>) =
+            std::mem::take(&mut self.done).into_iter().partition(|&k| self.looked[k].bound.reached() >= wanted);
         self.done = keep;
-        let again: Vec<usize> = again;
         for k in again {
             self.part(way, k);
         }
-        let mut left = most;
+    }
+
+    /// Smallest bound of what is open, mm, where it is not yet within `tolerance` of the least distance measured.
+    pub(crate) fn open_below(&self, tolerance: Tolerance) -> Option<f64> {
+        let wanted = self.wanted(tolerance);
+        self.open.peek().map(|o| o.least).filter(|least| *least < wanted && wanted > 0.0)
+    }
+
+    /// Goes on until the bound of what is open is within `tolerance` of the least distance measured, or `most` effort was made.
+    pub(crate) fn refine(&mut self, way: &Way, ask: &mut impl Ask, tolerance: Tolerance, most: u64) {
+        let begin = ask.effort();
         while let Some(next) = self.open.pop() {
             let wanted = self.wanted(tolerance);
-            if next.least >= wanted || wanted <= 0.0 || left == 0 {
+            if next.least >= wanted || wanted <= 0.0 || ask.effort() - begin >= most {
                 self.open.push(next);
                 break;
             }
-            left -= 1;
             let place = self.measure(way, ask, next.stretch, wanted);
             let wanted = self.wanted(tolerance);
             if wanted <= 0.0 {
@@ -173,7 +183,6 @@ impl Search {
             let k = self.looked.len() - 1;
             if bound.reached() >= wanted { self.done.push(k) } else { self.part(way, k) }
         }
-        most - left
     }
 
     /// Measures at a place of the stretch, as far as is needed for what is wanted.
@@ -181,7 +190,9 @@ impl Search {
         let (joints, time) = way.middle(stretch);
         let known = self.measured.map_or(self.enough, |m| m.distance);
         let needed = wanted - ask.about(way, stretch, &joints, 0.0).reached();
-        let limit = if self.measured.is_none() { ENOUGH_MM } else { known.max(needed) * (1.0 + 1e-12) };
+        // Where it is not asked how far they are, a place that is nearer than the nearest one so far does not matter either.
+        let nearer = if self.measured.is_none() { ENOUGH_MM } else { known.min(self.enough) };
+        let limit = nearer.max(needed) * (1.0 + 1e-12);
         let [proved, distance] = ask.distance(&joints, limit);
         if distance < known.min(limit) {
             self.measured = Some(Measured { distance, joints, time });

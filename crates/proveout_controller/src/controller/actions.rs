@@ -33,6 +33,9 @@ where
     /// A standstill of some time with its block record.
     pub(super) fn action(&mut self, location: &Location, kind: BlockKind, duration: f64) -> u32 {
         self.stop_run();
+        if self.cut_short.is_some() {
+            return self.next_block.saturating_sub(1);
+        }
         let index = self.next_block;
         self.next_block += 1;
         let scope = scope(&self.device, &self.settings, self.mapping);
@@ -68,6 +71,9 @@ where
             return Ok(());
         }
         self.stop_run();
+        if self.cut_short.is_some() {
+            return Ok(());
+        }
         let time = self.out.clock;
         self.out.meter.summary.dwell_s += duration;
         let block = self.action(location, BlockKind::Dwell, duration);
@@ -96,7 +102,7 @@ where
         self.stop_run();
         let wait = self.state.spindle_ready - self.out.clock;
         self.state.spindle_ready = 0.0;
-        if wait > 0.0 {
+        if wait > 0.0 && self.cut_short.is_none() {
             let time = self.out.clock;
             self.out.meter.summary.dwell_s += wait;
             let block = self.action(location, BlockKind::Action, wait);
@@ -146,6 +152,9 @@ where
         self.stop_run();
         self.visit_change_position(location);
         self.await_spindle(location);
+        if self.cut_short.is_some() {
+            return Ok(());
+        }
         let duration = self.device.machine.control.tool_change_time.max(0.0);
         self.out.meter.summary.tool_change_s += duration;
         let block = self.action(location, BlockKind::ToolChange, duration);
@@ -221,6 +230,7 @@ where
         let time = crate::stretch::grid_number(self.out.clock, self.out.cycle) * self.out.cycle;
         let scope = scope(&self.device, &self.settings, self.mapping);
         let block = self.next_block.saturating_sub(1);
-        self.out.still_sample(&scope, &self.state.position.q, block, time);
+        let q = self.cut_short.unwrap_or(self.state.position.q);
+        self.out.still_sample(&scope, &q, block, time);
     }
 }

@@ -6,10 +6,13 @@
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{Command, Location};
 
-use super::{Controller, coupled::Pace};
+use super::{Begin, Controller, coupled::Pace};
 use crate::{
     motion::BlockPath,
     output::{BlockKind, Event},
+    path::Path,
+    stretch::MOST_SAMPLES,
+    tube::Tube,
 };
 
 /// Travels past the end of a travel beyond which a target is none.
@@ -44,6 +47,34 @@ where
             }
             None => false,
         }
+    }
+
+    /// Ends the program where the known part of the path would take more samples than are held: not the program makes it so long, but
+    /// joints that are slow beside the control cycle. What is left of the path is not run; the finding names the block at `at`.
+    pub(super) fn ends_on_the_way(&mut self, time: f64, at: f64) {
+        if let Some(reserve) = self.begin.reserve.take() {
+            let (frame, grid) = (self.device.frame(self.mapping), self.out.grid());
+            let stretch = reserve.stretch(&self.path, &frame, grid);
+            self.emit(stretch, true);
+        }
+        let number = self.path.first_block + self.path.blocks.len() as u64;
+        let there = self.path.blocks.iter().find(|block| block.end() > at);
+        let Some(block) = there.or(self.path.blocks.last()) else { return };
+        let location = Location { file: block.file.clone(), line: block.line, column: 1, length: 1, depth: 0 };
+        let frame = self.device.frame(self.mapping);
+        let rest = frame.kinematics.position(&self.path.rounded(self.path.s_begin, &mut 0).0[0]);
+        self.state.position.q = rest;
+        self.path = Path::starting_with(number);
+        self.begin = Begin::default();
+        // Gates of what is not run bind nothing.
+        self.out.meter.tube = Tube::default();
+        let most = MOST_SAMPLES * self.out.cycle;
+        let reason = format!(
+            "the motion up to the next stop takes {time:.1} s, most of it here, and {most:.1} s are planned at most (two million control cycles): the joints are too \
+             slow for this cycle, and the program ends here"
+        );
+        self.end_program(&location, reason);
+        self.cut_short = Some(rest);
     }
 
     fn end_program(&mut self, location: &Location, reason: String) {

@@ -28,6 +28,9 @@ where
     I: Iterator<Item = Result<Command, E>>,
 {
     pub(super) fn push_block(&mut self, block: PathBlock, from: JointValues) {
+        if self.cut_short.is_some() {
+            return;
+        }
         if block.length <= 0.0 {
             // No way to go: a record without time, in its place in the order of blocks.
             self.stop_run();
@@ -42,14 +45,16 @@ where
             && self.mapping.tcp_length.is_none();
         if independent {
             self.stop_run();
-            self.independent(block, from);
+            if self.cut_short.is_none() {
+                self.independent(block, from);
+            }
             return;
         }
         let frame = self.device.frame(self.mapping);
         let block_copy = if self.path.is_empty() { None } else { Some(block.clone()) };
         if !self.path.push(&frame, block) {
             self.stop_run();
-            if let Some(block) = block_copy {
+            if let Some(block) = block_copy.filter(|_| self.cut_short.is_none()) {
                 let frame = self.device.frame(self.mapping);
                 self.path.push(&frame, block);
             }
@@ -103,6 +108,7 @@ where
                 self.window = self.path.blocks.len() + self.path.blocks.len() / 4 + 1;
                 self.window_time.1 = self.window_time.0 * 1.25;
             }
+            Outcome::TooLong(time, at) => self.ends_on_the_way(time, at),
             Outcome::Failed => return false,
         }
         true
@@ -166,6 +172,9 @@ where
         self.path = Path::single(number, block);
         let frame = self.device.frame(self.mapping);
         let law = Law::uniform(0.0, duration);
+        if self.out.grid().takes_too_many(&law) {
+            return self.ends_on_the_way(duration, 0.0);
+        }
         let samples = stretch::measure(&self.path, &frame, self.out.grid(), &law, 0);
         let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, entry: Entry::default(), samples, reserve: None };
         let scope = scope(&self.device, &self.settings, self.mapping);

@@ -11,6 +11,9 @@ use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 
+/// Faults of the shape of a path.
+const SHAPES: [&str; 4] = [codes::ARC_GEOMETRY, codes::ARC_RADIUS, codes::POSITION_UNKNOWN, codes::COMPENSATION];
+
 /// Bits of X, Y, Z and A, B, C, U, V, W.
 const ALL_AXES: u16 = 0x1ff;
 
@@ -113,6 +116,11 @@ impl Doubt {
         }
     }
 
+    /// A fault of the shape of a path that may be there only because of what is in doubt.
+    pub(crate) fn hides_shape(self, code: &str) -> bool {
+        SHAPES.contains(&code) && (self.axes != 0 || self.mode || self.values)
+    }
+
     /// A fault that may be there only because of what is in doubt. A block whose text cannot be read is at fault by itself; one
     /// that is being collected knows nothing but values.
     pub(crate) fn hides(self, fault: &Diagnostic, stage: Stage) -> bool {
@@ -121,9 +129,7 @@ impl Doubt {
         }
         let acting = stage != Stage::Read;
         match fault.code {
-            codes::ARC_GEOMETRY | codes::ARC_RADIUS | codes::POSITION_UNKNOWN | codes::COMPENSATION => {
-                self.axes != 0 || self.mode || self.values
-            }
+            code if SHAPES.contains(&code) => self.hides_shape(code),
             codes::ARGUMENTS | codes::ORIENTATION | codes::CONFLICT | codes::MISSING_VALUE | codes::STRUCTURE => {
                 self.modal && acting || self.values
             }

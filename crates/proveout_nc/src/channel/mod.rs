@@ -6,7 +6,7 @@
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
-//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]), motions that wait for the
+//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the
 //! next one ([`corners`]), what is
 //! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which lines have run
 //! ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with
@@ -22,9 +22,11 @@ mod flow;
 pub(crate) mod formula;
 mod holes;
 mod listed;
+pub(crate) mod milling;
 mod motion;
 pub(crate) mod passes;
 mod recover;
+pub(crate) mod shape;
 mod technology;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};

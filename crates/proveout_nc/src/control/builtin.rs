@@ -10,6 +10,7 @@ macro_rules! controls {
 }
 
 controls! {
+    "brother-c00",
     "fagor-8055",
     "fanuc-0i",
     "fanuc-30i",
@@ -22,6 +23,7 @@ controls! {
     "mach3",
     "mazak-eia",
     "millplus",
+    "mitsubishi-m800",
     "okuma-osp",
     "siemens-840d-sl",
 }

@@ -2,6 +2,7 @@
 
 mod apt;
 mod detect;
+mod foreign;
 mod heidenhain;
 mod iso;
 pub(crate) mod listed;

@@ -45,7 +45,7 @@ impl TriDexel {
         // About one vertex for two triangles.
         let at_a_node = (self.surface_triangles() / 2).div_ceil(last as u64).max(1);
         let nodes_in_band = ((VERTICES / at_a_node) as usize).max(LEAST_NODES).min(last);
-        let sheets = Sheets::new();
+        let sheets = Sheets::table();
         let to = m.map(|m| m + 1);
         let mut before: Option<(Slab, u32)> = None;
         let mut total = 0_u32;
@@ -53,7 +53,7 @@ impl TriDexel {
             let end = (first + nodes_in_band).min(last);
             let from = [first.saturating_sub(1), 0, 0];
             let nodes = Nodes::new(self, 1, m, from, [end + 1, m[1] + 2, m[2] + 2]);
-            let fresh: Vec<Slab> = (first..end).into_par_iter().map(|i| nodes.slab(i, &sheets)).collect();
+            let fresh: Vec<Slab> = (first..end).into_par_iter().map(|i| nodes.slab(i, sheets)).collect();
             let from_x = nodes.coordinate(0, from[0]);
             let mut band = MeshBand { first: total, from_x, ..MeshBand::default() };
             let mut start: Vec<u32> = before.iter().map(|b| b.1).collect();
@@ -67,7 +67,7 @@ impl TriDexel {
             let slabs: Vec<Slab> = before.take().map(|b| b.0).into_iter().chain(fresh).collect();
             let parts: Vec<Vec<[u32; 3]>> = (first..end)
                 .into_par_iter()
-                .map(|i| nodes.triangles(i, [first, 0, 0], to, &slabs, &start, &sheets).0)
+                .map(|i| nodes.triangles(i, [first, 0, 0], to, &slabs, &start, sheets).0)
                 .collect();
             band.triangles = parts.concat();
             before = slabs.into_iter().next_back().zip(start.last().copied());

@@ -1,5 +1,7 @@
 //! Which crossed edges of a cell belong to the same sheet of surface, for all 256 configurations.
 
+use std::sync::LazyLock;
+
 /// Edges of a cell.
 pub(crate) const EDGES: usize = 12;
 /// No crossing on the edge.
@@ -13,7 +15,13 @@ pub(crate) struct Sheets {
 }
 
 impl Sheets {
-    pub(crate) fn new() -> Self {
+    /// The table, made once: it depends on nothing, and a tile is looked at thousands of times in a run.
+    pub(crate) fn table() -> &'static Self {
+        static TABLE: LazyLock<Sheets> = LazyLock::new(Sheets::new);
+        &TABLE
+    }
+
+    fn new() -> Self {
         let tables: Vec<([u8; EDGES], u8)> = (0..=255_u8).map(sheets).collect();
         Self { sheet: tables.iter().map(|t| t.0).collect(), count: tables.iter().map(|t| t.1).collect() }
     }

@@ -147,8 +147,8 @@ fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3], meas
         return (SurfaceMesh::default(), Regrid::default());
     }
     let nodes = Nodes { measured, ..Nodes::new(stock, step, m, first, last) };
-    let sheets = Sheets::new();
-    let slabs: Vec<Slab> = (first[0]..last[0] - 1).into_par_iter().map(|i| nodes.slab(i, &sheets)).collect();
+    let sheets = Sheets::table();
+    let slabs: Vec<Slab> = (first[0]..last[0] - 1).into_par_iter().map(|i| nodes.slab(i, sheets)).collect();
     let mut start = Vec::with_capacity(slabs.len());
     let mut total = 0_u32;
     for s in &slabs {
@@ -157,7 +157,7 @@ fn extract(stock: &TriDexel, step: usize, from: [usize; 3], to: [usize; 3], meas
     }
     let parts: Vec<(Vec<[u32; 3]>, Regrid)> = (from[0]..to[0].min(last[0] - 1))
         .into_par_iter()
-        .map(|i| nodes.triangles(i, from, to, &slabs, &start, &sheets))
+        .map(|i| nodes.triangles(i, from, to, &slabs, &start, sheets))
         .collect();
     let mut mesh = SurfaceMesh::default();
     for s in slabs {

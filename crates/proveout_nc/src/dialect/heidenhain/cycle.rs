@@ -194,6 +194,7 @@ impl Interpreter {
                 self.preset(row, span)
             }
             1 | 2 | 17 => self.old_drilling(cycle, number),
+            4 | 5 => self.old_pocket(cycle),
             other => Err(super::lexer::refused(&format!("CYCL DEF {other}"), span, "write its motions with L blocks")),
         }
     }
@@ -300,6 +301,72 @@ impl Interpreter {
             _ => put(239, number(self, 3, "the pitch")?),
         }
         self.define_cycle(Cycle::Drilling { number: cycle.number, values });
+        Ok(())
+    }
+
+    /// Cycles 4 (rectangular pocket about the tool) and 5 (circular pocket): planes count from the position, too.
+    ///
+    /// ```text
+    ///   4.1 SET UP 2   4.2 DEPTH -10   4.3 PECKG 4 F80   4.4 X80   4.5 Y40   4.6 F200 DR+ RADIUS 10
+    ///   5.1 SET UP 2   5.2 DEPTH -10   5.3 PECKG 4 F80   5.4 RADIUS 35       5.5 F200 DR+
+    /// ```
+    fn old_pocket(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
+        let number = cycle.number;
+        let words = || cycle.words.iter();
+        // The value of a part: that of this letter, or, without one, the first that is no feed.
+        let value = |part: u32, letter: Option<&str>| -> Result<Option<f64>, Fault> {
+            let wanted = |word: &&(u32, OldWord)| {
+                word.0 == part
+                    && word.1.value.is_some()
+                    && letter.map_or(word.1.name != "F", |letter| word.1.name == letter)
+            };
+            words()
+                .find(wanted)
+                .and_then(|(_, word)| word.value)
+                .map(|v| self.variables.value(v, cycle.span))
+                .transpose()
+        };
+        let need = |part: u32, letter: Option<&str>, what: &str| -> Result<f64, Fault> {
+            value(part, letter)?.ok_or_else(|| {
+                Fault::new(codes::MISSING_VALUE, cycle.span, format!("{what} is missing"))
+                    .help(format!("write CYCL DEF {number}.{part}"))
+            })
+        };
+        let last = if number == 4 { 6 } else { 5 };
+        let turn = words().find_map(|(_, word)| match word.name.as_str() {
+            "DR+" => Some(1.0),
+            "DR-" => Some(-1.0),
+            _ => None,
+        });
+        let Some(turn) = turn else {
+            return Err(Fault::new(codes::MISSING_VALUE, cycle.span, "the pocket has no direction of rotation")
+                .help(format!("write DR+ or DR- in CYCL DEF {number}.{last}")));
+        };
+        let depth = need(2, None, "the depth")?;
+        if depth == 0.0 {
+            return Err(
+                Fault::new(codes::BAD_VALUE, cycle.span, "the depth of the pocket is zero").help("write the depth")
+            );
+        }
+        let mut list = vec![
+            (200, need(1, None, "the set-up clearance")?.abs()),
+            (201, depth),
+            (202, need(3, None, "the infeed")?.abs()),
+            (206, need(3, Some("F"), "the feed of the infeed")?),
+            (207, need(last, Some("F"), "the feed")?),
+            (351, turn),
+        ];
+        if number == 4 {
+            list.extend([(218, need(4, Some("X"), "the length")?), (219, need(5, Some("Y"), "the width")?)]);
+            list.push((220, value(6, Some("RADIUS"))?.or(value(6, Some("R"))?).unwrap_or(0.0)));
+        } else {
+            list.push((223, 2.0 * need(4, None, "the radius")?));
+        }
+        let values = list.into_iter().map(|(key, value)| (key, Setting::Number(value))).collect();
+        self.assume(format!(
+            "cycle {number}: rings from the inside out, one radius apart, joined by straight lines (the overlap factor is a machine parameter)"
+        ));
+        self.define_cycle(Cycle::Drilling { number, values });
         Ok(())
     }
 

@@ -5,11 +5,11 @@ use super::words::{Block, CycleValue, OldWord, Param, Statement, Value};
 use crate::diagnostic::{Fault, Span};
 
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
-const OLD_CYCLES: [u32; 14] = [1, 2, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
+const OLD_CYCLES: [u32; 16] = [1, 2, 4, 5, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
 /// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 25] = [
-    200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262, 263,
-    264, 265,
+pub(crate) const CYCLES: [u32; 26] = [
+    200, 201, 202, 203, 205, 206, 207, 208, 209, 220, 221, 232, 233, 240, 241, 247, 251, 252, 253, 254, 256, 257, 262,
+    263, 264, 265,
 ];
 
 /// Cycles that builders of machines add.
@@ -59,11 +59,11 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
     }
     let remedy = match number {
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
-        233 | 255 | 258..=299 => {
-            "post the path as L and C blocks; of the milling cycles 208, 232, 251 to 254, 256, 257 and 262 to 265 are read"
+        255 | 258..=299 => {
+            "post the path as L and C blocks; of the milling cycles 208, 232, 233, 251 to 254, 256, 257 and 262 to 265 are read"
         }
         14 | 20..=25 | 27..=31 | 39 | 210..=239 => "post the path as L and C blocks",
-        3..=6 | 15 | 16 => "post the path as L and C blocks",
+        3 | 6 | 15 | 16 => "post the path as L and C blocks",
         400..=499 => {
             "what a probe finds is not known: take the cycle out and give its result with --variable or in the control file"
         }
@@ -101,7 +101,11 @@ fn old_cycle(x: &mut Lexer<'_>, number: u32, part: u32) -> Result<Statement, Fau
                 x.s.bump();
             }
         }
-        let name = x.s.slice(start).to_ascii_uppercase();
+        let mut name = x.s.slice(start).to_ascii_uppercase();
+        if name == "DR" && matches!(x.s.peek(), b'+' | b'-') {
+            name.push(if x.s.take(b'+') { '+' } else { '-' });
+            x.s.take(b'-');
+        }
         x.s.take(b':');
         let before = x.pos();
         x.blanks();

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use super::cycle::Setting;
 use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
+use crate::channel::milling::Heights;
 use crate::channel::{Holes, Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -42,17 +43,6 @@ impl Holes for Heidenhain {
         channel.modal.tangent = None;
         Ok(motion)
     }
-}
-
-/// Heights of a hole, mm.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Heights {
-    pub(super) clear: f64,
-    pub(super) second: f64,
-    pub(super) surface: f64,
-    pub(super) depth: f64,
-    /// -1 where the hole goes towards the workpiece.
-    pub(super) down: f64,
 }
 
 impl Interpreter {
@@ -155,6 +145,9 @@ impl Interpreter {
     pub(crate) fn drill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
         if super::milling::CYCLES.contains(&number) {
             return self.mill(number, values, lift, span);
+        }
+        if matches!(number, 4 | 5) {
+            return self.old_pocket_here(number, values, span);
         }
         let h = self.heights(number, values, lift, span)?;
         let before = self.technology.feed;

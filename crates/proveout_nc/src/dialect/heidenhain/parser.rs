@@ -7,9 +7,14 @@ use super::words::{Block, Coordinate, Kind, Lead, Path, Reference, Side, Stateme
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
+use crate::dialect::foreign::{KLARTEXT, told};
 
 /// Reads a block.
 pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
+    read(text, block).map_err(|fault| told(fault, text, KLARTEXT))
+}
+
+fn read(text: &str, block: &mut Block) -> Result<(), Fault> {
     block.clear();
     let mut x = Lexer::new(text);
     let start = head(&mut x, block);
@@ -36,6 +41,10 @@ pub(crate) fn head(x: &mut Lexer<'_>, block: &mut Block) -> usize {
         if x.s.take(b'/') {
             block.skip = true;
             x.blanks();
+        }
+        // Editors for many controls write `N10` for the number of the block.
+        if x.peek() == b'N' && x.peek_at(1).is_ascii_digit() {
+            x.s.bump();
         }
         while x.s.peek().is_ascii_digit() {
             x.s.bump();

@@ -79,6 +79,7 @@ impl Interpreter {
         if self.own.no_cycle {
             return self.over_hole(p, span);
         }
+        self.r_plane_of_haas(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
         let place = p.clone();
         for _ in 0..repeats {
@@ -91,6 +92,17 @@ impl Interpreter {
             self.drill(code, levels, span)?;
         }
         Ok(())
+    }
+
+    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole begins where the tool stands.
+    fn r_plane_of_haas(&mut self, code: u32) {
+        if self.own.flavor != Flavor::Haas || self.own.cycle.r.is_some() {
+            return;
+        }
+        if let Some(initial) = self.own.cycle.initial {
+            self.assume(format!("{} without R feeds from the level where the tool stands", g_name(code)));
+            self.own.cycle.r = Some((initial, false));
+        }
     }
 
     /// Above the hole of the block, at rapid rate and at the level of the tool.

@@ -243,9 +243,26 @@ impl Interpreter {
         } else if self.own.flavor.is_linuxcnc() {
             None
         } else {
+            if self.own.d.is_none() {
+                self.without_radius(code, span)?;
+            }
             self.own.d
         };
         self.tell_compensation(offset, None);
+        Ok(())
+    }
+
+    /// G41 and G42 without a D, where none stands before them: the offset is zero then, and the path is that of the center.
+    fn without_radius(&mut self, code: u32, span: Span) -> Result<(), Fault> {
+        let name = g_name(code);
+        if self.settings.control.length_of_tool {
+            return Ok(());
+        }
+        if !self.own.assumed {
+            return Err(Fault::new(codes::MISSING_VALUE, span, format!("{name} has no D, and none stands before it"))
+                .help("write D1"));
+        }
+        self.assume(format!("{name} without D takes the radius of the tool in the spindle"));
         Ok(())
     }
 

@@ -42,6 +42,7 @@ impl Interpreter {
     pub(crate) fn one_shot(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match code {
             700 | 710 if self.own.flavor == Flavor::Haas => self.bolt_holes(code, p, span)?,
+            120 | 130 => self.circular_pocket(code, p, span)?,
             710 => self.return_level_word(p, span)?,
             50 | 51 => {
                 // High-speed and smoothing modes of a Fanuc: where corners go is the tolerance of the machine.
@@ -188,7 +189,11 @@ impl Interpreter {
         let named = p.axes();
         self.nothing_held(span)?;
         self.begin_motion();
-        if named == 0 && self.own.flavor == Flavor::Fanuc {
+        if named == 0 && self.own.assumed {
+            self.assume(format!(
+                "{word} without an axis sends all axes, as on a Haas and a LinuxCNC; a Fanuc refuses it"
+            ));
+        } else if named == 0 && self.own.flavor == Flavor::Fanuc {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis"))
                 .help(format!("write G91 {word} Z0")));
         }

@@ -3,20 +3,20 @@
 //! Text runs through [`parser`] (one line to one block; [`statement`] and [`expr`] for the language), [`index`] (structure of
 //! a file, once), and [`interpreter`] (flow in [`control`], calls in [`calls`], parameters in [`eval`] and [`system`]), which
 //! executes plain blocks in [`block`], [`technology`], [`motion`], [`arcs`], [`machine`], [`offsets`], [`length`], [`tilt`]
-//! with [`planes`] and [`cycles`] with [`boring`] and [`bolt_holes`]; chamfers and roundings in [`corners`], words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
+//! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]; chamfers and roundings in [`corners`], words of a control file in [`listed`]. [`words`] lists what each control reads, notes or refuses; [`flavor`] tells the control.
 
 mod arcs;
 mod block;
 mod bolt_holes;
 mod boring;
 mod calls;
+mod circle_pocket;
 mod control;
 mod corners;
 mod cycles;
 mod eval;
 mod expr;
 mod flavor;
-mod foreign;
 mod index;
 mod interpreter;
 mod leftover;

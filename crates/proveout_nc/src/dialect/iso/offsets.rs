@@ -6,6 +6,7 @@ use super::flavor::Flavor;
 use super::interpreter::{Interpreter, offset_key};
 use super::modal::{Plane, Shift};
 use super::pending::{AXES, Pending};
+use super::technology::of_a_lathe;
 use super::words::Group;
 use crate::channel::unknown_axis;
 use crate::codes;
@@ -111,6 +112,9 @@ impl Interpreter {
     /// G52, G92, G92.1 to G92.3.
     pub(crate) fn shift_word(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let word = g_name(code);
+        if code == 920 && p.axes() != 0 && p.has(b'F') {
+            return Err(of_a_lathe("G92 with F", "cuts a thread", span));
+        }
         if code == 920 && p.axes() == 0 {
             // G92 S has been read with the speeds.
             return if p.has(b'S') {
@@ -312,6 +316,10 @@ impl Interpreter {
             // LinuxCNC: exact path, corners are met but not stopped at when they are smooth.
             610 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
             610 => PathMode::ExactStop,
+            611 if self.own.flavor == Flavor::Fanuc && !self.own.assumed => {
+                self.assume("G61.1 is the path mode of a Mazak and a Mitsubishi, which runs through the blocks: a Fanuc has no such word");
+                continuous(None)
+            }
             611 => {
                 if !self.own.flavor.is_linuxcnc() {
                     self.assume("G61.1 stops at every block, as on a LinuxCNC; on a Mazak and a Mitsubishi it makes corners more exact");

@@ -2,7 +2,6 @@
 
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
-use super::foreign;
 use super::osp;
 use super::statement::{self, Statement};
 use crate::codes;
@@ -103,7 +102,7 @@ impl Block {
 
 /// Reads a line into the block.
 pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
-    read_line(line, flavor, block).map_err(|fault| match foreign::looks_like(line) {
+    read_line(line, flavor, block).map_err(|fault| match crate::dialect::foreign::looks_like(line) {
         Some(control) => fault.help(format!("this looks like {control}: name that dialect, or post for this control")),
         None => fault,
     })

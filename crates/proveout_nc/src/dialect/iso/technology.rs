@@ -16,6 +16,17 @@ use crate::{Feed, Op, Override, SpindleDirection, ToolName};
 /// The analog output that selects the kinematics in the documentation of `LinuxCNC` and in the configurations that come with it.
 const KINEMATICS_OUTPUT: f64 = 3.0;
 
+/// A word that has this meaning on lathes only: *Operator's manual (lathe system)*, "Maximum spindle speed clamp" and "Threading
+/// cycle (G92)".
+pub(super) fn of_a_lathe(word: &str, does: &str, span: Span) -> Fault {
+    Fault::new(
+        codes::UNSUPPORTED_WORD,
+        span,
+        format!("`{word}` {does} on a lathe, and turning is not part of the twin"),
+    )
+    .help("prove out milling programs; the speed limit of a mill is G92 S")
+}
+
 /// Bits of X, Y and Z.
 pub(crate) const LINEAR: u16 = 0b111;
 
@@ -154,6 +165,9 @@ impl Interpreter {
             if m >= LISTED {
                 self.listed_word(m, p, span)?;
                 continue;
+            }
+            if m == NOTED_G + 500 && p.has(b'S') {
+                return Err(of_a_lathe("G50 S", "limits the speed of the spindle", span));
             }
             if m >= NOTED_G {
                 self.note_with_values(&g_name(m - NOTED_G), p);

@@ -48,12 +48,13 @@ pub(crate) enum Class {
 }
 
 /// The class of a G word; `assumed`: nothing tells that the control is this one. There G70 and G71 are the unit of lengths, as on
-/// most controls that are no Fanuc, Haas or `LinuxCNC`, and G61.1 is a word of the path. A `LinuxCNC` that no control file names
+/// most controls that are no Fanuc, Haas or `LinuxCNC`. G61.1 is a word of the path where no control file is named: of the controls
+/// that speak this language only a Fanuc has none. A `LinuxCNC` that no control file names
 /// may be a Mach3, whose words of its own are these.
 pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> Class {
     match code {
         700 | 710 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => Class::Known(Group::Units),
-        611 if assumed => Class::Known(Group::PathMode),
+        611 if assumed || flavor == Flavor::Fanuc && control.name.is_empty() => Class::Known(Group::PathMode),
         _ => classify(flavor, code),
     }
 }
@@ -144,7 +145,8 @@ fn haas(code: u32) -> Class {
         500 | 510 => Class::Known(Group::Scaling),
         1030 | 2690 => Class::Note,
         1870 => Class::Known(Group::PathMode),
-        120 | 130 | 1500 | 470 => Class::Refused("program the pocket or text with G1, G2 and G3"),
+        120 | 130 => Class::Known(Group::OneShot),
+        1500 | 470 => Class::Refused("program the pocket or text with G1, G2 and G3"),
         290 => Class::Refused("program the motion with G53 or in work coordinates"),
         350 | 360 | 370 | 1360 => {
             Class::Refused("measured values are not known to the twin; write the offset with G10")

@@ -23,8 +23,11 @@ pub(super) const LINEAR: u16 = 0b111;
 impl Interpreter {
     /// Executes the words of a block.
     pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
-        if self.own.curve.is_some() {
-            self.curve_before(block)?;
+        if self.own.curve.is_some()
+            && let Err(cut) = self.curve_before(block)
+        {
+            // A block that is wrong by itself has cut the curve short.
+            return Err(self.fault_of_words(block, line).unwrap_or(cut));
         }
         let mut pending = Pending::default();
         for (at, word) in block.words.iter().enumerate() {
@@ -35,6 +38,14 @@ impl Interpreter {
             self.curve_into(&pending, block, block.span)?;
         }
         self.act(&mut pending, block)
+    }
+
+    /// What is wrong with the words of a block, whatever is in force; variables are not set.
+    fn fault_of_words(&mut self, block: &Block, line: &str) -> Option<Fault> {
+        let mut pending = Pending::default();
+        let sets = |kind: &WordKind| matches!(kind, WordKind::Assign { .. } | WordKind::Address { letter: b'R', .. });
+        let mut words = block.words.iter().enumerate().filter(|(_, word)| !sets(&word.kind));
+        words.find_map(|(at, word)| self.collect(&mut pending, word, at, line).err())
     }
 
     fn collect(&mut self, pending: &mut Pending, word: &Word, at: usize, line: &str) -> Result<(), Fault> {

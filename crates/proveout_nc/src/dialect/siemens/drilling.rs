@@ -108,6 +108,7 @@ impl Interpreter {
                     }
                 }
             }
+            name if super::milling::MILLING.contains(&name) => self.mill_cycle(call, span)?,
             "HOLES1" => self.row_of_holes(call, span)?,
             "HOLES2" => self.circle_of_holes(call, span)?,
             _ => return Ok(false),
@@ -198,7 +199,7 @@ impl Interpreter {
         Ok(())
     }
 
-    fn cycle_motion(&self, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
+    pub(super) fn cycle_motion(&self, end: AxisValues, programmed: u16, span: Span) -> Result<Motion, Fault> {
         self.motion_to(end, programmed).map_err(|missing| {
             let message = format!("the cycle needs the position of {}, which the program has not set", missing.0);
             Fault::new(codes::POSITION_UNKNOWN, span, message).help("program X, Y and Z before the cycle")

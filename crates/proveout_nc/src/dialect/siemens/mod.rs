@@ -22,6 +22,7 @@ mod index;
 mod interpreter;
 mod leftover;
 mod listed;
+mod milling;
 mod modal;
 mod motion;
 mod parser;

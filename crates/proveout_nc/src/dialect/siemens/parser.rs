@@ -3,6 +3,7 @@
 use super::expr::{self, Expr};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::dialect::foreign::{SIEMENS, told};
 use crate::scan::Scanner;
 
 /// A block as written. Reused from line to line, so that plain blocks allocate nothing.
@@ -167,6 +168,10 @@ impl Block {
 
 /// Reads a line into the block.
 pub(crate) fn parse_line(line: &str, block: &mut Block) -> Result<(), Fault> {
+    read_line(line, block).map_err(|fault| if fault.code == codes::SYNTAX { told(fault, line, SIEMENS) } else { fault })
+}
+
+fn read_line(line: &str, block: &mut Block) -> Result<(), Fault> {
     block.clear();
     let mut s = Scanner::new(line);
     head(&mut s, block)?;

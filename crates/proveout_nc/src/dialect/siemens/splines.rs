@@ -168,7 +168,8 @@ impl Interpreter {
             // Behind a fault in its blocks the curve is not the one that is meant.
             return Ok(());
         }
-        result
+        // A fault that follows from one before must not hide what is wrong with the block that ends the curve.
+        result.or_else(|fault| if self.recovery.faults.doubt.hides_shape(fault.code) { Ok(()) } else { Err(fault) })
     }
 
     fn take_place(&mut self, point: &SplinePoint) {

@@ -43,9 +43,9 @@ pub(crate) fn classify_name(name: &str) -> Class {
         "CYCLE83_EXT" | "CYCLE78" | "CYCLE435" | "CYCLE495" => {
             Class::Refused("drilling cycles done here are CYCLE81 to CYCLE89 and CYCLE840")
         }
-        "POCKET1" | "POCKET2" | "POCKET3" | "POCKET4" | "SLOT1" | "SLOT2" | "LONGHOLE" | "CYCLE60" | "CYCLE61"
-        | "CYCLE62" | "CYCLE63" | "CYCLE64" | "CYCLE70" | "CYCLE71" | "CYCLE72" | "CYCLE73" | "CYCLE74" | "CYCLE75"
-        | "CYCLE76" | "CYCLE77" | "CYCLE79" | "CYCLE801" | "CYCLE802" | "CYCLE899" | "CYCLE90" => {
+        "POCKET1" | "POCKET2" | "SLOT1" | "SLOT2" | "LONGHOLE" | "CYCLE60" | "CYCLE61" | "CYCLE62" | "CYCLE63"
+        | "CYCLE64" | "CYCLE70" | "CYCLE72" | "CYCLE73" | "CYCLE74" | "CYCLE75" | "CYCLE76" | "CYCLE77" | "CYCLE79"
+        | "CYCLE801" | "CYCLE802" | "CYCLE899" | "CYCLE90" => {
             Class::Refused("let the CAM system write the motions of the milling cycle")
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"

@@ -8,9 +8,10 @@
 
 use std::f64::consts::TAU;
 
-use super::shape::{NO_WIDTH_MM, Place, Point};
-use super::{Values, levels};
+use super::Values;
 use crate::Feed;
+use crate::channel::milling::{MAX_PASSES, levels};
+use crate::channel::shape::{NO_WIDTH_MM, Place, Point};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::Interpreter;
@@ -83,7 +84,7 @@ impl Interpreter {
             // What lies within the innermost helix: nothing, or what was roughed before.
             while let Some(&innermost) = radii.last()
                 && innermost - radius > roughed.max(NO_WIDTH_MM)
-                && radii.len() < super::MAX_PASSES
+                && radii.len() < MAX_PASSES
             {
                 radii.push((innermost - step).max(0.5 * radius.min(innermost)));
             }

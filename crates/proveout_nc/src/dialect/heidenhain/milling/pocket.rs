@@ -3,8 +3,9 @@
 //! Rings of the tool center lie one overlap apart, counted from the wall; the innermost one leaves no more than the radius of
 //! the tool inside of it, or is the spine. Cycles 253 and 254 have no overlap factor: one radius is taken.
 
-use super::shape::{Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
-use super::{Job, MAX_PASSES, Plan, Plunge, Values};
+use super::{Values, plunge_slope};
+use crate::channel::milling::{self, Job, Plan, Plunge};
+use crate::channel::shape::{Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::Interpreter;
@@ -130,32 +131,14 @@ impl Interpreter {
         };
         let overlap = if matches!(number, 251 | 252) { self.overlap(values, job.radius, span)? } else { job.radius };
         let rings = |allowance: f64| -> Result<Vec<Pass>, Fault> {
-            let widest = shape.half_width() - job.radius - allowance;
-            if widest < -NO_WIDTH_MM {
+            milling::rings(shape, job.radius, allowance, overlap, job.climb).ok_or_else(|| {
                 let message = format!(
                     "a tool of radius {} mm does not fit into cycle {number}: half its width less the allowance is {:.3} mm",
                     job.radius,
                     shape.half_width() - allowance
                 );
-                return Err(Fault::new(codes::COMPENSATION, span, message).help("use a smaller tool"));
-            }
-            let mut passes = Vec::new();
-            let mut width = widest;
-            loop {
-                let ring = shape.ring(shape.half_width() - width.max(0.0));
-                passes.push(if job.climb { ring } else { ring.reversed() });
-                if width <= job.radius || passes.len() > MAX_PASSES {
-                    break;
-                }
-                width -= overlap;
-            }
-            passes.reverse();
-            // Off the wall on an arc.
-            let lead = job.radius.min(widest);
-            if let Some(last) = passes.pop() {
-                passes.push(if widest > NO_WIDTH_MM { last.with_leads(lead, false, job.climb, false) } else { last });
-            }
-            Ok(passes)
+                Fault::new(codes::COMPENSATION, span, message).help("use a smaller tool")
+            })
         };
         let entry = match shape {
             Shape::Rounded { a, b, .. } if number == 253 => [-(a - b), 0.0],
@@ -179,9 +162,11 @@ impl Interpreter {
         };
         let plunge = match (self.cycle_number(values, 366, Some(0.0), span)?, number) {
             (0.0, _) => Plunge::Vertical,
-            (1.0, 251 | 252) if room > NO_WIDTH_MM => Plunge::Helix(room.min(job.radius)),
+            (1.0, 251 | 252) if room > NO_WIDTH_MM => {
+                Plunge::Helix { radius: room.min(job.radius), slope: plunge_slope() }
+            }
             (1.0 | 2.0, 252) => Plunge::Vertical,
-            (1.0 | 2.0, _) => Plunge::Strokes(stroke),
+            (1.0 | 2.0, _) => Plunge::Strokes { leg: stroke, slope: plunge_slope() },
             (other, _) => {
                 return Err(Fault::new(codes::BAD_VALUE, span, format!("Q366 takes 0, 1 or 2 and has {other}"))
                     .help("0 plunges vertically, 1 on a helix, 2 to and fro"));

@@ -8,8 +8,9 @@
 //!     '----------'
 //! ```
 
-use super::shape::{Leg, Pass, Place, Point, Shape};
-use super::{Job, MAX_PASSES, Plan, Plunge, Values};
+use super::Values;
+use crate::channel::milling::{Job, MAX_PASSES, Plan, Plunge};
+use crate::channel::shape::{Leg, Pass, Place, Point, Shape};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::Interpreter;

@@ -13,10 +13,11 @@
 
 use std::f64::consts::TAU;
 
+use super::Values;
 use super::bore::Helix;
-use super::shape::Place;
-use super::{Values, levels};
 use crate::Feed;
+use crate::channel::milling::levels;
+use crate::channel::shape::{NO_WIDTH_MM, Place};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::Interpreter;
@@ -57,7 +58,7 @@ impl Interpreter {
         let path = self.hole_radius(number, values, radius, span)?;
         let pitch = self.mm(values, 239, None, span)?;
         let (p, total) = (pitch.abs(), (h.depth - h.surface).abs());
-        if pitch == 0.0 || !pitch.is_finite() || path <= super::shape::NO_WIDTH_MM {
+        if pitch == 0.0 || !pitch.is_finite() || path <= NO_WIDTH_MM {
             return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is no wider than the tool")
                 .help("check Q239 and Q335"));
         }
@@ -144,7 +145,7 @@ impl Interpreter {
         let to: Option<Feed> = self.cycle_feed(values, key, span)?;
         let feed = self.cycle_feed(values, 254, span)?;
         self.mill_to(None, Some(surface + depth), to, span)?;
-        if offset <= super::shape::NO_WIDTH_MM {
+        if offset <= NO_WIDTH_MM {
             return Ok(());
         }
         let place = Place::new(helix.center, 0.0);

@@ -12,28 +12,28 @@ use std::f64::consts::TAU;
 
 use crate::frame::sin_cos_degrees;
 
-pub(super) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// Widths below this are none, mm.
-pub(super) const NO_WIDTH_MM: f64 = 1e-6;
+pub(crate) const NO_WIDTH_MM: f64 = 1e-6;
 
 /// A piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Leg {
+pub(crate) enum Leg {
     Line(Point),
     Arc { to: Point, center: Point, clockwise: bool },
 }
 
 /// A path from its start.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Pass {
-    pub(super) start: Point,
-    pub(super) legs: Vec<Leg>,
+pub(crate) struct Pass {
+    pub(crate) start: Point,
+    pub(crate) legs: Vec<Leg>,
 }
 
 /// The finished wall of a pocket, slot or stud, mm and degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     /// Rectangle with half sides a and b and rounded corners; a circle where all three are equal.
     Rounded { a: f64, b: f64, corner: f64 },
     /// Slot of this half width along a circle about the origin, from an angle through an angle above zero.
@@ -54,7 +54,7 @@ fn left(d: Point) -> Point {
 }
 
 impl Leg {
-    pub(super) fn end(&self) -> Point {
+    pub(crate) fn end(&self) -> Point {
         match *self {
             Self::Line(to) | Self::Arc { to, .. } => to,
         }
@@ -62,12 +62,12 @@ impl Leg {
 }
 
 impl Pass {
-    pub(super) fn end(&self) -> Point {
+    pub(crate) fn end(&self) -> Point {
         self.legs.last().map_or(self.start, Leg::end)
     }
 
     /// The same path from its end to its start.
-    pub(super) fn reversed(&self) -> Self {
+    pub(crate) fn reversed(&self) -> Self {
         let mut starts = vec![self.start];
         starts.extend(self.legs.iter().map(Leg::end));
         let legs = self.legs.iter().zip(&starts).rev().map(|(leg, &to)| match *leg {
@@ -92,7 +92,7 @@ impl Pass {
 
     /// A closed path with tangential arcs of this radius onto it and off it, through an angle of 90 or 180 degrees each.
     /// `from_left`: on which side of the path they lie.
-    pub(super) fn with_leads(mut self, radius: f64, half_turns: bool, from_left: bool, on: bool) -> Self {
+    pub(crate) fn with_leads(mut self, radius: f64, half_turns: bool, from_left: bool, on: bool) -> Self {
         let Some(t) = self.heading().filter(|_| radius > NO_WIDTH_MM) else { return self };
         let side = if from_left { left(t) } else { [t[1], -t[0]] };
         let p = self.start;
@@ -110,7 +110,7 @@ impl Pass {
 
 impl Shape {
     /// Half of the smaller width.
-    pub(super) fn half_width(&self) -> f64 {
+    pub(crate) fn half_width(&self) -> f64 {
         match *self {
             Self::Rounded { a, b, .. } => a.min(b),
             Self::Curved { half, .. } => half,
@@ -118,7 +118,7 @@ impl Shape {
     }
 
     /// The ring at an inset, counter-clockwise; where no width is left the spine there and back.
-    pub(super) fn ring(&self, inset: f64) -> Pass {
+    pub(crate) fn ring(&self, inset: f64) -> Pass {
         if self.half_width() - inset <= NO_WIDTH_MM {
             return self.spine();
         }
@@ -194,7 +194,7 @@ fn curved(pitch: f64, from: f64, through: f64, w: f64) -> Pass {
 
 /// Where the cycle lies in the working plane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(crate) struct Place {
     origin: Point,
     degrees: f64,
     /// Sine and cosine of the rotation.
@@ -202,24 +202,24 @@ pub(super) struct Place {
 }
 
 impl Place {
-    pub(super) fn new(origin: Point, degrees: f64) -> Self {
+    pub(crate) fn new(origin: Point, degrees: f64) -> Self {
         Self { origin, degrees, turn: sin_cos_degrees(degrees) }
     }
 
     /// Turned on about its origin.
-    pub(super) fn turned(&self, degrees: f64) -> Self {
+    pub(crate) fn turned(&self, degrees: f64) -> Self {
         Self::new(self.origin, self.degrees + degrees)
     }
 
     /// A point of the cycle in the working plane.
-    pub(super) fn at(&self, p: Point) -> Point {
+    pub(crate) fn at(&self, p: Point) -> Point {
         let (s, c) = self.turn;
         [self.origin[0] + c * p[0] - s * p[1], self.origin[1] + s * p[0] + c * p[1]]
     }
 }
 
 /// Angle of an arc from its ends, radian; ends at one point are a full turn.
-pub(super) fn sweep(start: Point, end: Point, center: Point, clockwise: bool) -> f64 {
+pub(crate) fn sweep(start: Point, end: Point, center: Point, clockwise: bool) -> f64 {
     let sweep = crate::arc::sweep(start, end, center, clockwise);
     if sweep > TAU - 1e-9 { TAU } else { sweep }
 }

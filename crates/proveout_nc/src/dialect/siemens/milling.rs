@@ -1,0 +1,471 @@
+//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket, CYCLE71 face milling.
+//!
+//! ```text
+//!   POCKET3(RTP, RFP, SDIS, DP, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA, AP1, AP2, AD, RAD1, DP1)
+//!   POCKET4(RTP, RFP, SDIS, DP, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, MIDA, AP1, AD, RAD1, DP1)
+//!   CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1, VARI, FDP1)
+//! ```
+//!
+//! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles": the pocket from its center outwards,
+//! infeeds of equal depth and width, none above MID and MIDA (MIDA 0: 80 percent of the diameter), the wall once and then the base
+//! where they have an allowance; the first line of a surface MIDA inside of its edge, the last one at its width and FDP1 less the
+//! radius, equal steps between them. What the guide leaves open - the way back to the center for the next depth, how rings are
+//! joined, what FDP counts from - is chosen here and told as an assumption.
+//!
+//! The path needs the radius of the tool: that of the scene, or the variable `$P_TOOLR`. Where neither gives it and the path of the
+//! tool center is not asked for, a pocket is its finished wall, once, with cutter compensation.
+
+use super::eval::Val;
+use super::frames::number;
+use super::interpreter::{Interpreter, Siemens};
+use super::parser::Call;
+use crate::arc::PlaneArc;
+use crate::channel::milling::{self, Heights, Job, MAX_PASSES, Mills, Plan, Plunge};
+use crate::channel::shape::{Leg, NO_WIDTH_MM, Place, Point, Shape};
+use crate::codes;
+use crate::diagnostic::{Fault, Span};
+use crate::settings::Compensation;
+use crate::{AxisValues, CompSide, CutterComp, Feed, Op, SpindleDirection};
+
+/// Milling cycles that are read.
+pub(crate) const MILLING: [&str; 3] = ["POCKET3", "POCKET4", "CYCLE71"];
+
+/// Part of the tool diameter that is the widest infeed where MIDA gives none.
+const USUAL_WIDTH: f64 = 0.8;
+/// Widest way between two rings that leaves no posts in their corners, in radii of the tool.
+const WIDEST_STEP: f64 = 1.7;
+/// Radius of the arc onto the wall, mm.
+const LEAD_MM: f64 = 2.0;
+
+impl Mills for Siemens {
+    fn working_plane(channel: &Interpreter) -> [usize; 3] {
+        channel.modal.plane_axes()
+    }
+
+    fn mill_line(
+        channel: &mut Interpreter,
+        end: AxisValues,
+        programmed: u16,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !rapid {
+            channel.need_feed(span)?;
+            channel.tell_feed();
+        }
+        channel.straight(end, programmed, rapid, span)
+    }
+
+    fn mill_circle(
+        channel: &mut Interpreter,
+        (end, programmed): (AxisValues, u16),
+        arc: PlaneArc,
+        clockwise: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        channel.need_feed(span)?;
+        channel.tell_feed();
+        let [u, v, w] = channel.modal.plane_axes();
+        let mut center = [0.0; 3];
+        center[u] = arc.center[0];
+        center[v] = arc.center[1];
+        center[w] = channel.position.work.get(w).unwrap_or(0.0);
+        let mut normal = [0.0; 3];
+        normal[w] = if clockwise { -1.0 } else { 1.0 };
+        let motion = channel.cycle_motion(end, programmed, span)?;
+        channel.own.tangent = None;
+        channel.go_arc(motion, center, normal, &arc, span)
+    }
+}
+
+/// The arguments of a cycle: numbers by their place, lengths in mm.
+struct Words<'a> {
+    name: &'a str,
+    values: &'a [Option<Val>],
+    length: f64,
+    span: Span,
+}
+
+impl Words<'_> {
+    fn number(&self, at: usize) -> Result<Option<f64>, Fault> {
+        number(self.values, at, self.name, self.span)
+    }
+
+    fn or_zero(&self, at: usize) -> Result<f64, Fault> {
+        Ok(self.number(at)?.unwrap_or(0.0))
+    }
+
+    fn missing(&self, at: usize, what: &str) -> Fault {
+        Fault::new(codes::ARGUMENTS, self.span, format!("`{}` has no {what} (argument {})", self.name, at + 1))
+            .help("write the argument")
+    }
+
+    fn need(&self, at: usize, what: &str) -> Result<f64, Fault> {
+        self.number(at)?.map(|v| v * self.length).ok_or_else(|| self.missing(at, what))
+    }
+
+    /// Without sign; zero where it is left out.
+    fn size(&self, at: usize) -> Result<f64, Fault> {
+        Ok(self.or_zero(at)?.abs() * self.length)
+    }
+
+    fn above_zero(&self, at: usize, what: &str) -> Result<f64, Fault> {
+        let value = self.need(at, what)?.abs();
+        if value > 0.0 && value.is_finite() { Ok(value) } else { Err(self.missing(at, what)) }
+    }
+
+    fn fault(&self, code: &'static str, message: String, help: &'static str) -> Fault {
+        Fault::new(code, self.span, message).help(help)
+    }
+
+    fn refuse_set(&self, at: usize, what: &str) -> Result<(), Fault> {
+        if self.or_zero(at)? == 0.0 {
+            return Ok(());
+        }
+        let message = format!("`{}` with {what} (argument {}) is not supported", self.name, at + 1);
+        Err(self.fault(codes::UNSUPPORTED_WORD, message, "let the CAM system write the motions"))
+    }
+
+    /// Tens and units of VARI.
+    fn variant(&self, at: usize) -> Result<(u32, u32), Fault> {
+        let vari = self.number(at)?.unwrap_or(1.0);
+        if vari.fract() == 0.0 && (0.0..100.0).contains(&vari) {
+            return Ok((vari as u32 / 10, vari as u32 % 10));
+        }
+        Err(self.fault(codes::ARGUMENTS, format!("VARI of `{}` is {vari}", self.name), "write 1 or 2, and tens"))
+    }
+
+    fn finishes(&self, units: u32) -> Result<bool, Fault> {
+        match units {
+            1 => Ok(false),
+            2 => Ok(true),
+            other => Err(self.fault(
+                codes::ARGUMENTS,
+                format!("the units of VARI of `{}` are {other}", self.name),
+                "1 roughs, 2 finishes",
+            )),
+        }
+    }
+
+    /// Planes that all milling cycles share.
+    fn heights(&self) -> Result<Heights, Fault> {
+        let (retraction, reference) = (self.need(0, "retraction plane")?, self.need(1, "reference plane")?);
+        let depth = self.need(3, "final depth")?;
+        let down = if depth < reference { -1.0 } else { 1.0 };
+        if depth == reference || (retraction - reference) * down > 0.0 {
+            let message = format!(
+                "the planes of `{}` do not follow each other: retraction {retraction}, reference {reference}, depth {depth}",
+                self.name
+            );
+            return Err(self.fault(
+                codes::ARGUMENTS,
+                message,
+                "the reference plane lies between the retraction plane and the final depth",
+            ));
+        }
+        let clear = reference - down * self.size(2)?;
+        Ok(Heights { clear, second: retraction, surface: reference, depth, down })
+    }
+}
+
+/// The equal share of a way that is not above the greatest one; the whole where none is given.
+fn share(way: f64, greatest: f64) -> f64 {
+    if greatest > 0.0 { way / (way / greatest - 1e-9).ceil().max(1.0) } else { way }
+}
+
+/// Where the arguments of a pocket stand behind those of its shape.
+struct Places {
+    depth: usize,
+    /// Sizes of a pocket that is there before: AP1, AP2, AD.
+    roughed: &'static [usize],
+    radius: usize,
+}
+
+impl Interpreter {
+    /// Runs a milling cycle.
+    pub(super) fn mill_cycle(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+        let values = self.arguments(call, span)?;
+        let words = Words { name: &call.name, values: &values, length: self.modal.units.length(), span };
+        let before = self.technology.feed;
+        match call.name.as_str() {
+            "CYCLE71" => self.face(&words)?,
+            _ => self.pocket(&words)?,
+        }
+        if self.technology.feed != before && before.is_some() {
+            self.set_feed(before);
+        }
+        Ok(())
+    }
+
+    /// Radius of the tool in the spindle, mm.
+    fn tool_radius(&self, words: &Words<'_>) -> Result<Option<f64>, Fault> {
+        if let Some(radius) = self.settings.variables.get("$P_TOOLR") {
+            return Ok(Some(radius * words.length).filter(|r| *r > 0.0));
+        }
+        let Compensation::ToolCenter(radii) = &self.settings.compensation else { return Ok(None) };
+        match self.technology.in_spindle.as_ref().and_then(|tool| radii.by_tool.get(tool)) {
+            Some(radius) if *radius > 0.0 => Ok(Some(*radius)),
+            _ => Err(no_radius(words, "the tools do not give")),
+        }
+    }
+
+    fn milling_feed(&self, words: &Words<'_>, at: usize) -> Result<Option<Feed>, Fault> {
+        let factor = self.modal.units.feed();
+        Ok(words.number(at)?.filter(|f| *f > 0.0).map_or(self.technology.feed, |value| {
+            Some(match self.technology.feed {
+                Some(Feed::PerRevolution(_)) => Feed::PerRevolution(value * factor),
+                _ => Feed::PerTime(value * factor / 60.0),
+            })
+        }))
+    }
+
+    fn pocket(&mut self, words: &Words<'_>) -> Result<(), Fault> {
+        let span = words.span;
+        let h = words.heights()?;
+        let circle = words.name == "POCKET4";
+        let (shape, corner, center, turn, places) = if circle {
+            let r = words.above_zero(4, "pocket radius")?;
+            let center = [words.need(5, "center")?, words.need(6, "center")?];
+            let places = Places { depth: 7, roughed: &[15, 16], radius: 17 };
+            (Shape::Rounded { a: r, b: r, corner: r }, r, center, 0.0, places)
+        } else {
+            let (a, b) = (0.5 * words.above_zero(4, "pocket length")?, 0.5 * words.above_zero(5, "pocket width")?);
+            let corner = words.size(6)?.min(a).min(b);
+            let center = [words.need(7, "center")?, words.need(8, "center")?];
+            let places = Places { depth: 10, roughed: &[18, 19, 20], radius: 21 };
+            (Shape::Rounded { a, b, corner }, corner, center, words.or_zero(9)?, places)
+        };
+        let at = places.depth;
+        for &roughed in places.roughed {
+            words.refuse_set(roughed, "the size of a pocket that is there before")?;
+        }
+        let (side, floor) = (words.size(at + 1)?, words.size(at + 2)?);
+        let (mill, down) = (self.milling_feed(words, at + 3)?, self.milling_feed(words, at + 4)?);
+        let climbs = self.technology.direction != SpindleDirection::CounterClockwise;
+        let climb = match words.or_zero(at + 5)? {
+            0.0 => climbs,
+            1.0 => !climbs,
+            2.0 => false,
+            3.0 => true,
+            other => {
+                let message = format!("the direction CDIR of `{}` is {other}", words.name);
+                return Err(words.fault(codes::ARGUMENTS, message, "0 climb, 1 up-cut, 2 as G2, 3 as G3"));
+            }
+        };
+        let (insertion, units) = words.variant(at + 6)?;
+        let finishing = words.finishes(units)?;
+        let place = Place::new(center, turn);
+        let Some(radius) = self.tool_radius(words)? else {
+            return self.wall_alone(words, (place, shape), h, (mill, down), climb == climbs);
+        };
+        // Corners smaller than the tool become those of the tool.
+        let Shape::Rounded { a, b, .. } = shape else { return Ok(()) };
+        let shape = Shape::Rounded { a, b, corner: corner.max(radius) };
+        let room = shape.half_width() - radius;
+        let greatest = words.size(at + 7)?;
+        let widest = if greatest > 0.0 { greatest } else { 2.0 * USUAL_WIDTH * radius };
+        let rings = |allowance: f64| {
+            let step = share((room - allowance).max(0.0), widest.min(WIDEST_STEP * radius)).max(NO_WIDTH_MM);
+            milling::rings(shape, radius, allowance, step, climb).ok_or_else(|| {
+                let message = format!(
+                    "a tool of radius {radius} mm does not fit into `{}`: half its width less the allowance is {:.3} mm",
+                    words.name,
+                    shape.half_width() - allowance
+                );
+                words.fault(codes::COMPENSATION, message, "use a smaller tool")
+            })
+        };
+        let (plunge, feed) = self.insertion(words, (insertion, places.radius), [a, b], (room - side, radius), down)?;
+        let ring = shape.ring(radius);
+        let ring = if climb { ring } else { ring.reversed() };
+        let lead = LEAD_MM.max(side).min(if corner > radius { corner - radius } else { room }).min(room);
+        let wall = if lead > NO_WIDTH_MM { ring.with_leads(lead, false, climb, true) } else { ring };
+        let total = (h.depth - h.surface).abs();
+        let plan =
+            Plan { place, entry: [0.0; 2], plunge, rough: rings(side)?, wall, floor: rings(0.0)?, returns: false };
+        let job = Job {
+            heights: h,
+            clearance: (h.clear - h.surface).abs(),
+            total,
+            infeed: share(total - floor, words.size(at)?),
+            finish_infeed: 0.0,
+            wall_depth: total - floor,
+            roughing: !finishing,
+            finishing,
+            side,
+            floor,
+            mill,
+            plunge: feed,
+            finish: mill,
+            climb,
+            radius,
+        };
+        self.assume(format!(
+            "{}: rings joined by straight lines, an infeed width above 1.7 radii counts as 1.7; after each depth the tool comes \
+             back over the center, and plunges from SDIS above it",
+            words.name
+        ));
+        self.run_plan(&plan, &job, center, span)
+    }
+
+    /// Tens of VARI: how the tool comes to a depth, and in which feed; none is at rapid rate.
+    fn insertion(
+        &self,
+        words: &Words<'_>,
+        (tens, at): (u32, usize),
+        [a, b]: [f64; 2],
+        (room, radius): (f64, f64),
+        down: Option<Feed>,
+    ) -> Result<(Plunge, Option<Feed>), Fault> {
+        let circle = words.name == "POCKET4";
+        match tens {
+            0 => Ok((Plunge::Vertical, None)),
+            1 => Ok((Plunge::Vertical, down)),
+            2 => {
+                let helix = words.above_zero(at, "radius of the helix (RAD1)")?;
+                let fall = words.above_zero(at + 1, "depth of a turn (DP1)")?;
+                if helix > room + NO_WIDTH_MM {
+                    let message = format!(
+                        "the helix RAD1 of `{}` has {helix} mm and the pocket has room for {:.3} mm",
+                        words.name,
+                        room.max(0.0)
+                    );
+                    return Err(words.fault(
+                        codes::COMPENSATION,
+                        message,
+                        "write a smaller RAD1, or use a smaller tool",
+                    ));
+                }
+                Ok((Plunge::Helix { radius: helix, slope: fall / (std::f64::consts::TAU * helix) }, down))
+            }
+            3 if !circle => {
+                let angle = words.number(at)?.unwrap_or(0.0);
+                if !(angle > 0.0 && angle < 90.0) {
+                    let message = format!("the greatest angle RAD1 of `{}` is {angle}", words.name);
+                    return Err(words.fault(codes::ARGUMENTS, message, "write an angle above 0 and below 90 degrees"));
+                }
+                let along = |half: f64| (half - radius - (b.min(a) - radius - room)).clamp(0.0, 4.0 * radius);
+                let leg = Leg::Line(if a >= b { [along(a), 0.0] } else { [0.0, along(b)] });
+                Ok((Plunge::Strokes { leg, slope: angle.to_radians().tan() }, down))
+            }
+            other => {
+                let message = format!("the tens of VARI of `{}` are {other}", words.name);
+                Err(words.fault(codes::ARGUMENTS, message, "0 and 1 plunge vertically, 2 on a helix, 3 to and fro"))
+            }
+        }
+    }
+
+    /// The finished wall of a pocket at its depth, with cutter compensation: what a program says without its tools.
+    fn wall_alone(
+        &mut self,
+        words: &Words<'_>,
+        (place, shape): (Place, Shape),
+        h: Heights,
+        (mill, down): (Option<Feed>, Option<Feed>),
+        climb: bool,
+    ) -> Result<(), Fault> {
+        let span = words.span;
+        self.assume(format!(
+            "{}: the radius of the tool is not known here, so that the finished wall is given once at its depth, with cutter \
+             compensation, and no roughing",
+            words.name
+        ));
+        let left = climb == (self.technology.direction != SpindleDirection::CounterClockwise);
+        let ring = shape.ring(0.0);
+        let ring = if left { ring } else { ring.reversed() };
+        let center = place.at([0.0; 2]);
+        self.come_over(center, h.clear, span)?;
+        self.mill_to(None, Some(h.depth), down, span)?;
+        let side = if left { CompSide::Left } else { CompSide::Right };
+        self.emit(Op::CutterComp(CutterComp { side, offset: None, radius: None }));
+        self.mill_pass(&place, &ring, mill, span)?;
+        self.emit(Op::CutterComp(CutterComp { side: CompSide::Off, offset: None, radius: None }));
+        self.mill_to(None, Some(h.clear), None, span)?;
+        self.mill_to(None, Some(h.second), None, span)?;
+        self.mill_to(Some(center), None, None, span)
+    }
+
+    fn face(&mut self, words: &Words<'_>) -> Result<(), Fault> {
+        let span = words.span;
+        let h = words.heights()?;
+        let corner = [words.need(4, "starting point")?, words.need(5, "starting point")?];
+        let sides = [words.need(6, "length")?, words.need(7, "width")?];
+        if sides.contains(&0.0) {
+            return Err(words.fault(
+                codes::ARGUMENTS,
+                "the surface of `CYCLE71` has no size".to_owned(),
+                "write LENG and WID; the signs say where the surface lies",
+            ));
+        }
+        let place = Place::new(corner, words.or_zero(8)?);
+        let (greatest, beyond, over) = (words.above_zero(10, "infeed width")?, words.size(11)?, words.size(15)?);
+        let (floor, mill) = (words.size(12)?, self.milling_feed(words, 13)?);
+        let (tens, units) = words.variant(14)?;
+        let finishing = words.finishes(units)?;
+        if !(1..=4).contains(&tens) {
+            let message = format!("the tens of VARI of `CYCLE71` are {tens}");
+            return Err(words.fault(codes::ARGUMENTS, message, "1 to 4 say along which axis, and whether to and fro"));
+        }
+        let Some(radius) = self.tool_radius(words)? else {
+            return Err(no_radius(words, "no tool table gives here"));
+        };
+        if greatest > 2.0 * radius {
+            let message =
+                format!("the infeed width MIDA of `CYCLE71` is {greatest} mm and the tool cuts {}", 2.0 * radius);
+            return Err(words.fault(codes::ARGUMENTS, message, "write a smaller MIDA, or use a larger tool"));
+        }
+        // Along the lines and across them.
+        let (along, across) = if tens % 2 == 1 { (0, 1) } else { (1, 0) };
+        let to_and_fro = tens > 2;
+        let (first, last) = (greatest - radius, sides[across].abs() + over - radius);
+        let steps = if last > first { ((last - first) / greatest - 1e-9).ceil() } else { 0.0 };
+        let total = (h.depth - h.surface).abs();
+        let rough = (total - floor).max(0.0);
+        let infeeds = if finishing { 1.0 } else { rough / share(rough, words.size(9)?).max(1e-9) };
+        if steps * infeeds >= MAX_PASSES as f64 || steps.is_nan() {
+            let message = format!("`CYCLE71` would need more than {MAX_PASSES} lines");
+            return Err(words.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));
+        }
+        let depths = if finishing { vec![total] } else { milling::levels(rough, share(rough, words.size(9)?)) };
+        let lines: Vec<f64> =
+            (0..=steps as u32).map(|i| first + (last - first) * f64::from(i) / steps.max(1.0)).collect();
+        let ends = [-(radius + beyond), sides[along].abs() + radius + beyond];
+        let at = |line: f64, end: f64| -> Point {
+            let mut p = [0.0; 2];
+            p[along] = end * sides[along].signum();
+            p[across] = line * sides[across].signum();
+            place.at(p)
+        };
+        let height = |depth: f64| h.surface + h.down * depth;
+        self.assume(
+            "CYCLE71: FDP counts from the edge of the tool; to and fro the tool goes on beside the surface in the feed FFP1; in \
+             one direction it comes back SDIS above the depth; every depth begins at the first line",
+        );
+        for depth in depths {
+            self.come_over(at(lines[0], ends[0]), h.clear, span)?;
+            self.mill_to(None, Some(height(depth)), None, span)?;
+            let mut side = 0;
+            for (i, &line) in lines.iter().enumerate() {
+                if i > 0 && !to_and_fro {
+                    self.mill_to(None, Some(height(depth) - h.down * (h.clear - h.surface).abs()), None, span)?;
+                    self.mill_to(Some(at(line, ends[0])), None, None, span)?;
+                    self.mill_to(None, Some(height(depth)), None, span)?;
+                } else {
+                    self.mill_to(Some(at(line, ends[side])), None, mill, span)?;
+                }
+                side = if to_and_fro { 1 - side } else { 1 };
+                self.mill_to(Some(at(line, ends[side])), None, mill, span)?;
+            }
+            self.mill_to(None, Some(h.clear), None, span)?;
+        }
+        self.mill_to(None, Some(h.second), None, span)
+    }
+}
+
+fn no_radius(words: &Words<'_>, why: &str) -> Fault {
+    words.fault(
+        codes::COMPENSATION,
+        format!("`{}` needs the radius of the tool, which {why}", words.name),
+        "give the tool, or its radius with --variable $P_TOOLR=5",
+    )
+}

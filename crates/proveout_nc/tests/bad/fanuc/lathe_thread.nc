@@ -1,0 +1,8 @@
+(nc-unsupported-word)
+O1
+G21 G90 G54 G95
+T1 M6
+M3 S500
+G0 X30. Y0. Z5.
+G92 X29. Z-20. F1.5
+M30
