@@ -298,7 +298,6 @@ cases! {
     "scene/RescheduleFile.keys", RemadeQuaternion, ["scene", "program.2.reschedule.keys", "9"];
     "scene/RescheduleFile.cap_deg", RemadeKeys, ["scene", "program.2.reschedule.cap_deg", "4"];
     "scene/RescheduleFile.window_mm", RemadeKeys, ["scene", "program.2.reschedule.window_mm", "1"];
-    "scene/RescheduleFile.law", RemadeKeys, ["scene", "program.2.reschedule.law", "\"true-minimum\""];
     "scene/RescheduleFile.cone_deg", RemadePole, ["scene", "program.2.reschedule.cone_deg", "25"];
     "scene/RescheduleFile.rate_deg_mm", RemadePole, ["scene", "program.2.reschedule.rate_deg_mm", "9"];
     "scene/RescheduleFile.junction", RemadePole, ["scene", "program.2.reschedule.junction", "\"off\""];

@@ -351,8 +351,8 @@ fn strategies() -> PossibleValuesParser {
     Options are those of the scene's program that is made from this one by the method, else the published and default ones. \
     s-theta has clearance_deg, inset_deg, start_flat_mm, end_flat_percent, merge_mm and theta_unit (degree, radian, normalized, \
     unit-free); quaternion has keys and clearance_deg (of the channel that is shown); \
-    singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg, window_mm and law \
-    (proportional, true-minimum).\n\n\
+    singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg and \
+    window_mm.\n\n\
     Beside the time of both programs stands a bound: no schedule of axes in the channel, with the limits of the joints that are named, \
     is faster. A program that the control refuses is not written.")]
 pub(crate) struct RescheduleArgs {

@@ -285,11 +285,11 @@ fn axes_between_keys_lean_no_more_than_the_cap() {
     let own = tempfile::tempdir().expect("temporary folder");
     near_the_pole(own.path(), true);
     let scene = own.path().display().to_string();
-    let made = |cap: &str, law: &str| {
+    let made = |cap: &str, window: &str| {
         let out = own.path().join("made.mpf").display().to_string();
         let method = "min-angular-acceleration";
         let words = ["reschedule", &scene, "--program", "main", "--method", method, "--output", &out, "--force"];
-        let output = proveout(&[&words[..], &["--set", cap, "--set", law]].concat());
+        let output = proveout(&[&words[..], &["--set", cap, "--set", window]].concat());
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(0), "{told}");
         assert!(told.contains("no schedule at these feeds"), "{told}");
@@ -299,9 +299,9 @@ fn axes_between_keys_lean_no_more_than_the_cap() {
         let words = text.lines().filter(|l| l.contains("C3=")).flat_map(str::split_whitespace);
         words.filter_map(|w| w.strip_prefix("C3=")?.parse::<f64>().ok()).fold(1.0, f64::min)
     };
-    let capped = least_upright(&made("cap_deg=5", "law=proportional"));
+    let capped = least_upright(&made("cap_deg=5", "window_mm=6"));
     assert!((capped - 5.0_f64.to_radians().cos()).abs() < 1e-6, "{capped}");
     // The row has no inflection, and its ends lean by 12 degrees.
-    let free = least_upright(&made("cap_deg=47", "law=true-minimum"));
+    let free = least_upright(&made("cap_deg=47", "window_mm=0"));
     assert!((free - 12.0_f64.to_radians().cos()).abs() < 1e-6, "{free}");
 }

@@ -20,8 +20,8 @@ use crate::{compare::motion::FeedBlock, scene_limits::ChangedLimit};
 const LIMIT_PASSED: f64 = 0.001;
 /// By how much programmed times of the text may differ from those of the commands: four decimals of a feed.
 const TIME_ROUNDED: f64 = 1e-4;
-/// By how much positions may be outside of their gates, radian: eight decimals of a tool vector.
-const PLACE_ROUNDED: f64 = 1e-6;
+/// By how much positions may be outside of their gates, radian: eight decimals of a tool vector. `cargo xtask verify-schedule` has the same.
+const PLACE_ROUNDED: f64 = 1e-4 * std::f64::consts::PI / 180.0;
 
 /// The certificate of a program, as it is written.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use proveout_geom::blade::{Blade, BladeEnd, BladeError, BladeSpec, CamberSection, Plate, Platform};
 use proveout_geom::rad;
 use proveout_toolpath::reschedule::{
-    AxisLaw, Junction, Method, MinAngularAcceleration, Quaternion, STheta, Singularity, ThetaUnit,
+    Junction, Method, MinAngularAcceleration, Quaternion, STheta, Singularity, ThetaUnit,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -266,8 +266,6 @@ pub struct RescheduleFile {
     pub cap_deg: Option<f64>,
     /// `min-angular-acceleration`: half of the window at a key, mm.
     pub window_mm: Option<f64>,
-    /// `min-angular-acceleration`: how the axis runs between keys.
-    pub law: Option<AxisLawFile>,
 }
 
 /// Methods that re-plan tool axes.
@@ -318,22 +316,6 @@ impl ThetaUnitFile {
     ];
 }
 
-/// How axes run between keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum AxisLawFile {
-    /// In proportion to arc length, as published.
-    Proportional,
-    /// With the least sum of squared changes of angular speed over the row.
-    TrueMinimum,
-}
-
-impl AxisLawFile {
-    /// Every law with its name.
-    pub const NAMES: [(&'static str, Self); 2] =
-        [("proportional", Self::Proportional), ("true-minimum", Self::TrueMinimum)];
-}
-
 /// How the ends of a stretch near the pole are smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -353,7 +335,7 @@ impl JunctionFile {
 
 impl RescheduleFile {
     /// Keys of options, in the order of the scene file.
-    pub const OPTIONS: [&'static str; 13] = [
+    pub const OPTIONS: [&'static str; 12] = [
         "clearance_deg",
         "inset_deg",
         "start_flat_mm",
@@ -366,7 +348,6 @@ impl RescheduleFile {
         "junction",
         "cap_deg",
         "window_mm",
-        "law",
     ];
 
     /// Options that a method reads.
@@ -377,7 +358,7 @@ impl RescheduleFile {
             }
             MethodFile::Quaternion => &["clearance_deg", "keys"],
             MethodFile::Singularity => &["cone_deg", "rate_deg_mm", "junction"],
-            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm", "law"],
+            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm"],
         }
     }
 
@@ -399,7 +380,6 @@ impl RescheduleFile {
             self.junction.map(|j| JunctionFile::NAMES.iter().find(|(_, k)| *k == j).map_or("", |(n, _)| n).to_owned()),
             self.cap_deg.map(number),
             self.window_mm.map(number),
-            self.law.map(|l| AxisLawFile::NAMES.iter().find(|(_, k)| *k == l).map_or("", |(n, _)| n).to_owned()),
         ];
         Self::OPTIONS.into_iter().zip(values).filter_map(|(key, value)| Some((key, value?))).collect()
     }
@@ -437,13 +417,6 @@ impl RescheduleFile {
             "rate_deg_mm" => self.rate_deg_mm = Some(number()?),
             "cap_deg" => self.cap_deg = Some(number()?),
             "window_mm" => self.window_mm = Some(number()?),
-            "law" => {
-                let Some((_, law)) = AxisLawFile::NAMES.iter().find(|(name, _)| *name == value) else {
-                    let names: Vec<&str> = AxisLawFile::NAMES.iter().map(|(name, _)| *name).collect();
-                    return Err((format!("{key}={value} is no law"), format!("write one of {}", names.join(", "))));
-                };
-                self.law = Some(*law);
-            }
             "junction" => {
                 let Some((_, rule)) = JunctionFile::NAMES.iter().find(|(name, _)| *name == value) else {
                     let names: Vec<&str> = JunctionFile::NAMES.iter().map(|(name, _)| *name).collect();
@@ -485,7 +458,6 @@ impl RescheduleFile {
             junction: None,
             cap_deg: None,
             window_mm: None,
-            law: None,
         }
     }
 
@@ -515,10 +487,6 @@ impl RescheduleFile {
                 Box::new(MinAngularAcceleration {
                     cap: self.cap_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
                     window: self.window_mm.unwrap_or(defaults.window),
-                    law: match self.law {
-                        None | Some(AxisLawFile::Proportional) => AxisLaw::Proportional,
-                        Some(AxisLawFile::TrueMinimum) => AxisLaw::TrueMinimum,
-                    },
                 })
             }
             MethodFile::Singularity => {

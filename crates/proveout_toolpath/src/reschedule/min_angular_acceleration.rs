@@ -11,10 +11,10 @@
 //! both ends free in speed. At a key the speed jumps: there a cubic that keeps value and speed at both ends takes the place of the law
 //! in a window. It is drawn in the plane that touches the sphere at the key, in which both great circles are straight.
 //!
-//! Chosen, since nothing is published: cap 47 degrees, windows of 6 mm on each side. *The true minimum* (off) is that of the whole row
-//! with the same keys: the natural cubic spline of the angle along the pieces, which has no jump.
+//! Chosen, since nothing is published: cap 47 degrees, windows of 6 mm on each side.
 //!
-//! Not built: the search for keys in free cells. Whether all new axes are free is looked at where the surroundings know it.
+//! Not built: the search for keys in free cells, and the least of the paper's sum over the whole row, which a spline through the keys on the
+//! sphere has. Whether all new axes are free is looked at where the surroundings know it.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -29,16 +29,6 @@ const STRAIGHT: f64 = 1e-3;
 /// Shortest row, blocks.
 const SHORTEST: usize = 5;
 
-/// How the axis runs between keys.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AxisLaw {
-    /// In proportion to arc length, as published; with windows at the keys.
-    #[default]
-    Proportional,
-    /// With the least sum of squared changes of angular speed over the whole row.
-    TrueMinimum,
-}
-
 /// Parameters of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MinAngularAcceleration {
@@ -46,13 +36,11 @@ pub struct MinAngularAcceleration {
     pub cap: f64,
     /// Half of the window at a key, mm; zero for none.
     pub window: f64,
-    /// The law.
-    pub law: AxisLaw,
 }
 
 impl Default for MinAngularAcceleration {
     fn default() -> Self {
-        Self { cap: 47.0_f64.to_radians(), window: 6.0, law: AxisLaw::Proportional }
+        Self { cap: 47.0_f64.to_radians(), window: 6.0 }
     }
 }
 
@@ -92,24 +80,13 @@ pub fn inflections(points: &[Point], up: &Vector) -> Vec<usize> {
 }
 
 /// Axes at arc lengths from key axes at some of them, rising, the first and the last of all among them.
-pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64, law: AxisLaw) -> Vec<Vector> {
-    match law {
-        AxisLaw::Proportional => proportional(arc, keys, window),
-        AxisLaw::TrueMinimum => true_minimum(arc, keys),
-    }
-}
-
-/// The great circles of all keys one behind the other.
-fn on_pieces(keys: &[(usize, Vector)], piece: usize, part: f64) -> Vector {
-    slerp(&keys[piece].1, &keys[piece + 1].1, part)
-}
-
-fn proportional(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<Vector> {
-    let mut axes = vec![keys[0].1; arc.len()];
-    for (piece, pair) in keys.windows(2).enumerate() {
+pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<Vector> {
+    let Some(first) = keys.first() else { return Vec::new() };
+    let mut axes = vec![first.1; arc.len()];
+    for pair in keys.windows(2) {
         let (e, f) = (pair[0].0, pair[1].0);
         for (axis, s) in axes[e..=f].iter_mut().zip(&arc[e..=f]) {
-            *axis = on_pieces(keys, piece, (s - arc[e]) / (arc[f] - arc[e]));
+            *axis = slerp(&pair[0].1, &pair[1].1, (s - arc[e]) / (arc[f] - arc[e]));
         }
     }
     for k in 1..keys.len() - 1 {
@@ -144,42 +121,6 @@ fn touching(from: &Vector, to: &Vector) -> Vector {
 fn turned_by(from: &Vector, by: &Vector) -> Vector {
     let angle = by.norm();
     if angle < 1e-12 { *from } else { from * angle.cos() + by * (angle.sin() / angle) }
-}
-
-/// The natural cubic spline of the angle along the pieces, through the keys.
-fn true_minimum(arc: &[f64], keys: &[(usize, Vector)]) -> Vec<Vector> {
-    let n = keys.len();
-    let s: Vec<f64> = keys.iter().map(|k| arc[k.0]).collect();
-    let mut way = vec![0.0];
-    for pair in keys.windows(2) {
-        way.push(way[way.len() - 1] + touching(&pair[0].1, &pair[1].1).norm());
-    }
-    // Second derivatives at the keys, zero at both ends: a tridiagonal system from above down.
-    let h: Vec<f64> = s.windows(2).map(|p| p[1] - p[0]).collect();
-    let rate: Vec<f64> = way.windows(2).zip(&h).map(|(p, h)| (p[1] - p[0]) / h).collect();
-    let mut bend = vec![0.0; n];
-    let (mut factor, mut right) = (vec![0.0; n], vec![0.0; n]);
-    for i in 1..n.saturating_sub(1) {
-        let pivot = 2.0 * (h[i - 1] + h[i]) - h[i - 1] * factor[i - 1];
-        factor[i] = h[i] / pivot;
-        right[i] = (6.0 * (rate[i] - rate[i - 1]) - h[i - 1] * right[i - 1]) / pivot;
-    }
-    for i in (1..n.saturating_sub(1)).rev() {
-        bend[i] = right[i] - factor[i] * bend[i + 1];
-    }
-    arc.iter()
-        .map(|&x| {
-            let k = s.partition_point(|&v| v <= x).clamp(1, n - 1) - 1;
-            let (a, b) = (x - s[k], s[k + 1] - x);
-            let along = (bend[k] * b.powi(3) + bend[k + 1] * a.powi(3)) / (6.0 * h[k])
-                + (way[k] / h[k] - bend[k] * h[k] / 6.0) * b
-                + (way[k + 1] / h[k] - bend[k + 1] * h[k] / 6.0) * a;
-            // The spline may run over a key before the row does: the axis is where it stands on the pieces.
-            let piece = way.partition_point(|&v| v <= along).clamp(1, n - 1) - 1;
-            let length = way[piece + 1] - way[piece];
-            on_pieces(keys, piece, if length > 0.0 { (along - way[piece]) / length } else { 0.0 })
-        })
-        .collect()
 }
 
 /// The axis turned towards `up` until its lean is no more than the cap.
@@ -266,7 +207,7 @@ impl Method for MinAngularAcceleration {
             let message = "two key axes are opposite to each other: no great circle is between them";
             return Err(RescheduleError::new("reschedule-path", line, message, "set a smaller cap"));
         }
-        let axes = between_keys(&arc, &keys, self.window, self.law);
+        let axes = between_keys(&arc, &keys, self.window);
         let poses: Vec<ToolPose> =
             centers.iter().zip(&axes).map(|(c, axis)| ToolPose { tip: c - axis * radius, axis: *axis }).collect();
         if let Some(region) = around.region {

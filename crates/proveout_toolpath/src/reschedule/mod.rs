@@ -27,7 +27,7 @@ pub use certificate::{Certificate, JointGates, Proof, Schedules, SchedulesError,
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
-pub use min_angular_acceleration::{AxisLaw, MinAngularAcceleration, between_keys, capped, inflections};
+pub use min_angular_acceleration::{MinAngularAcceleration, between_keys, capped, inflections};
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
 pub use section::{Layer, SectionPath};
