@@ -167,7 +167,8 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
 
 #[test]
 fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
-    let words = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--set", "clearance_deg=10"];
+    let scene = root().join("scenes/li-2022-s-theta").display().to_string();
+    let words = ["reschedule", &scene, "--program", "original", "--method", "s-theta", "--set", "clearance_deg=10"];
     let output = proveout(&[&words[..], &["--output", "never.mpf", "--certificate", "never.json"]].concat());
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{told}");

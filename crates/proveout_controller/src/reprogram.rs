@@ -94,7 +94,7 @@ impl Reprogramming<'_> {
     fn table_axis(&self) -> Vector {
         let carrying = |&&j: &&usize| self.machine.joints[j].carries == proveout_machine::Carries::Workpiece;
         let rotary = self.machine.rotary_joints();
-        let joint = rotary.iter().rfind(carrying).or(rotary.first());
+        let joint = rotary.iter().find(carrying).or(rotary.first());
         joint.map_or(Vector::z(), |&j| self.machine.joints[j].direction)
     }
 
