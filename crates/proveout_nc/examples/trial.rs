@@ -1,9 +1,9 @@
 //! Which programs of a folder are read, and why the others are refused, as a table by count:
-//! `cargo run -p proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--tool-radius MM] [--files] FILE...`.
+//! `cargo run -p proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--tool-radius MM] [--home] [--files] FILE...`.
 //!
 //! `--files` tells every file with its first fault; `--feed` is the policy for motions before the first F,
-//! `--tool-radius` what the milling cycles of a TNC and an 840D need of the tool. Only the first fault
-//! of a program counts.
+//! `--tool-radius` what the milling cycles of a TNC and an 840D need of the tool; with `--home` the axes stand
+//! at zero before the first block, as the home position of a machine tells. Only the first fault of a program counts.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufWriter, Write};
@@ -26,10 +26,12 @@ fn table(out: &mut impl Write) -> io::Result<ExitCode> {
     let mut files = Vec::new();
     let mut each = false;
     let mut radius = None;
+    let mut home = false;
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
             "--files" => each = true,
+            "--home" => home = true,
             "--feed" => settings.default_feed_mm_per_min = words.next().and_then(|value| value.parse().ok()),
             "--tool-radius" => radius = words.next().and_then(|value| value.parse().ok()),
             "--control" => {
@@ -44,6 +46,9 @@ fn table(out: &mut impl Write) -> io::Result<ExitCode> {
             }
             _ => files.push(word),
         }
+    }
+    if home {
+        (0..6).for_each(|axis| settings.start_position.put(axis, 0.0));
     }
     if let Some(radius) = radius {
         for name in ["Q108", "$P_TOOLR"] {

@@ -108,6 +108,7 @@ pub(crate) struct Proof {
     /// Where and when the motion ended by now.
     end: Option<(JointValues, f64)>,
     looks: u64,
+    effort: u64,
 }
 
 impl Interference {
@@ -150,6 +151,11 @@ impl Interference {
     /// Stretches of motion that were looked at for it.
     pub fn looks(&self) -> u64 {
         self.proof.as_ref().map_or(0, |p| p.looks)
+    }
+
+    /// What they have cost, in pairs of boxes that were looked at (some 30 ns each).
+    pub fn proof_effort(&self) -> u64 {
+        self.proof.as_ref().map_or(0, |p| p.effort)
     }
 
     pub(crate) fn keep_piece(&mut self, piece: KeptPiece) {
@@ -208,6 +214,7 @@ impl Interference {
         let stood_since = proof.end.filter(stood).map(|(_, time)| time);
         for (pair, ask, search) in &searches {
             proof.looks += ask.looks;
+            proof.effort += ask.effort;
             let last = proof.spans.iter_mut().rfind(|s| s.pair == pair.info);
             if let Some(last) = last.filter(|s| Some(s.time[1]) == stood_since) {
                 last.time[1] = begin;

@@ -90,7 +90,8 @@ impl Interpreter {
             }
             b'T' if p.has(b'T') && self.is_fanuc() && !is_macro_call(block) && p.put_second_tool(value) => {}
             letter => {
-                if !p.put(letter, value, point) && !is_macro_call(block) {
+                // Of the letters of a macro call only arguments may stand again.
+                if !p.put(letter, value, point) && (matches!(letter, b'P' | b'L') || !is_macro_call(block)) {
                     return Err(twice(char::from(letter), span));
                 }
             }

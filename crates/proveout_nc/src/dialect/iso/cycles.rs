@@ -268,7 +268,13 @@ impl Interpreter {
                 .help("write depth and R plane of the cycle")
         };
         let z = self.own.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
-        let r = self.own.cycle.r.ok_or_else(|| missing('R'))?;
+        let r = self.own.cycle.r.ok_or_else(|| {
+            if self.own.flavor != Flavor::Haas || self.own.cycle.initial.is_some() {
+                return missing('R');
+            }
+            let message = format!("{name} without R begins at the level of the tool, which the program has not set");
+            Fault::new(codes::POSITION_UNKNOWN, span, message).help("write R, or program Z before the cycle")
+        })?;
         // LinuxCNC reads the stored numbers as G90 or G91 says now, the others as it said where they stood.
         let linuxcnc = self.own.flavor.is_linuxcnc();
         let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };

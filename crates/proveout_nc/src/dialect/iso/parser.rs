@@ -216,7 +216,11 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                         Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
                         _ => block.osp,
                     };
-                    block.statement = Some(found);
+                    if block.statement.replace(found).is_some() {
+                        let message = "a second statement in one block: what the control makes of both is not stated";
+                        return Err(Fault::new(codes::CONFLICT, s.span_from(at), message)
+                            .help("write it in a block of its own"));
+                    }
                 } else {
                     let word = word(&mut s, flavor)?;
                     if matches!(word.value, Value::Expr(_)) && s.slice(at).contains('=') {

@@ -219,6 +219,11 @@ impl Interpreter {
 
     /// A G word as the reader alone takes it.
     pub(super) fn own_g(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+        let group = words::g_group(code).and_then(|group| p.groups.get_mut(group));
+        if let Some(other) = group.and_then(|group| group.replace(code)).filter(|&other| other != code) {
+            let message = format!("G{other} and G{code} are of one group, of which a block takes one word");
+            return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
+        }
         let modal = &mut self.modal;
         match code {
             0 => modal.interpolation = Interpolation::Rapid,

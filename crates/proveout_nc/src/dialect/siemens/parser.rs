@@ -192,7 +192,11 @@ fn read_line(line: &str, block: &mut Block) -> Result<(), Fault> {
         end = s.pos();
     }
     block.span = Span::new(start, end);
-    Ok(())
+    match (&block.statement, block.words.first()) {
+        (Some(_), Some(word)) => Err(Fault::new(codes::SYNTAX, word.span, "a word behind a statement")
+            .help("write it in a block of its own; control structures, jumps and calls stand alone")),
+        _ => Ok(()),
+    }
 }
 
 /// Program header lines, `/`, block number and label.

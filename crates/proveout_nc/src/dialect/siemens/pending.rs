@@ -151,6 +151,8 @@ pub(crate) struct Pending {
     pub(crate) tapping_feed: bool,
     /// G40, G41, G42.
     pub(crate) compensation: Option<CompSide>,
+    /// The G word of each group of [`super::words::g_group`] that stands in the block.
+    pub(crate) groups: [Option<u32>; 7],
 }
 
 impl Pending {

@@ -103,6 +103,22 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
     )
 }
 
+/// The group of a G word, of those groups that the reader runs by; a block takes one word of each.
+///
+/// *Programming manual Fundamentals* (840D sl, 828D), tables, "G commands"; *Diagnostics manual*, alarm 12060.
+pub(crate) fn g_group(code: u32) -> Option<usize> {
+    Some(match code {
+        0..=3 | 33 | 331 | 332 => 0,
+        17..=19 => 1,
+        40..=42 => 2,
+        54..=57 | 500 | 505..=599 => 3,
+        60 | 64 | 641..=645 => 4,
+        70 | 71 | 700 | 710 => 5,
+        90 | 91 => 6,
+        _ => return None,
+    })
+}
+
 /// Remedy for a G word that the control knows and this reader does not do.
 pub(crate) fn refused_g(code: u32) -> Option<&'static str> {
     Some(match code {

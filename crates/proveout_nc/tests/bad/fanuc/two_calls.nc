@@ -1,0 +1,12 @@
+(nc-conflicting-words)
+O1
+G21 G90 G54
+G0 X0. Y0. Z5.
+G65 P9000 A1. G65 P9001 B2.
+M30
+O9000
+G0 X#1
+M99
+O9001
+G0 Y#2
+M99
