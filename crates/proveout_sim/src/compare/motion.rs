@@ -429,7 +429,7 @@ mod tests {
     }
 
     fn motion(blocks: Vec<FeedBlock>) -> Motion {
-        Motion { summary: Summary::default(), blocks, reversals: BTreeMap::new() }
+        Motion { summary: Summary::default(), blocks, over_travels: Vec::new(), reversals: BTreeMap::new() }
     }
 
     #[test]
