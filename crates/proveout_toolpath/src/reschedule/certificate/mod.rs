@@ -20,10 +20,10 @@
 //! to the bottom of a later one (or the other way round), and the travel between these two gates proves just the time that it takes:
 //! the proof is the dual of the linear program, and as large as its optimum.
 //!
-//! *Swings.* Let the gates `g_0 < g_1 < ..` demand q <= a_0, q >= a_1, q <= a_2, .. with `a_0 < a_1 > a_2 < ..`. Let e_1 be where q is
-//! largest between g_0 and g_2, e_2 where it is least between e_1 and g_3, and so on. At both ends of each of these intervals q is
-//! on the other side of the demand in its inside, so that the extreme lies inside, q' is zero there, the e_k rise, and
-//! `|q(e_k+1) - q(e_k)| >= |a_k+1 - a_k|`. From g_0 to e_1 and from the last e to the last gate the joint is in motion at one
+//! *Swings.* Let the gates `g_0 < g_1 < ..` demand `q <= a_0, q >= a_1, q <= a_2, ..` with `a_0 < a_1 > a_2 < ..`. Let `e_1` be where q is
+//! largest between `g_0` and `g_2`, `e_2` where it is least between `e_1` and `g_3`, and so on. At both ends of each of these intervals q is
+//! on the other side of the demand in its inside, so that the extreme lies inside, q' is zero there, the `e_k` rise, and
+//! `|q(e_k+1) - q(e_k)| >= |a_k+1 - a_k|`. From `g_0` to `e_1` and from the last e to the last gate the joint is in motion at one
 //! end. The corners at which the taut string turns back are the gates that demand most; the times for a distance are such that a swing
 //! never takes less than one that leaves two of its gates out.
 //!
@@ -187,7 +187,7 @@ impl Schedules {
                 let pairs = gates.windows(2).enumerate();
                 pairs
                     .map(|(k, pair)| {
-                        let way = distance(*joint, [pair[0], pair[1]], *up == (k % 2 == 0));
+                        let way = distance(*joint, [pair[0], pair[1]], *up == k.is_multiple_of(2));
                         if way <= 0.0 {
                             f64::NEG_INFINITY
                         } else if k == 0 || k == last {
@@ -322,7 +322,7 @@ impl Search<'_> {
             return None;
         }
         // The turns are a maximum, a minimum, ... where the string begins upwards.
-        let is_maximum = |k: usize| up == (k % 2 == 0);
+        let is_maximum = |k: usize| up == k.is_multiple_of(2);
         let demand = |k: usize| gates[turns[k]][usize::from(!is_maximum(k))];
         let limits = &self.schedules.joints[joint].limits;
         let ramp = |k: usize, i: usize| {

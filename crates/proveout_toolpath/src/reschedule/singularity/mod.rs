@@ -300,7 +300,8 @@ fn study(arc: &[f64], [row, new]: [&[PoleAngles]; 2], stretches: &[PoleStretch])
         axes: [Quantity { name: "path length of the contact", unit: "mm" }, Quantity { name: quantity, unit: "deg" }],
         points: arc.iter().zip(values).map(|(s, p)| [*s, of(p).to_degrees()]).collect(),
     };
-    let (polar, azimuth): (fn(&PoleAngles) -> f64, fn(&PoleAngles) -> f64) = (|p| p.polar, |p| p.azimuth);
+    let polar: fn(&PoleAngles) -> f64 = |p| p.polar;
+    let azimuth: fn(&PoleAngles) -> f64 = |p| p.azimuth;
     let (to, about) = ("angle to the table's axis", "angle about the table's axis");
     let figure = |name, unit, value| Figure { name, unit, value };
     let [before, after] = [row, new].map(|r| row_figures(r, arc));

@@ -138,8 +138,9 @@ fn solved(mut a: [[f64; 3]; 3], mut r: [f64; 3]) -> [f64; 3] {
     for i in 0..3 {
         for k in i + 1..3 {
             let f = a[k][i] / a[i][i];
-            for c in i..3 {
-                a[k][c] -= f * a[i][c];
+            let above = a[i];
+            for (entry, over) in a[k].iter_mut().zip(above).skip(i) {
+                *entry -= f * over;
             }
             r[k] -= f * r[i];
         }
