@@ -291,8 +291,16 @@ cases! {
     "scene/RescheduleFile.from", Remade, ["scene", "program.2.reschedule.from", "\"second\""];
     "scene/RescheduleFile.clearance_deg", Remade, ["scene", "program.2.reschedule.clearance_deg", "8"];
     "scene/RescheduleFile.inset_deg", Remade, ["scene", "program.2.reschedule.inset_deg", "8"];
+    "scene/RescheduleFile.start_flat_mm", Remade, ["scene", "program.2.reschedule.start_flat_mm", "4"];
+    "scene/RescheduleFile.end_flat_percent", Remade, ["scene", "program.2.reschedule.end_flat_percent", "8"];
+    "scene/RescheduleFile.merge_mm", Remade, ["scene", "program.2.reschedule.merge_mm", "60"];
     "scene/RescheduleFile.theta_unit", Remade, ["scene", "program.2.reschedule.theta_unit", "\"radian\""];
     "scene/RescheduleFile.keys", RemadeQuaternion, ["scene", "program.2.reschedule.keys", "9"];
+    "scene/RescheduleFile.cap_deg", RemadeKeys, ["scene", "program.2.reschedule.cap_deg", "4"];
+    "scene/RescheduleFile.window_mm", RemadeKeys, ["scene", "program.2.reschedule.window_mm", "1"];
+    "scene/RescheduleFile.cone_deg", RemadePole, ["scene", "program.2.reschedule.cone_deg", "25"];
+    "scene/RescheduleFile.rate_deg_mm", RemadePole, ["scene", "program.2.reschedule.rate_deg_mm", "9"];
+    "scene/RescheduleFile.junction", RemadePole, ["scene", "program.2.reschedule.junction", "\"off\""];
     "scene/InspectFile.name", Mill, ["scene", "inspect.0.name", "\"ground\""];
     "scene/InspectFile.kind", Mill, ["scene", "inspect.0.kind", "\"thickness\""];
     "scene/InspectFile.from_mm", Mill, ["scene", "inspect.0.from_mm", "[-5.25, 8.25, 5]"];

@@ -99,6 +99,10 @@ pub(crate) enum Setup {
     /// A program that is made from another, by either method.
     Remade,
     RemadeQuaternion,
+    /// A program that turns the table near its pole, made anew there.
+    RemadePole,
+    /// The same program, its axes laid between keys.
+    RemadeKeys,
     /// One tool each, that cuts a groove.
     Ball,
     BullNose,
@@ -257,12 +261,16 @@ impl Setup {
                 let model = fs::read(root().join("machines/bc-trunnion/model.glb")).unwrap_or_default();
                 more.push(("machine/model.glb", model));
             }
-            Self::Plan | Self::Paths | Self::Remade | Self::RemadeQuaternion => {
+            Self::Plan | Self::Paths | Self::Remade | Self::RemadeQuaternion | Self::RemadePole | Self::RemadeKeys => {
                 let lib = |path: &str| fs::read_to_string(root().join(path)).unwrap_or_default();
                 machine = lib("machines/starrag-lx-451/machine.toml");
                 tools = lib("tools/li-2022.toml");
                 name = "main.mpf";
-                program = shortened(&lib("scenes/li-2022-s-theta/original.mpf"));
+                program = if matches!(self, Self::RemadePole | Self::RemadeKeys) {
+                    near_pole()
+                } else {
+                    shortened(&lib("scenes/li-2022-s-theta/original.mpf"))
+                };
                 scene = in_siemens(&scene)
                     .replace("box = { min_mm = [-15, -10, -10], max_mm = [15, 10, 0] }", "blade_allowance_mm = 0.5")
                     .replace("resolution_mm = 0.5", "resolution_mm = 8")
@@ -276,9 +284,14 @@ impl Setup {
                 }
                 if !matches!(self, Self::Plan | Self::Paths) {
                     scene += "\n[[program]]\nname = \"second\"\nfile = \"second.mpf\"\n";
-                    let method = if self == Self::Remade { "s-theta" } else { "quaternion" };
+                    let method = match self {
+                        Self::Remade => "\"s-theta\"",
+                        Self::RemadePole => "\"singularity\", cone_deg = 20",
+                        Self::RemadeKeys => "\"min-angular-acceleration\"",
+                        _ => "\"quaternion\"",
+                    };
                     scene += &format!(
-                        "\n[[program]]\nname = \"made\"\nreschedule = {{ method = \"{method}\", from = \"main\" }}\n"
+                        "\n[[program]]\nname = \"made\"\nreschedule = {{ method = {method}, from = \"main\" }}\n"
                     );
                     more.push(("second.mpf", program.replace("S8000", "S7000").into()));
                 }
@@ -403,4 +416,19 @@ impl Setup {
         files.extend(more.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)));
         files
     }
+}
+
+/// A row above the part whose axis comes within 6 degrees of the table's while the table turns by 3 degrees a block.
+fn near_pole() -> String {
+    let mut text = String::from(
+        "G17\nT=\"BALL_D16\"\nM6\nD1\nG54\nS8000 M3\nCTOL=0.01 OTOL=0.05 G645\nG0 A0 B60\nTRAORI\nORIAXES\n",
+    );
+    text += "G0 X30 Y0 Z90 A0 B60\nG93\n";
+    for i in 0..=40_i32 {
+        let tilt = 84.0 - 1.2 * f64::from((i - 20).abs());
+        // Along the table's axis the row goes up and down.
+        let up = 30.0 + f64::from(i) + 3.0 * (f64::from(i) / 5.0).sin();
+        text += &format!("G1 X{up:.4} Y{} Z80 A{} B{tilt:.1} F600\n", i, 3 * i);
+    }
+    text + "TRAFOOF\nM30\n"
 }

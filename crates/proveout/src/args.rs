@@ -349,15 +349,19 @@ fn strategies() -> PossibleValuesParser {
     proveout reschedule scenes/li-2022-s-theta --program original --method s-theta --output new.mpf\n  \
     proveout reschedule scenes/li-2022-s-theta --program original --method quaternion --set keys=9 --output new.apt\n\n\
     Options are those of the scene's program that is made from this one by the method, else the published and default ones. \
-    s-theta has clearance_deg, inset_deg and theta_unit (degree, radian, normalized, unit-free); quaternion has keys and \
-    clearance_deg (of the channel that is shown).")]
+    s-theta has clearance_deg, inset_deg, start_flat_mm, end_flat_percent, merge_mm and theta_unit (degree, radian, normalized, \
+    unit-free); quaternion has keys and clearance_deg (of the channel that is shown); \
+    singularity has cone_deg, rate_deg_mm and junction (off, free, pinned); min-angular-acceleration has cap_deg and \
+    window_mm.\n\n\
+    Beside the time of both programs stands a bound: no schedule of axes in the channel, with the limits of the joints that are named, \
+    is faster. A program that the control refuses is not written.")]
 pub(crate) struct RescheduleArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,
     /// Program of the scene that is re-scheduled, or one that the scene makes by the method
     #[arg(long, value_name = "NAME")]
     pub(crate) program: String,
-    /// Published method: s-theta, quaternion
+    /// Published method: s-theta, quaternion, singularity, min-angular-acceleration
     #[arg(long, value_name = "METHOD")]
     pub(crate) method: String,
     /// Option of the method, in place of the scene's; may be repeated
@@ -366,6 +370,9 @@ pub(crate) struct RescheduleArgs {
     /// Program file; its ending tells the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Writes the bound of the time of all schedules with its proof as JSON; `cargo xtask verify-schedule` checks it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) certificate: Option<PathBuf>,
     /// Write over a file that is there
     #[arg(long)]
     pub(crate) force: bool,

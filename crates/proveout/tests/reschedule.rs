@@ -91,7 +91,9 @@ fn set_takes_the_place_of_the_scene() {
     let other = written(&["--program", "original", "--method", "quaternion", "--set", "keys=15"], "k15.mpf");
     assert!(scene == nine && scene != other);
     let scene = written(&["--program", "original", "--method", "s-theta"], "s.mpf");
-    for option in ["clearance_deg=50", "inset_deg=4", "theta_unit=radian"] {
+    for option in
+        ["clearance_deg=50", "inset_deg=4", "theta_unit=radian", "start_flat_mm=4", "end_flat_percent=8", "merge_mm=60"]
+    {
         let other = written(&["--program", "original", "--method", "s-theta", "--set", option], "s2.mpf");
         assert!(scene != other, "{option} changes nothing");
     }
@@ -114,4 +116,194 @@ fn two_programs_with_other_options_must_be_told_apart() {
     assert_eq!(refused.status.code(), Some(2), "{told}");
     assert!(told.contains("several programs") && told.contains("quaternion, coarse"), "{told}");
     assert_eq!(call("coarse").status.code(), Some(0));
+}
+
+/// The certificate of a call with these options, and what it tells.
+fn certificate(method: &str, options: &[&str], name: &str) -> (serde_json::Value, String) {
+    let (program, file) = (format!("{name}.mpf"), format!("{name}.json"));
+    let set = options.iter().flat_map(|o| ["--set", o]);
+    let words = ["reschedule", ".", "--program", "original", "--method", method, "--output", &program, "--force"];
+    let words: Vec<&str> = words.into_iter().chain(["--certificate", &file]).chain(set).collect();
+    let output = proveout(&words);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(folder().join(&file)).expect("written");
+    (serde_json::from_str(&text).expect("JSON"), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_told() {
+    let (all, told) = certificate("s-theta", &[], "certified");
+    let run = &all["runs"][0];
+    let number = |key: &str| run[key].as_f64().expect("a number");
+    let (time, bound) = (number("time_s"), number("bound_s"));
+    assert!(bound > 0.9 * time && bound <= time, "{bound} {time}");
+    assert!((number("gap_percent") - 100.0 * (time / bound - 1.0)).abs() < 1e-9);
+    assert!(
+        run["new_inside"] == true && run["original_inside"] == false,
+        "the pass leaves the channel on the pressure side"
+    );
+    // A gain stands beside the limits that it rests on.
+    assert!(told.contains("percent are left to gain") && told.contains("at most 62.4 deg/s"), "{told}");
+    assert!(told.contains("lowered by the scene; the machine has velocity 360.0"), "{told}");
+    let a = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
+    let gates = a["gates_deg"].as_array().expect("a list");
+    assert_eq!(gates.len(), run["least_s"].as_array().expect("a list").len() + 1);
+    // A wider channel: the gates are wider by the clearance that is left out, on both sides.
+    let (wide, _) = certificate("s-theta", &["clearance_deg=40"], "certified-wide");
+    let wide_a =
+        wide["runs"][0]["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
+    for (narrow, wide) in gates.iter().zip(wide_a["gates_deg"].as_array().expect("a list")) {
+        let side = |g: &serde_json::Value, k: usize| g[k].as_f64().expect("a number");
+        assert!(
+            (side(narrow, 0) - side(wide, 0) - 5.0).abs() < 1e-6
+                && (side(wide, 1) - side(narrow, 1) - 5.0).abs() < 1e-6
+        );
+    }
+    // Quaternions do not look at the channel: the bound is not about them.
+    let (other, told) = certificate("quaternion", &["clearance_deg=50"], "certified-quaternion");
+    assert!(other["runs"][0]["new_inside"] == false && other["runs"][0]["gap_percent"].is_null());
+    assert!(told.contains("the bound is not about them"), "{told}");
+}
+
+#[test]
+fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
+    let scene = root().join("scenes/li-2022-s-theta").display().to_string();
+    let words = ["reschedule", &scene, "--program", "original", "--method", "s-theta", "--set", "clearance_deg=10"];
+    let output = proveout(&[&words[..], &["--output", "never.mpf", "--certificate", "never.json"]].concat());
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    // A tool that leans that far starts with Y past its end; the program before does not.
+    assert!(told.contains("original.mpf:") && told.contains("the new axes send Y to 33"), "{told}");
+    assert!(!folder().join("never.mpf").exists() && !folder().join("never.json").exists(), "nothing is written");
+}
+
+/// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the stand-in of the specification, with a ball.
+fn near_the_pole(folder: &Path, vectors: bool) {
+    let root = root();
+    let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
+    let tools = "[[tool]]\nnumber = 1\nname = \"T1\"\nkind = \"ball\"\ndiameter_mm = 6\nflute_length_mm = 10\n\
+                 shank_diameter_mm = 6\ngauge_length_mm = 60\ncenter_cutting = true\n\
+                 holder = { sections = [{ diameter_mm = 40, length_mm = 40 }] }\n";
+    let scene = format!(
+        "name = \"pole\"\nmachine = {}\ntools = \"tools.toml\"\nresolution_mm = 4\n[stock.box]\nmin_mm = [-6, -6, -70]\n\
+         max_mm = [6, 6, 70]\n[mount]\ntranslation_mm = [0, 0, 200]\n[work_offsets.G54]\nZ_mm = 200\n\
+         [[program]]\nname = \"main\"\nfile = \"main.mpf\"\ndialect = \"siemens-840d\"\n",
+        path("machines/bc-trunnion")
+    );
+    let axis = |lean: f64, azimuth: f64| {
+        let ((sl, cl), (sa, ca)) = (lean.to_radians().sin_cos(), azimuth.to_radians().sin_cos());
+        [ca * sl, sa * sl, cl]
+    };
+    let (from, to) = (axis(12.0, 5.0), axis(12.0, 175.0));
+    let angle = from.iter().zip(to).map(|(a, b)| a * b).sum::<f64>().acos();
+    let mut text = String::from("G17\nT=\"T1\"\nM6\nD1\nG54\nS8000 M3\nCTOL=0.01 OTOL=0.05 G645\n");
+    let mut lines = Vec::new();
+    for i in 0..=120 {
+        let l = f64::from(i) / 120.0;
+        let (p, q) = (((1.0 - l) * angle).sin() / angle.sin(), (l * angle).sin() / angle.sin());
+        let t: Vec<f64> = from.iter().zip(to).map(|(a, b)| a * p + b * q).collect();
+        let z = 60.0 - f64::from(i);
+        let (s, c) = (90.0 + 25.0 * z / 120.0_f64).to_radians().sin_cos();
+        // The ball of 3 mm beside a cylinder of 8 mm.
+        let center = [11.0 * c, 11.0 * s, z];
+        let tip: Vec<f64> = center.iter().zip(&t).map(|(c, t)| c - 3.0 * t).collect();
+        let place = format!("X{:.5} Y{:.5} Z{:.5}", tip[0], tip[1], tip[2]);
+        let (b, turn) = (t[0].hypot(t[1]).atan2(t[2]).to_degrees(), t[1].atan2(t[0]).to_degrees());
+        lines.push((
+            place,
+            if vectors {
+                format!("A3={:.8} B3={:.8} C3={:.8}", t[0], t[1], t[2])
+            } else {
+                format!("B{b:.5} C{turn:.5}")
+            },
+        ));
+    }
+    text += "G0 B12 C5\nTRAORI\n";
+    text += if vectors { "ORIVECT\n" } else { "ORIAXES\n" };
+    text += &format!("{} {}\nG93\n", lines[0].0.replace("Z60", "Z90"), lines[0].1);
+    for (place, turn) in &lines {
+        text += &format!("G1 {place} {turn} F1200\n");
+    }
+    text += "TRAFOOF\nM30\n";
+    for (name, text) in [("tools.toml", tools), ("scene.toml", &scene), ("main.mpf", &text)] {
+        fs::write(folder.join(name), text).expect("written");
+    }
+}
+
+/// Largest step and sum of steps of an axis over the feed blocks of a program.
+fn steps(text: &str, axis: char) -> (f64, f64) {
+    let word = |line: &str| {
+        line.split_whitespace().find_map(|w| w.strip_prefix(axis)?.trim_start_matches('=').parse::<f64>().ok())
+    };
+    let lines = text.lines().skip_while(|l| !l.contains("G93"));
+    let values: Vec<f64> = lines.filter_map(word).collect();
+    let steps: Vec<f64> = values.windows(2).map(|p| (p[1] - p[0]).abs()).collect();
+    (steps.iter().copied().fold(0.0, f64::max), steps.iter().sum())
+}
+
+#[test]
+fn a_table_goes_through_its_pole_without_swinging_round() {
+    let own = tempfile::tempdir().expect("temporary folder");
+    near_the_pole(own.path(), false);
+    let scene = own.path().display().to_string();
+    let made = |options: &[&str]| {
+        let out = own.path().join("made.mpf").display().to_string();
+        let set = options.iter().flat_map(|o| ["--set", o]);
+        let words = ["reschedule", &scene, "--program", "main", "--method", "singularity", "--output", &out, "--force"];
+        let output = proveout(&words.into_iter().chain(set).collect::<Vec<_>>());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        (fs::read_to_string(&out).expect("written"), told)
+    };
+    let before = fs::read_to_string(own.path().join("main.mpf")).expect("readable");
+    let (largest, sum) = steps(&before, 'C');
+    assert!(largest > 10.0 && sum > 169.0, "{largest} {sum}");
+    let (text, told) = made(&["junction=off"]);
+    let (largest, sum) = steps(&text, 'C');
+    // As the independent count of the stand-in, whose contact path is 8 mm from the axis; here the ball's center is 11 mm from it.
+    assert!(largest < 0.6 && (sum - 38.0).abs() < 1.0, "{largest} {sum}");
+    // No channel of one angle is known: the feed, or the reason why there is no bound, but no gap to the best schedule in one.
+    assert!(!told.contains("in the channel") && told.contains("no "), "{told}");
+    let (wide, _) = made(&["junction=off", "cone_deg=10"]);
+    assert!(steps(&wide, 'C').1 < 16.0, "{:?}", steps(&wide, 'C'));
+    let (smooth, _) = made(&["junction=pinned"]);
+    let (free, _) = made(&[]);
+    assert!(smooth != text && free != text && smooth != free);
+    // Nothing turns that fast: nothing is changed but decimals.
+    let (slow, _) = made(&["rate_deg_mm=20"]);
+    assert!((steps(&slow, 'C').1 - 170.0).abs() < 0.1, "{:?}", steps(&slow, 'C'));
+
+    near_the_pole(own.path(), true);
+    let out = own.path().join("never.mpf");
+    let word = out.display().to_string();
+    let output = proveout(&["reschedule", &scene, "--program", "main", "--method", "singularity", "--output", &word]);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && !out.exists(), "{told}");
+    assert!(told.contains("main.mpf:13:") && told.contains("does not tell where the table stands"), "{told}");
+}
+
+#[test]
+fn axes_between_keys_lean_no_more_than_the_cap() {
+    let own = tempfile::tempdir().expect("temporary folder");
+    near_the_pole(own.path(), true);
+    let scene = own.path().display().to_string();
+    let made = |cap: &str, window: &str| {
+        let out = own.path().join("made.mpf").display().to_string();
+        let method = "min-angular-acceleration";
+        let words = ["reschedule", &scene, "--program", "main", "--method", method, "--output", &out, "--force"];
+        let output = proveout(&[&words[..], &["--set", cap, "--set", window]].concat());
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        assert!(!told.contains("in the channel"), "{told}");
+        fs::read_to_string(&out).expect("written")
+    };
+    let least_upright = |text: &str| {
+        let words = text.lines().filter(|l| l.contains("C3=")).flat_map(str::split_whitespace);
+        words.filter_map(|w| w.strip_prefix("C3=")?.parse::<f64>().ok()).fold(1.0, f64::min)
+    };
+    let capped = least_upright(&made("cap_deg=5", "window_mm=6"));
+    assert!((capped - 5.0_f64.to_radians().cos()).abs() < 1e-6, "{capped}");
+    // The row has no inflection, and its ends lean by 12 degrees.
+    let free = least_upright(&made("cap_deg=47", "window_mm=0"));
+    assert!((free - 12.0_f64.to_radians().cos()).abs() < 1e-6, "{free}");
 }

@@ -71,6 +71,7 @@
 
 #![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
 
+mod alternatives;
 mod controller;
 pub mod dynamics;
 mod emit;
@@ -100,6 +101,7 @@ mod tempo;
 mod tube;
 mod watch;
 
+pub use alternatives::Alternatives;
 pub use controller::Controller;
 pub use error::{ControlError, RunError};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, LimitKind, MoveKind, Piece, Sample};

@@ -51,6 +51,8 @@ pub(crate) struct Placed {
     pub(crate) pose: ToolPose,
     /// Time by the programmed feed, s.
     pub(crate) time: Option<f64>,
+    /// The program gives the block this time whatever its way is (inverse time).
+    pub(crate) timed: bool,
     pub(crate) frame: Frame,
 }
 
@@ -188,7 +190,8 @@ fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) 
         (Some(Feed::PerTime(rate)), Some(before)) if rate > 0.0 => Some((tip - before).norm() / rate),
         _ => None,
     };
-    Some(Placed { command, pose: ToolPose { tip, axis: state.axis? }, time, frame: state.frame })
+    let timed = matches!(state.feed, Some(Feed::InverseTime(_)));
+    Some(Placed { command, pose: ToolPose { tip, axis: state.axis? }, time, timed, frame: state.frame })
 }
 
 /// Where base coordinates are zero with tool center point control, from the origin of K.

@@ -16,6 +16,7 @@ use proveout_toolpath::reschedule::{
 };
 
 use crate::{
+    alternatives::{Alternatives, rotary_rounding},
     error::ControlError,
     program_runs::{Found, Frame, Placed, ProgramBlock, base_zero, fail, find_runs},
 };
@@ -49,6 +50,8 @@ pub struct ReprogrammedRun {
     pub stretch: Range<usize>,
     /// What the method shows of its work.
     pub study: Study,
+    /// All schedules of the stretch that were possible, or why they cannot be told.
+    pub alternatives: Result<Alternatives, &'static str>,
 }
 
 /// What a program is re-scheduled with.
@@ -91,7 +94,7 @@ impl Reprogramming<'_> {
     fn table_axis(&self) -> Vector {
         let carrying = |&&j: &&usize| self.machine.joints[j].carries == proveout_machine::Carries::Workpiece;
         let rotary = self.machine.rotary_joints();
-        let joint = rotary.iter().rfind(carrying).or(rotary.first());
+        let joint = rotary.iter().find(carrying).or(rotary.first());
         joint.map_or(Vector::z(), |&j| self.machine.joints[j].direction)
     }
 
@@ -117,27 +120,39 @@ impl Reprogramming<'_> {
             axis: *axis,
         };
         let mut q = self.machine.home();
+        let mut joints = Vec::with_capacity(found.blocks.len());
         let (Some(start), Some(end)) = (result.poses.first(), result.poses.last()) else { return Ok(()) };
         let before = found.before.iter().map(|p| (p, kept(p, &start.axis)));
         let after = found.after.iter().map(|p| (p, kept(p, &end.axis)));
         let new: Vec<(&Placed, ToolPose)> =
             before.chain(found.blocks.iter().zip(result.poses.iter().copied())).chain(after).collect();
+        if result.rotary.is_some() {
+            refuse_vectors(out, found)?;
+        }
+        let own = found.before.len()..found.before.len() + found.blocks.len();
         for (k, (placed, pose)) in new.into_iter().enumerate() {
             let last = q;
-            self.rewrite(out, placed, &pose, &mut q)?;
+            let told = own.contains(&k).then(|| result.rotary.as_ref()?.get(k - own.start)).flatten();
+            self.rewrite(out, placed, (&pose, told), &mut q)?;
             if k > 0 {
                 self.refuse_rewind(&out.commands[placed.command].location, &last, &q)?;
+            }
+            if own.contains(&k) {
+                joints.push(q);
             }
             if let Some((command, frame)) = found.turning.filter(|_| k == 0) {
                 self.turn_first(out, command, &frame, &q);
             }
         }
+        let rounding = rotary_rounding(self.machine, &out.commands, found);
+        let alternatives = Alternatives::new(self.machine, found, &result, &joints, rounding);
         out.runs.push(ReprogrammedRun {
             commands: found.blocks.iter().map(|b| b.command).collect(),
             before: found.blocks.iter().map(|b| b.pose).collect(),
             after: result.poses,
             stretch: result.stretch,
             study: result.study,
+            alternatives,
         });
         Ok(())
     }
@@ -169,14 +184,14 @@ impl Reprogramming<'_> {
         &self,
         out: &mut Reprogrammed,
         placed: &Placed,
-        pose: &ToolPose,
+        (pose, told): (&ToolPose, Option<&JointValues>),
         q: &mut JointValues,
     ) -> Result<(), Box<ControlError>> {
         let Some(command) = out.commands.get_mut(placed.command) else { return Ok(()) };
         let location = &command.location;
         // Slides depend on the length of the tool and are judged when the program runs.
-        *q = match self.machine.inverse_nearest(pose, 0.0, q) {
-            Ok(solution) => solution.q,
+        *q = match told.map_or_else(|| self.machine.inverse_nearest(pose, 0.0, q).map(|s| s.q), |q| Ok(*q)) {
+            Ok(q) => q,
             Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
             Err(e) => {
                 let help = "choose another clearance or tilt of the head, or a machine with a wider range";
@@ -225,6 +240,22 @@ impl Reprogramming<'_> {
             }
         }
     }
+}
+
+/// A program with tool vectors cannot say where a rotary joint stands at a pole.
+fn refuse_vectors(out: &Reprogrammed, found: &Found) -> Result<(), Box<ControlError>> {
+    let commands = found.blocks.iter().filter_map(|b| out.commands.get(b.command));
+    for command in commands {
+        if let Op::Linear(motion) = &command.op
+            && motion.tool_axis.is_some()
+        {
+            let message =
+                "the block gives a tool vector, which does not tell where the table stands at its pole".to_owned();
+            let help = "post the program with rotary axes, or choose another method";
+            return Err(fail(&command.location, "reschedule-path", message, help));
+        }
+    }
+    Ok(())
 }
 
 /// Writes a tip into work and base coordinates and notes the axes that have changed.

@@ -11,6 +11,7 @@
 //!
 //! Known limits: one setup a run; drive loads leave workpiece, tool and cutting forces out.
 
+pub mod certificate;
 pub mod compare;
 mod control_file;
 pub mod finding;

@@ -232,15 +232,7 @@ impl Prepared {
         };
         let nc_settings = match made {
             None => nc_settings,
-            Some(_) => NcSettings {
-                work_offsets: nc_settings.work_offsets,
-                compensation: nc_settings.compensation,
-                reference_points: nc_settings.reference_points,
-                kinematics: nc_settings.kinematics,
-                dialect: Dialect::Siemens840d,
-                limits: nc_settings.limits,
-                ..NcSettings::default()
-            },
+            Some(_) => programs::settings_of_made(nc_settings),
         };
         let program_lines = match &made {
             Some(made) => {
@@ -364,17 +356,19 @@ impl Prepared {
 
     /// Settings of the control as scene, machine and the language of the program say.
     pub fn control_settings(&self, dialect: Dialect) -> ControlSettings {
-        let defaults = ControlSettings::default();
-        ControlSettings {
-            dynamics: self.dynamics,
-            plant: self.plant,
-            default_tolerance: self.scene.file.control.path_tolerance_mm,
-            pole_cone: self.scene.file.control.pole_cone_deg.map(rad),
-            max_time: self.scene.file.limits.max_time(),
-            length_active_after_change: length_active_after_change(dialect),
-            length_in_machine_coordinates: length_in_machine_coordinates(dialect),
-            ..defaults
-        }
+        ControlSettings { dynamics: self.dynamics, plant: self.plant, ..control_settings(&self.scene, dialect) }
+    }
+}
+
+/// How the control of a scene is set up for programs of a language, with the planned set points as motion.
+pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettings {
+    ControlSettings {
+        default_tolerance: scene.file.control.path_tolerance_mm,
+        pole_cone: scene.file.control.pole_cone_deg.map(rad),
+        max_time: scene.file.limits.max_time(),
+        length_active_after_change: length_active_after_change(dialect),
+        length_in_machine_coordinates: length_in_machine_coordinates(dialect),
+        ..ControlSettings::default()
     }
 }
 

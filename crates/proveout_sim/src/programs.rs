@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_controller::{Reprogrammed, Reprogramming};
+use proveout_controller::{ControlError, Reprogrammed, Reprogramming};
 use proveout_geom::{InputError, Pose, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::post::{PostSettings, post_for};
@@ -13,6 +13,8 @@ use proveout_nc::{
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 
 use crate::{
+    certificate::{ScheduleCertificate, blocks_of, certify},
+    compare::motion::{self, MotionCase, Source},
     error::SimError,
     machine_data::with_machine,
     part_on_table::PartOnTable,
@@ -283,6 +285,19 @@ pub fn rescheduled(
     work.apply(commands).map_err(SimError::Control)
 }
 
+/// How the text of a made program is read, from how its source is.
+pub(crate) fn settings_of_made(source: Settings) -> Settings {
+    Settings {
+        work_offsets: source.work_offsets,
+        compensation: source.compensation,
+        reference_points: source.reference_points,
+        kinematics: source.kinematics,
+        dialect: Dialect::Siemens840d,
+        limits: source.limits,
+        ..Settings::default()
+    }
+}
+
 /// How a program of a scene is re-scheduled: by an entry of the scene that makes it so, or with the options of a method as they
 /// are published.
 #[derive(Clone, Debug)]
@@ -341,21 +356,97 @@ impl<'a> Rescheduling<'a> {
         Ok(Self { source, entry, file: entry.reschedule.clone().unwrap_or_else(plain) })
     }
 
-    /// The text of the new program in a language: in that of the 840D it is the one that a run of the entry makes and keeps.
+    /// The new program in a language, with how far it is from the best schedule. In the language of the 840D its text is the one that a
+    /// run of the entry makes and keeps.
     ///
     /// # Errors
-    /// As [`rescheduled`], or what keeps machine, tools and part from being read.
-    pub fn text(&self, scene: &Scene, dialect: Dialect) -> Result<String, SimError> {
+    /// As [`rescheduled`], what keeps machine, tools and part from being read, or what keeps the control from running the new program:
+    /// travel of a linear joint, for one.
+    pub fn remade(&self, scene: &Scene, dialect: Dialect) -> Result<Remade, SimError> {
         let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
         let mut machine = Machine::read(&scene.resolve(self.entry.machine.as_ref().unwrap_or(&scene.file.machine)))?;
-        limit_joints(scene, &mut machine)?;
+        let changed_limits = limit_joints(scene, &mut machine)?;
         let part = Prepared::part_on_table(scene, Some(self.entry))?;
-        let Some(program) = &self.source.file else { return Ok(String::new()) };
-        let program = scene.resolve(program);
-        let (settings, _) = Prepared::running_settings(scene, Some(self.entry), &tools, &machine, &program, false)?;
-        let made = rescheduled(&self.file, &program, &settings, &machine, &tools, &part)?;
-        text(&made.commands, dialect, &settings)
+        let path = scene.resolve(self.source.file.as_deref().unwrap_or(Path::new("")));
+        let (settings, _) = Prepared::running_settings(scene, Some(self.entry), &tools, &machine, &path, false)?;
+        let made = rescheduled(&self.file, &path, &settings, &machine, &tools, &part)?;
+        let run = text(&made.commands, Dialect::Siemens840d, &settings)?;
+        let motion_of = |nc: &Settings, source: Source| -> Result<motion::Motion, SimError> {
+            MotionCase::planned(scene, &machine, &tools, nc, source)?.run()
+        };
+        let name = format!("{}.mpf", self.entry.name);
+        let new = motion_of(&settings_of_made(settings.clone()), Source::Text { name, text: run.clone() })?;
+        let original = motion_of(&settings, Source::File(path))?;
+        refuse_over_travel(&machine, &new, &original, &made)?;
+        let pairs = blocks_of(&new.blocks, &made.runs).into_iter().zip(blocks_of(&original.blocks, &made.runs));
+        let line = |command: usize| made.commands.get(command).map_or(0, |c| c.location.line);
+        let certified = made.runs.iter().zip(pairs).map(|(run, (new, old))| certify(run, line, new, old));
+        let (mut runs, mut uncertified) = (Vec::new(), Vec::new());
+        for certificate in certified {
+            match certificate {
+                Ok(run) => runs.push(run),
+                Err(why) => uncertified.push(why),
+            }
+        }
+        let method = self.file.method();
+        let certificate = ScheduleCertificate {
+            format: ScheduleCertificate::FORMAT,
+            method: method.name().to_owned(),
+            source: method.source().to_owned(),
+            from: self.source.name.clone(),
+            machine: machine.name.clone(),
+            changed_limits,
+            runs,
+        };
+        let text = if dialect == Dialect::Siemens840d { run } else { text(&made.commands, dialect, &settings)? };
+        Ok(Remade { text, certificate, uncertified })
     }
+}
+
+/// Refuses a program that sends a joint past its travel where the program before does not.
+fn refuse_over_travel(
+    machine: &Machine,
+    new: &motion::Motion,
+    original: &motion::Motion,
+    made: &Reprogrammed,
+) -> Result<(), SimError> {
+    let already = |joint: usize| original.over_travels.iter().any(|o| o.joint == joint);
+    let Some(first) = new.over_travels.iter().filter(|o| !already(o.joint)).min_by_key(|o| o.block) else {
+        return Ok(());
+    };
+    let groups = blocks_of(&new.blocks, &made.runs).into_iter().zip(&made.runs);
+    let command = groups.flat_map(|(blocks, run)| blocks.into_iter().flatten().zip(&run.commands));
+    let command = command.filter(|(block, _)| block.index <= first.block).last().map(|(_, &command)| command);
+    // A rapid before the run goes where its first block begins.
+    let command = command.or_else(|| made.runs.first()?.commands.first().copied());
+    let joint = &machine.joints[first.joint];
+    let (unit, factor) = (joint.kind.unit(), joint.kind.unit_factor());
+    let message = format!(
+        "the new axes send {} to {:.3} {unit}, {:.3} {unit} past its travel of {:.3} {unit}",
+        joint.name,
+        first.value * factor,
+        ((first.value - first.limit) * factor).abs(),
+        first.limit * factor
+    );
+    let location = command.and_then(|c| made.commands.get(c)).map(|c| c.location.clone());
+    let help = "choose other options of the method, mount the part elsewhere, or take a machine with more travel";
+    Err(SimError::Control(Box::new(ControlError {
+        code: "reschedule-range",
+        message,
+        location,
+        help: Some(help.to_owned()),
+    })))
+}
+
+/// A program that is made anew.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remade {
+    /// Its text.
+    pub text: String,
+    /// How far its stretches are from the best schedules.
+    pub certificate: ScheduleCertificate,
+    /// Why there is no certificate of a stretch, one for each.
+    pub uncertified: Vec<String>,
 }
 
 /// Largest distance of ball centers before and after, mm: what a re-scheduled program may not change.

@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use proveout_geom::blade::{Blade, BladeEnd, BladeError, BladeSpec, CamberSection, Plate, Platform};
 use proveout_geom::rad;
-use proveout_toolpath::reschedule::{Method, Quaternion, STheta, ThetaUnit};
+use proveout_toolpath::reschedule::{
+    Junction, Method, MinAngularAcceleration, Quaternion, STheta, Singularity, ThetaUnit,
+};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -244,10 +246,26 @@ pub struct RescheduleFile {
     pub clearance_deg: Option<f64>,
     /// `s-theta`: distance of key points from the limits, degrees.
     pub inset_deg: Option<f64>,
+    /// `s-theta`: shortest flat at the start of a layer, mm.
+    pub start_flat_mm: Option<f64>,
+    /// `s-theta`: flat at the end of a layer, percent of the layer's length.
+    pub end_flat_percent: Option<f64>,
+    /// `s-theta`: key points nearer than this are merged, mm.
+    pub merge_mm: Option<f64>,
     /// `s-theta`: unit of theta in the construction of corners.
     pub theta_unit: Option<ThetaUnitFile>,
     /// `quaternion`: key blocks of a layer.
     pub keys: Option<usize>,
+    /// `singularity`: blocks whose axis is nearer to the table's axis than this are looked at, degrees.
+    pub cone_deg: Option<f64>,
+    /// `singularity`: they are changed where the table turns by more than this for a mm of contact path, degrees.
+    pub rate_deg_mm: Option<f64>,
+    /// `singularity`: how the ends of a changed stretch are smoothed.
+    pub junction: Option<JunctionFile>,
+    /// `min-angular-acceleration`: largest lean of key axes from the table's axis, degrees.
+    pub cap_deg: Option<f64>,
+    /// `min-angular-acceleration`: half of the window at a key, mm.
+    pub window_mm: Option<f64>,
 }
 
 /// Methods that re-plan tool axes.
@@ -258,11 +276,20 @@ pub enum MethodFile {
     STheta,
     /// Ho, Hwang, Hu 2003.
     Quaternion,
+    /// Cui et al. 2022.
+    Singularity,
+    /// Ma et al. 2020.
+    MinAngularAcceleration,
 }
 
 impl MethodFile {
     /// Every method with its name.
-    pub const NAMES: [(&'static str, Self); 2] = [("s-theta", Self::STheta), ("quaternion", Self::Quaternion)];
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("s-theta", Self::STheta),
+        ("quaternion", Self::Quaternion),
+        ("singularity", Self::Singularity),
+        ("min-angular-acceleration", Self::MinAngularAcceleration),
+    ];
 }
 
 /// Unit of theta.
@@ -289,28 +316,70 @@ impl ThetaUnitFile {
     ];
 }
 
+/// How the ends of a stretch near the pole are smoothed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum JunctionFile {
+    /// Not at all.
+    Off,
+    /// By the least-squares quadratic through five blocks, as published.
+    Free,
+    /// By the one that keeps the first and the last of them.
+    Pinned,
+}
+
+impl JunctionFile {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 3] = [("off", Self::Off), ("free", Self::Free), ("pinned", Self::Pinned)];
+}
+
 impl RescheduleFile {
     /// Keys of options, in the order of the scene file.
-    pub const OPTIONS: [&'static str; 4] = ["clearance_deg", "inset_deg", "theta_unit", "keys"];
+    pub const OPTIONS: [&'static str; 12] = [
+        "clearance_deg",
+        "inset_deg",
+        "start_flat_mm",
+        "end_flat_percent",
+        "merge_mm",
+        "theta_unit",
+        "keys",
+        "cone_deg",
+        "rate_deg_mm",
+        "junction",
+        "cap_deg",
+        "window_mm",
+    ];
 
     /// Options that a method reads.
     pub fn options_of(method: MethodFile) -> &'static [&'static str] {
         match method {
-            MethodFile::STheta => &["clearance_deg", "inset_deg", "theta_unit"],
+            MethodFile::STheta => {
+                &["clearance_deg", "inset_deg", "start_flat_mm", "end_flat_percent", "merge_mm", "theta_unit"]
+            }
             MethodFile::Quaternion => &["clearance_deg", "keys"],
+            MethodFile::Singularity => &["cone_deg", "rate_deg_mm", "junction"],
+            MethodFile::MinAngularAcceleration => &["cap_deg", "window_mm"],
         }
     }
 
     /// Options that are given, as `KEY=VALUE`.
     pub fn given(&self) -> Vec<(&'static str, String)> {
-        let degrees = |v: f64| v.to_string();
+        let number = |v: f64| v.to_string();
         let unit =
             |u: ThetaUnitFile| ThetaUnitFile::NAMES.iter().find(|(_, k)| *k == u).map_or("", |(n, _)| n).to_owned();
         let values = [
-            self.clearance_deg.map(degrees),
-            self.inset_deg.map(degrees),
+            self.clearance_deg.map(number),
+            self.inset_deg.map(number),
+            self.start_flat_mm.map(number),
+            self.end_flat_percent.map(number),
+            self.merge_mm.map(number),
             self.theta_unit.map(unit),
             self.keys.map(|k| k.to_string()),
+            self.cone_deg.map(number),
+            self.rate_deg_mm.map(number),
+            self.junction.map(|j| JunctionFile::NAMES.iter().find(|(_, k)| *k == j).map_or("", |(n, _)| n).to_owned()),
+            self.cap_deg.map(number),
+            self.window_mm.map(number),
         ];
         Self::OPTIONS.into_iter().zip(values).filter_map(|(key, value)| Some((key, value?))).collect()
     }
@@ -336,11 +405,25 @@ impl RescheduleFile {
         }
         let number = || {
             let number = value.parse::<f64>().ok().filter(|v| v.is_finite());
-            number.ok_or_else(|| (format!("{key}={value} is no number"), "write degrees with a point".to_owned()))
+            number.ok_or_else(|| (format!("{key}={value} is no number"), "write a number with a point".to_owned()))
         };
         match key {
             "clearance_deg" => self.clearance_deg = Some(number()?),
             "inset_deg" => self.inset_deg = Some(number()?),
+            "start_flat_mm" => self.start_flat_mm = Some(number()?),
+            "end_flat_percent" => self.end_flat_percent = Some(number()?),
+            "merge_mm" => self.merge_mm = Some(number()?),
+            "cone_deg" => self.cone_deg = Some(number()?),
+            "rate_deg_mm" => self.rate_deg_mm = Some(number()?),
+            "cap_deg" => self.cap_deg = Some(number()?),
+            "window_mm" => self.window_mm = Some(number()?),
+            "junction" => {
+                let Some((_, rule)) = JunctionFile::NAMES.iter().find(|(name, _)| *name == value) else {
+                    let names: Vec<&str> = JunctionFile::NAMES.iter().map(|(name, _)| *name).collect();
+                    return Err((format!("{key}={value} is no rule"), format!("write one of {}", names.join(", "))));
+                };
+                self.junction = Some(*rule);
+            }
             "theta_unit" => {
                 let Some((_, unit)) = ThetaUnitFile::NAMES.iter().find(|(name, _)| *name == value) else {
                     let names: Vec<&str> = ThetaUnitFile::NAMES.iter().map(|(name, _)| *name).collect();
@@ -360,7 +443,22 @@ impl RescheduleFile {
 
     /// A method with its published or default parameters.
     pub fn plain(method: MethodFile, from: &str) -> Self {
-        Self { method, from: from.to_owned(), clearance_deg: None, inset_deg: None, theta_unit: None, keys: None }
+        Self {
+            method,
+            from: from.to_owned(),
+            clearance_deg: None,
+            inset_deg: None,
+            start_flat_mm: None,
+            end_flat_percent: None,
+            merge_mm: None,
+            theta_unit: None,
+            keys: None,
+            cone_deg: None,
+            rate_deg_mm: None,
+            junction: None,
+            cap_deg: None,
+            window_mm: None,
+        }
     }
 
     /// The method with its parameters.
@@ -377,10 +475,32 @@ impl RescheduleFile {
                     Some(ThetaUnitFile::Normalized) => ThetaUnit::Normalized,
                     Some(ThetaUnitFile::UnitFree) => ThetaUnit::UnitFree,
                 },
-                ..defaults
+                start_flat: self.start_flat_mm.unwrap_or(defaults.start_flat),
+                end_flat: self.end_flat_percent.map_or(defaults.end_flat, |p| p / 100.0),
+                merge: self.merge_mm.unwrap_or(defaults.merge),
             }),
             MethodFile::Quaternion => {
                 Box::new(Quaternion { keys: self.keys.unwrap_or(Quaternion::default().keys), clearance })
+            }
+            MethodFile::MinAngularAcceleration => {
+                let defaults = MinAngularAcceleration::default();
+                Box::new(MinAngularAcceleration {
+                    cap: self.cap_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
+                    window: self.window_mm.unwrap_or(defaults.window),
+                })
+            }
+            MethodFile::Singularity => {
+                let defaults = Singularity::default();
+                Box::new(Singularity {
+                    cone: self.cone_deg.map_or(defaults.cone, |d| d * TAU / 360.0),
+                    rate: self.rate_deg_mm.map_or(defaults.rate, |d| d * TAU / 360.0),
+                    junction: match self.junction {
+                        None => defaults.junction,
+                        Some(JunctionFile::Off) => Junction::Off,
+                        Some(JunctionFile::Free) => Junction::Free,
+                        Some(JunctionFile::Pinned) => Junction::Pinned,
+                    },
+                })
             }
         }
     }

@@ -62,7 +62,7 @@ impl Method for LeanFromNormal {
             };
             poses.push(pose);
         }
-        Ok(Rescheduled { stretch: 0..poses.len(), poses, study: Study::default() })
+        Ok(Rescheduled { stretch: 0..poses.len(), poses, rotary: None, channel: None, study: Study::default() })
     }
 }
 

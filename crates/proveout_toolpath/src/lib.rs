@@ -3,7 +3,7 @@
 //! * [`HelicalPass`] – a ball end mill round a blade, as a CAM system posts it.
 //! * [`BladeSurface`] – contacts on a blade: nearest point, normal, principal curvatures.
 //! * [`path`] – paths over blades by contacts: strategies, chord error, scallop, cutter locations, what they ask of a machine.
-//! * [`reschedule`] – published methods that re-plan the tool axes of a path.
+//! * [`reschedule`] – published methods that re-plan the tool axes of a path, and a bound of the time of every schedule in a channel.
 //!
 //! Units: mm, s, radian. CL data in text are a dialect of `proveout_nc`.
 

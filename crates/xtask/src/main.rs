@@ -18,6 +18,7 @@ mod schemas;
 mod tools;
 #[cfg(any(test, feature = "certificates"))]
 mod verify_clearance;
+mod verify_schedule;
 mod workspace;
 
 use std::{
@@ -48,6 +49,8 @@ cargo xtask COMMAND
   experiments DIR  write docs/experiments.md from the compare.json of these folders, made by `proveout compare`
   verify-clearance RUN SCENE
                    check what a run folder says of the clearance of each pair of bodies, with distances of its own
+  verify-schedule FILE
+                   check the bound of `proveout reschedule --certificate FILE` and its proof with code of its own
   figures          make the runs of docs/figures.toml and fill the figures of the pages; --run NAME: that run (also a long one),
                    --kept: results in target/figures as they are
 
@@ -92,6 +95,10 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             Ok(())
         }
         ["verify-clearance", folder, scene] => verify_clearance(&root, folder, scene),
+        ["verify-schedule", file] => {
+            println!("{}", verify_schedule::run(Path::new(file))?);
+            Ok(())
+        }
         ["machine-models"] => machine_models::run(&root, false),
         ["machine-models", "--check"] => machine_models::run(&root, true),
         ["cone-frustum"] => cone_frustum::run(&root, false),

@@ -1,9 +1,12 @@
+use std::fmt::Write as _;
 use std::path::Path;
 
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, detect};
 use proveout_sim::{
-    Prepared, SimError, planning,
+    Prepared, SimError,
+    certificate::{RunCertificate, ScheduleCertificate},
+    planning,
     programs::{self, Rescheduling},
     scene::{MethodFile, Scene, StrategyFile},
 };
@@ -70,7 +73,9 @@ fn study(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<(), Fa
 
 /// Writes a program of a scene with new tool axes.
 pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
-    check(&args.output, args.force)?;
+    for file in std::iter::once(&args.output).chain(&args.certificate) {
+        check(file, args.force)?;
+    }
     let Some(&(_, method)) = MethodFile::NAMES.iter().find(|(name, _)| *name == args.method) else {
         let names: Vec<&str> = MethodFile::NAMES.iter().map(|(name, _)| *name).collect();
         return Err(Failure::new(format!("method {:?} is not known", args.method))
@@ -86,10 +91,76 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
         };
         work.file.set(key.trim(), value.trim()).map_err(wrong)?;
     }
-    let text = work.text(&scene, language(&args.output)).map_err(failure)?;
-    put_bytes(&args.output, args.force, &text)?;
+    let made = work.remade(&scene, language(&args.output)).map_err(failure)?;
+    if let Some(path) = &args.certificate {
+        let json = serde_json::to_string(&made.certificate);
+        put_bytes(
+            path,
+            args.force,
+            json.map_err(|e| Failure::new(format!("the certificate cannot be written: {e}")))?,
+        )?;
+    }
+    put_bytes(&args.output, args.force, &made.text)?;
     tell!("{}: {} from {}, {}", args.output.display(), args.method, work.source.name, options(&work));
+    for run in &made.certificate.runs {
+        tell!("{}", stretch(run, &made.certificate).trim_end());
+    }
+    for why in &made.uncertified {
+        tell!("no bound of the time: {why}");
+    }
     Ok(())
+}
+
+/// Times of a stretch, the bound of all schedules, and the limits that both rest on.
+fn stretch(run: &RunCertificate, all: &ScheduleCertificate) -> String {
+    let [first, last] = run.lines;
+    let mut out = format!(
+        "lines {first} to {last}: {:.3} s, {} {:.3} s ({:+.2} percent)\n",
+        run.time_s,
+        all.from,
+        run.original_time_s,
+        -run.gain_percent()
+    );
+    let proofs: Vec<String> = ["feed", "travel", "swings"]
+        .into_iter()
+        .map(|proof| (proof, run.proved_by(proof)))
+        .filter(|(_, time)| *time > 0.0)
+        .map(|(proof, time)| format!("{proof} {time:.3} s"))
+        .collect();
+    let about = if run.joints.is_empty() { "at these feeds (no channel is known)" } else { "in the channel" };
+    let _ = writeln!(out, "  no schedule {about} is below {:.3} s: {}", run.bound_s, proofs.join(", "));
+    match run.gap_percent {
+        Some(gap) => {
+            let _ = writeln!(out, "  at most {gap:.2} percent are left to gain");
+        }
+        None => out.push_str("  the new axes leave the channel, so that the bound is not about them\n"),
+    }
+    if !run.original_inside {
+        let _ = writeln!(out, "  the axes of {} leave the channel", all.from);
+    }
+    for joint in &run.joints {
+        let limit =
+            |v: Option<f64>, unit: &str| v.map_or_else(|| format!("no limit in {unit}"), |v| format!("{v:.1} {unit}"));
+        let lowered = all.changed_limits.iter().filter(|l| l.joint == joint.name).map(|l| {
+            let own = l.of_machine.map_or_else(|| "none".to_owned(), |v| format!("{v:.1}"));
+            format!("{} {own}", l.quantity)
+        });
+        let lowered: Vec<String> = lowered.collect();
+        let _ = write!(
+            out,
+            "  this rests on {} with at most {:.1} deg/s, {}, {}",
+            joint.name,
+            joint.velocity_deg_s,
+            limit(joint.acceleration_deg_s2, "deg/s2"),
+            limit(joint.jerk_deg_s3, "deg/s3")
+        );
+        if lowered.is_empty() {
+            out.push('\n');
+        } else {
+            let _ = writeln!(out, " (lowered by the scene; the machine has {})", lowered.join(", "));
+        }
+    }
+    out
 }
 
 /// The options that were taken, and where they come from.

@@ -15,7 +15,7 @@
 mod finish;
 mod judge;
 mod markdown;
-mod motion;
+pub(crate) mod motion;
 mod pictures;
 mod result;
 mod surface;
@@ -29,7 +29,7 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use proveout_controller::Dynamics;
+use proveout_controller::{Dynamics, ReprogrammedRun};
 use proveout_geom::InputError;
 use rayon::prelude::*;
 
@@ -47,6 +47,7 @@ pub use self::{
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::{
+    certificate::{blocks_of, certify},
     design::deviation_on,
     error::SimError,
     prepare::{Choice, Prepared},
@@ -92,6 +93,8 @@ struct Entry {
     changed_limits: Vec<ChangedLimit>,
     /// Method, paper, source program.
     made: Option<(String, String, String)>,
+    /// What was made, before it ran.
+    runs: Vec<ReprogrammedRun>,
     studies: Vec<Study>,
     judged: bool,
     motion: Option<Motion>,
@@ -232,7 +235,39 @@ impl Comparing {
             let (motion, ideal) = result?;
             (entry.motion, entry.ideal) = (Some(motion), Some(ideal));
         }
+        self.tell_gaps();
         Ok(())
+    }
+
+    /// Adds to what methods tell of their work how far it is from the best schedule.
+    fn tell_gaps(&mut self) {
+        for index in 0..self.entries.len() {
+            let gaps = self.gaps(&self.entries[index]);
+            for (study, figures) in self.entries[index].studies.iter_mut().zip(gaps) {
+                study.figures.retain(|f| !figures.iter().any(|own| own.name == f.name));
+                study.figures.extend(figures);
+            }
+        }
+    }
+
+    /// Time, bound and gap of the stretches of a made program; nothing where there is no bound.
+    fn gaps(&self, entry: &Entry) -> Vec<Vec<StudyFigure>> {
+        let source = entry.made.as_ref().and_then(|(_, _, from)| self.entries.iter().find(|e| e.name == *from));
+        let (Some(new), Some(old)) = (entry.motion.as_ref(), source.and_then(|s| s.motion.as_ref())) else {
+            return Vec::new();
+        };
+        let pairs = blocks_of(&new.blocks, &entry.runs).into_iter().zip(blocks_of(&old.blocks, &entry.runs));
+        let figure = |name: &str, unit: &str, value: f64| StudyFigure { name: name.into(), unit: unit.into(), value };
+        let runs = entry.runs.iter().zip(pairs).map(|(run, (new, old))| {
+            let Ok(found) = certify(run, |_| 0, new, old) else { return Vec::new() };
+            let mut figures = vec![
+                figure("time of the planned stretch", "s", found.time_s),
+                figure("no schedule in the channel is below", "s", found.bound_s),
+            ];
+            figures.extend(found.gap_percent.map(|gap| figure("left to gain at most", "%", gap)));
+            figures
+        });
+        runs.collect()
     }
 
     /// The cutting stretch of a program; none before [`Self::execute`] and where there is no stretch.
@@ -344,6 +379,7 @@ impl Entry {
             changed_limits: prepared.changed_limits.clone(),
             made,
             studies: runs.iter().map(pictures::study_of).collect(),
+            runs: runs.to_vec(),
             judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged.is_some()),
             prepared: Some(prepared),
             motion: None,

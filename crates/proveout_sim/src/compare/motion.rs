@@ -15,14 +15,21 @@
 use std::collections::BTreeMap;
 
 use proveout_controller::{
-    BlockKind, BlockRecord, Chunk, Controller, Dynamics, Event, MoveKind, Settings as ControlSettings, Summary,
+    BlockKind, BlockRecord, Chunk, Controller, Dynamics, Event, LimitKind, MoveKind, Settings as ControlSettings,
+    Summary,
 };
 use proveout_geom::{Point, ToolPose};
 use proveout_machine::{Joint, JointKind, JointValues, MAX_JOINTS, Machine};
 use proveout_nc::{Command, Op, PathMode, Program, Settings as NcSettings};
 use proveout_tool::{Tool, ToolLibrary};
 
-use crate::{error::SimError, prepare::Prepared, program_survey::known_offset, run::from_run_error};
+use crate::{
+    error::SimError,
+    prepare::{Prepared, control_settings},
+    program_survey::known_offset,
+    run::from_run_error,
+    scene::Scene,
+};
 
 /// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
 const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);
@@ -42,10 +49,20 @@ pub(crate) struct MotionCase {
     scene: String,
 }
 
+/// Where the words of a program are.
 #[derive(Clone, Debug)]
-enum Source {
+pub(crate) enum Source {
     Text { name: String, text: String },
     File(std::path::PathBuf),
+}
+
+impl Source {
+    fn program(&self, settings: &NcSettings) -> Result<Program, SimError> {
+        Ok(match self {
+            Self::Text { name, text } => Program::from_text(name, text.as_str(), settings)?,
+            Self::File(path) => Program::open(path, settings)?,
+        })
+    }
 }
 
 /// A block in feed.
@@ -63,7 +80,7 @@ pub(crate) struct FeedBlock {
     pub(crate) center: Option<Point>,
     high: [JointValues; 3],
     /// Number of the block.
-    index: u32,
+    pub(crate) index: u32,
 }
 
 /// Where a joint turns.
@@ -112,8 +129,20 @@ impl Turning {
 pub(crate) struct Motion {
     pub(crate) summary: Summary,
     pub(crate) blocks: Vec<FeedBlock>,
+    /// Joints that a block sends past their travel.
+    pub(crate) over_travels: Vec<OverTravel>,
     /// Reversals of each joint by block; blocks without one are not there.
     reversals: BTreeMap<u32, [u32; MAX_JOINTS]>,
+}
+
+/// A joint that a block sends past its travel, mm or radian.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OverTravel {
+    /// Number of the block, as [`FeedBlock::index`].
+    pub(crate) block: u32,
+    pub(crate) joint: usize,
+    pub(crate) value: f64,
+    pub(crate) limit: f64,
 }
 
 /// Extremes of a joint over the cutting stretch, mm or radian and s.
@@ -155,6 +184,27 @@ impl MotionCase {
         })
     }
 
+    /// A program on a machine of a scene, by the planned set points.
+    pub(crate) fn planned(
+        scene: &Scene,
+        machine: &Machine,
+        tools: &ToolLibrary,
+        nc: &NcSettings,
+        source: Source,
+    ) -> Result<Self, SimError> {
+        let dialect = source.program(nc)?.dialect();
+        Ok(Self {
+            machine: machine.clone(),
+            own_machine: None,
+            settings: control_settings(scene, dialect),
+            tolerance_factor: 1.0,
+            source,
+            nc: nc.clone(),
+            tools: tools.clone(),
+            scene: scene.path.display().to_string(),
+        })
+    }
+
     /// The programmed path itself, at the planned times.
     pub(crate) fn ideal(&self) -> Self {
         let settings = ControlSettings { dynamics: Dynamics::Ideal, ..self.settings.clone() };
@@ -166,10 +216,7 @@ impl MotionCase {
     /// # Errors
     /// What keeps the program from being executed.
     pub(crate) fn run(&self) -> Result<Motion, SimError> {
-        let program = match &self.source {
-            Source::Text { name, text } => Program::from_text(name, text.as_str(), &self.nc)?,
-            Source::File(path) => Program::open(path, &self.nc)?,
-        };
+        let program = self.source.program(&self.nc)?;
         let commands = program.map(|command| command.and_then(|c| known_offset(self.scaled(c), &self.nc, &self.scene)));
         let mut controller = Controller::new(commands, &self.machine, &self.tools.tools, self.settings.clone())?;
         let band = |j: &Joint| if j.kind == JointKind::Rotary { DEAD_BAND.1 } else { DEAD_BAND.0 };
@@ -178,7 +225,8 @@ impl MotionCase {
         while let Some(chunk) = controller.next_chunk().map_err(from_run_error)? {
             record.take(&chunk);
         }
-        Ok(Motion { summary: controller.summary(), blocks: record.blocks, reversals: record.reversals })
+        let Record { blocks, over_travels, reversals, .. } = record;
+        Ok(Motion { summary: controller.summary(), blocks, over_travels, reversals })
     }
 
     fn scaled(&self, mut command: Command) -> Command {
@@ -207,6 +255,7 @@ struct Record<'a> {
     run: u32,
     in_run: bool,
     blocks: Vec<FeedBlock>,
+    over_travels: Vec<OverTravel>,
     bands: Vec<f64>,
     turning: [Turning; MAX_JOINTS],
     reversals: BTreeMap<u32, [u32; MAX_JOINTS]>,
@@ -219,6 +268,9 @@ impl Record<'_> {
                 let tool = tool.and_then(|t| self.tools.get(t));
                 let ball = tool.and_then(|t| t.cutting().next()).and_then(|body| body.profile.ball_radius());
                 self.balls.insert(*block, ball);
+            }
+            if let Event::Limit { block, joint: Some(joint), value, limit, kind: LimitKind::Travel, .. } = *event {
+                self.over_travels.push(OverTravel { block, joint, value, limit });
             }
         }
         for piece in chunk.pieces.iter().filter(|p| p.kind == MoveKind::Feed) {
@@ -377,7 +429,7 @@ mod tests {
     }
 
     fn motion(blocks: Vec<FeedBlock>) -> Motion {
-        Motion { summary: Summary::default(), blocks, reversals: BTreeMap::new() }
+        Motion { summary: Summary::default(), blocks, over_travels: Vec::new(), reversals: BTreeMap::new() }
     }
 
     #[test]

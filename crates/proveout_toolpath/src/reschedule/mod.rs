@@ -5,27 +5,33 @@
 //! block and what a person may want to see of it ([`Study`]). It keeps the number and order of blocks, so that feeds, tools
 //! and the structure of the program stay.
 
+mod certificate;
 mod channel;
 mod corner;
 mod error;
+mod min_angular_acceleration;
 mod quaternion;
 mod s_theta;
 mod section;
+mod singularity;
 mod study;
 mod taut;
 
 use std::ops::Range;
 
 use proveout_geom::{Point, ToolPose, Vector};
-use proveout_machine::Machine;
+use proveout_machine::{JointValues, Machine};
 use proveout_tool::Profile;
 
+pub use certificate::{Certificate, JointGates, Proof, Schedules, SchedulesError, SwingLimits};
 pub use channel::{Channel, exact_limits};
 pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
 pub use error::RescheduleError;
+pub use min_angular_acceleration::{MinAngularAcceleration, between_keys, capped, inflections};
 pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
 pub use section::{Layer, SectionPath};
+pub use singularity::{Junction, PoleAngles, PoleStretch, Singularity, between, fitted, pole_angles};
 pub use study::{Curve, CurveKind, Figure, Quantity, Study};
 pub use taut::{Gate, taut_string};
 
@@ -96,6 +102,17 @@ impl<'a> Surroundings<'a> {
     }
 }
 
+/// The angles about an axis of the frame that a tool axis may take while its inclination to that axis stays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TurnChannel {
+    /// The axis; angles grow right-handed about it.
+    pub axis: Vector,
+    /// Smallest and largest angle at each block of the stretch, radian.
+    pub limits: Vec<[f64; 2]>,
+    /// The angles that the method has chosen.
+    pub angles: Vec<f64>,
+}
+
 /// New poses, one for each block of the run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rescheduled {
@@ -103,6 +120,11 @@ pub struct Rescheduled {
     pub poses: Vec<ToolPose>,
     /// The blocks that were planned anew: without lead-in and lead-out, which only follow their ends.
     pub stretch: Range<usize>,
+    /// Positions of the rotary joints at each block, where the poses do not tell them (at a pole); programs that give tool vectors
+    /// cannot say them.
+    pub rotary: Option<Vec<JointValues>>,
+    /// What other schedules were possible; none where the method knows no channel of one angle.
+    pub channel: Option<TurnChannel>,
     /// What to show.
     pub study: Study,
 }

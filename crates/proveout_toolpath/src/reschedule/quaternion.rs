@@ -11,7 +11,7 @@
 
 use proveout_geom::Vector;
 
-use super::s_theta::{curve, poses, study};
+use super::s_theta::{curve, poses, study, turns};
 use super::{
     Channel, CurveKind, CuttingRun, Figure, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, SectionPath,
     Surroundings,
@@ -86,6 +86,13 @@ impl Method for Quaternion {
         let points: Vec<[f64; 2]> = keys.iter().map(|&i| [path.arc[i], path.axis_angle[i]]).collect();
         study.figures.push(Figure { name: "key points", unit: "", value: keys.len() as f64 });
         study.curves.push(curve("key points", CurveKind::KeyPoints, points));
-        Ok(Rescheduled { poses: poses(run, &path, &angles), stretch: path.stretch(), study })
+        let poses = poses(run, &path, &angles);
+        Ok(Rescheduled {
+            poses,
+            stretch: path.stretch(),
+            rotary: None,
+            channel: Some(turns(&path, &channel, angles)),
+            study,
+        })
     }
 }

@@ -18,7 +18,7 @@ use super::corner::{Smoothed, ThetaUnit};
 use super::taut::{Gate, taut_string};
 use super::{
     Channel, Curve, CurveKind, CuttingRun, Figure, Layer, Method, Quantity, RescheduleError, Rescheduled, SectionPath,
-    Study, Surroundings,
+    Study, Surroundings, TurnChannel,
 };
 
 /// Parameters of the method.
@@ -82,7 +82,7 @@ impl STheta {
             "reschedule-option",
             0,
             format!("the options of s-theta are outside of their ranges: {self:?}"),
-            "clearance 0 to 90 degrees, inset above 0 to 45 degrees, flats and merging distance at least zero",
+            "clearance 0 to 90 degrees, inset above 0 to 45 degrees, flat at the end 0 to 40 percent, other lengths at least zero",
         ))
     }
 
@@ -356,7 +356,14 @@ impl Method for STheta {
         study.curves.push(curve("taut string", CurveKind::Polyline, string));
         study.curves.push(curve("key points", CurveKind::KeyPoints, keys));
         study.curves.push(curve("base points", CurveKind::Marks, bases));
-        Ok(Rescheduled { poses: poses(run, &path, &angles), stretch: path.stretch(), study })
+        let poses = poses(run, &path, &angles);
+        Ok(Rescheduled {
+            poses,
+            stretch: path.stretch(),
+            rotary: None,
+            channel: Some(turns(&path, &channel, angles)),
+            study,
+        })
     }
 }
 
@@ -386,6 +393,16 @@ pub(super) fn study(path: &SectionPath, channel: &Channel, angles: &[f64]) -> St
             figure("smallest margin", "deg", channel.margin(angles).to_degrees()),
             figure("layer", "mm", path.period),
         ],
+    }
+}
+
+/// The channel as angles about the table axis.
+pub(super) fn turns(path: &SectionPath, channel: &Channel, angles: Vec<f64>) -> TurnChannel {
+    let [u, v, axis] = path.basis;
+    TurnChannel {
+        axis: axis * u.cross(&v).dot(&axis).signum(),
+        limits: channel.lower.iter().zip(&channel.upper).map(|(low, high)| [*low, *high]).collect(),
+        angles,
     }
 }
 

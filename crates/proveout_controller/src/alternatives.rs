@@ -1,0 +1,150 @@
+//! All schedules of tool axes that were possible in a run, as gates of joints: what a bound of the time is about.
+//!
+//! *What is the same in all of them.* Blocks and their programmed times (inverse time: a feed of the tip would make the time hang on the
+//! axes); the inclination of the tool axis to the table axis, and the branch of the inverse kinematics, at each end of a block. Then the
+//! angle about the table axis is the table's joint but for sign and zero, and the joints that incline the tool go through the
+//! positions that they have.
+//!
+//! *What the control may do.* It leaves the programmed rotary positions by its rounding, which every gate is widened by.
+
+use proveout_machine::{Carries, JointValues, KinematicsError, Machine};
+use proveout_nc::{Command, Op, PathMode};
+use proveout_toolpath::reschedule::{JointGates, Rescheduled, Schedules, SwingLimits, TurnChannel};
+
+use crate::{Settings, program_runs::Found};
+
+/// By how much a joint may be off what the angles of a method say, radian: rounding of sums.
+const ROUNDED: f64 = 1e-6;
+
+/// The schedules of a run, and where its programs are among them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternatives {
+    /// Programmed time of each block of the stretch but its first, which only begins it, and gates of the rotary joints that are
+    /// widened by [`Self::rounding`].
+    pub schedules: Schedules,
+    /// What the control may leave programmed rotary positions by, radian.
+    pub rounding: f64,
+    /// Positions of these joints at the gates, in the program before and after: `[joint][gate]`, radian.
+    pub before: Vec<Vec<f64>>,
+    /// The same of the new program.
+    pub after: Vec<Vec<f64>>,
+}
+
+impl Alternatives {
+    pub(crate) fn new(
+        machine: &Machine,
+        found: &Found,
+        result: &Rescheduled,
+        joints: &[JointValues],
+        rounding: f64,
+    ) -> Result<Self, &'static str> {
+        let stretch = result.stretch.clone();
+        let (Some(blocks), Some(after)) = (found.blocks.get(stretch.clone()), joints.get(stretch)) else {
+            return Err("the stretch is not in the run");
+        };
+        let least: Option<Vec<f64>> = blocks.iter().skip(1).map(|b| b.time).collect();
+        let Some(least) = least.filter(|t| t.iter().all(|t| t.is_finite() && *t > 0.0)) else {
+            return Err("the program gives some block no feed");
+        };
+        if !blocks.iter().skip(1).all(|b| b.timed) {
+            return Err("the feed holds for the tip, whose way depends on the axes: program it by inverse time (G93)");
+        }
+        let Some(before) = positions(machine, found, result.stretch.start) else {
+            return Err("the original program is out of the machine's range");
+        };
+        let mut gates = Vec::new();
+        let mut positions = [Vec::new(), Vec::new()];
+        for &j in machine.rotary_joints() {
+            let joint = &machine.joints[j];
+            let Some(velocity) = joint.max_velocity else { continue };
+            let own: Vec<f64> = after.iter().map(|q| q[j]).collect();
+            let free = result.channel.as_ref().filter(|_| is_table(machine, j));
+            let limits = match free {
+                Some(channel) => turned(joint.sense * joint.direction.dot(&channel.axis), channel, &own)?,
+                // Without a channel nothing is known of what else this joint might have done.
+                None if result.channel.is_none() => continue,
+                None => own.iter().map(|q| [*q; 2]).collect(),
+            };
+            gates.push(JointGates {
+                name: joint.name.clone(),
+                limits: SwingLimits {
+                    velocity,
+                    acceleration: joint.max_acceleration.unwrap_or(f64::INFINITY),
+                    jerk: joint.max_jerk.unwrap_or(f64::INFINITY),
+                },
+                gates: limits.iter().map(|[low, high]| [low - rounding, high + rounding]).collect(),
+            });
+            let mut old: Vec<f64> = before[..own.len()].iter().map(|q| q[j]).collect();
+            // The program before may stand whole turns away.
+            let turn = std::f64::consts::TAU;
+            let away = old.first().zip(own.first()).map_or(0.0, |(a, b)| turn * ((a - b) / turn).round());
+            old.iter_mut().for_each(|q| *q -= away);
+            positions[0].push(old);
+            positions[1].push(own);
+        }
+        let [before, after] = positions;
+        Ok(Self { schedules: Schedules { least, joints: gates }, rounding, before, after })
+    }
+}
+
+/// Joint positions of the program before, from a block on to the end.
+fn positions(machine: &Machine, found: &Found, from: usize) -> Option<Vec<JointValues>> {
+    let mut q = machine.home();
+    let mut all = Vec::with_capacity(found.blocks.len());
+    for block in &found.blocks {
+        q = match machine.inverse_nearest(&block.pose, 0.0, &q) {
+            Ok(solution) => solution.q,
+            Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
+            Err(_) => return None,
+        };
+        all.push(q);
+    }
+    Some(all.split_off(from))
+}
+
+/// The rotary joint that the workpiece hangs on.
+fn is_table(machine: &Machine, joint: usize) -> bool {
+    machine.work_chain.iter().rfind(|&&j| machine.joints[j].is_rotary()) == Some(&joint)
+        && machine.joints[joint].carries == Carries::Workpiece
+}
+
+/// Limits of angles as limits of the table's joint, whose physical motion is `sense` times its value about the axis of the angles. The
+/// tool turns against the table: a growing angle is a motion of the table the other way.
+fn turned(sense: f64, channel: &TurnChannel, joint: &[f64]) -> Result<Vec<[f64; 2]>, &'static str> {
+    const APART: &str = "the table's joint does not turn as the angles of the channel do";
+    let (Some(&zero), Some(&first)) = (joint.first(), channel.angles.first()) else { return Ok(Vec::new()) };
+    if (sense.abs() - 1.0).abs() > 1e-9 || joint.len() != channel.angles.len() || joint.len() != channel.limits.len() {
+        return Err(APART);
+    }
+    let place = |angle: f64| zero - sense.signum() * (angle - first);
+    if joint.iter().zip(&channel.angles).any(|(q, angle)| (place(*angle) - q).abs() > ROUNDED) {
+        return Err(APART);
+    }
+    let both = |limits: &[f64; 2]| {
+        let [a, b] = limits.map(place);
+        [a.min(b), a.max(b)]
+    };
+    Ok(channel.limits.iter().map(both).collect())
+}
+
+/// The largest angle by which the control may leave the rotary positions of a run, radian.
+pub(crate) fn rotary_rounding(machine: &Machine, commands: &[Command], found: &Found) -> f64 {
+    let (Some(first), Some(last)) = (found.blocks.first(), found.blocks.last()) else { return 0.0 };
+    let own = |mode: &PathMode| match mode {
+        PathMode::ExactStop => 0.0,
+        PathMode::Continuous { orientation_tolerance, .. } => orientation_tolerance
+            .or(machine.control.default_orientation_tolerance)
+            .unwrap_or(Settings::FALLBACK_ORIENTATION_TOLERANCE),
+    };
+    let mut now = PathMode::Continuous { tolerance: None, orientation_tolerance: None };
+    let mut most: f64 = 0.0;
+    for (index, command) in commands.iter().enumerate().take(last.command + 1) {
+        if let Op::PathMode(mode) = &command.op {
+            now = *mode;
+        }
+        if index >= first.command {
+            most = most.max(own(&now));
+        }
+    }
+    most
+}

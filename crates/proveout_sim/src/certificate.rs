@@ -1,0 +1,248 @@
+//! How far a re-scheduled program is from the best schedule there is: its time beside a bound of the time of all schedules in its channel.
+//!
+//! *The stretch* are the blocks that the method planned anew. Its time is that of the planned set points, block by block; where the program
+//! before has the same blocks, its time stands beside it. The bound is that of [`Schedules`]: every schedule of the channel, whatever
+//! its feed law, under these assumptions, which stand in the file:
+//!
+//! * a block takes at least `feed_part` of its programmed time, which is what the fastest block of both programs takes of its own: a
+//!   control that rounds corners cuts the way short, by how much in other schedules nobody knows before they run;
+//! * joints keep their limits to [`LIMIT_PASSED`], the tolerance of the control, and the programmed rotary positions to its rounding.
+//!
+//! Limits are those in force: what a scene lowers counts as lowered.
+
+use proveout_controller::{Alternatives, ReprogrammedRun};
+use proveout_toolpath::reschedule::{Proof, Schedules};
+use serde::Serialize;
+
+use crate::{compare::motion::FeedBlock, scene_limits::ChangedLimit};
+
+/// Part by which the control may pass limits of joints.
+const LIMIT_PASSED: f64 = 0.001;
+/// By how much programmed times of the text may differ from those of the commands: four decimals of a feed.
+const TIME_ROUNDED: f64 = 1e-4;
+/// By how much positions may be outside of their gates, radian: eight decimals of a tool vector. `cargo xtask verify-schedule` has the same.
+const PLACE_ROUNDED: f64 = 1e-4 * std::f64::consts::PI / 180.0;
+
+/// The certificate of a program, as it is written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScheduleCertificate {
+    /// What the file is.
+    pub format: &'static str,
+    /// The method and its source.
+    pub method: String,
+    /// The paper.
+    pub source: String,
+    /// The program before.
+    pub from: String,
+    /// The machine.
+    pub machine: String,
+    /// Limits that the scene has lowered.
+    pub changed_limits: Vec<ChangedLimit>,
+    /// The stretches.
+    pub runs: Vec<RunCertificate>,
+}
+
+impl ScheduleCertificate {
+    /// What [`Self::format`] says.
+    pub const FORMAT: &'static str = "proveout schedule certificate, version 1";
+}
+
+/// A joint with its gates; degrees.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JointCertificate {
+    /// Name.
+    pub name: String,
+    /// Velocity limit.
+    pub velocity_deg_s: f64,
+    /// Acceleration limit; null where there is none.
+    pub acceleration_deg_s2: Option<f64>,
+    /// Jerk limit; null where there is none.
+    pub jerk_deg_s3: Option<f64>,
+    /// Lowest and highest position at the begin of the stretch and at the end of each of its blocks, widened by the rounding.
+    pub gates_deg: Vec<[f64; 2]>,
+    /// Positions of the new program there.
+    pub new_deg: Vec<f64>,
+    /// Positions of the program before.
+    pub original_deg: Vec<f64>,
+    /// Bound by the feed and this joint's velocity, s.
+    pub velocity_bound_s: f64,
+}
+
+/// A window of the proof.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WindowCertificate {
+    /// `feed`, `travel` or `swings`.
+    pub proof: &'static str,
+    /// The joint; none for the feed.
+    pub joint: Option<String>,
+    /// First and last gate; of swings every gate. 0 is the begin of the stretch.
+    pub gates: Vec<usize>,
+    /// The joint goes up from the first to the second.
+    pub up: Option<bool>,
+    /// What the window proves, s.
+    pub time_s: f64,
+}
+
+/// A stretch with its bound.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunCertificate {
+    /// First and last line of the stretch in the program before.
+    pub lines: [u32; 2],
+    /// Part of its programmed time that a block takes at least.
+    pub feed_part: f64,
+    /// Part by which joints may pass their limits.
+    pub limit_passed: f64,
+    /// What the control may leave rotary positions by, degrees.
+    pub rounding_deg: f64,
+    /// Least time of each block, s.
+    pub least_s: Vec<f64>,
+    /// Time of each block in the new program, s.
+    pub new_s: Vec<f64>,
+    /// Time of each block in the program before, s.
+    pub original_s: Vec<f64>,
+    /// Joints that have a channel.
+    pub joints: Vec<JointCertificate>,
+    /// The proof: windows one behind the other.
+    pub windows: Vec<WindowCertificate>,
+    /// Bound by the feed, s.
+    pub feed_bound_s: f64,
+    /// The largest bound, s.
+    pub bound_s: f64,
+    /// Time of the new program, s.
+    pub time_s: f64,
+    /// Time of the program before, s.
+    pub original_time_s: f64,
+    /// The new program keeps to the channel, so that the bound is about it.
+    pub new_inside: bool,
+    /// The program before does.
+    pub original_inside: bool,
+    /// How much longer the new program takes than the bound, percent of the bound; null where it leaves the channel.
+    pub gap_percent: Option<f64>,
+}
+
+impl RunCertificate {
+    /// Time that windows of a proof prove, s.
+    pub fn proved_by(&self, proof: &str) -> f64 {
+        self.windows.iter().filter(|w| w.proof == proof).map(|w| w.time_s).sum()
+    }
+
+    /// Time saved against the program before, percent.
+    pub fn gain_percent(&self) -> f64 {
+        100.0 * (1.0 - self.time_s / self.original_time_s)
+    }
+}
+
+/// Blocks of the runs of a motion that have the blocks of re-scheduled runs, in order.
+pub(crate) fn blocks_of<'a>(motion: &'a [FeedBlock], runs: &[ReprogrammedRun]) -> Vec<Option<&'a [FeedBlock]>> {
+    let mut left = motion.chunk_by(|a, b| a.run == b.run);
+    runs.iter().map(|run| left.by_ref().find(|blocks| blocks.len() == run.commands.len())).collect()
+}
+
+/// The certificate of a stretch from the motions of both programs.
+///
+/// # Errors
+/// Why there is none.
+pub(crate) fn certify(
+    run: &ReprogrammedRun,
+    line: impl Fn(usize) -> u32,
+    new: Option<&[FeedBlock]>,
+    original: Option<&[FeedBlock]>,
+) -> Result<RunCertificate, String> {
+    let alternatives = run.alternatives.as_ref().map_err(|&e| e.to_owned())?;
+    let (Some(new), Some(original)) = (new, original) else {
+        return Err("the motion of a program has not the blocks of its run".into());
+    };
+    let inner = run.stretch.start + 1..run.stretch.end;
+    let (Some(new), Some(original), Some(commands)) =
+        (new.get(inner.clone()), original.get(inner), run.commands.get(run.stretch.clone()))
+    else {
+        return Err("the stretch is not in the run".into());
+    };
+    let Alternatives { schedules, rounding, before, after } = alternatives;
+    let same = |blocks: &[FeedBlock]| {
+        blocks.iter().zip(&schedules.least).all(|(b, t)| (b.programmed / t - 1.0).abs() < TIME_ROUNDED)
+    };
+    if new.len() != schedules.least.len() || !same(new) || !same(original) {
+        return Err("the blocks of the motion have other programmed times than those of the program".into());
+    }
+    let times = |blocks: &[FeedBlock]| blocks.iter().map(|b| b.time[1] - b.time[0]).collect::<Vec<f64>>();
+    let (new_s, original_s) = (times(new), times(original));
+    let parts = |times: &[f64]| times.iter().zip(&schedules.least).map(|(t, least)| t / least).fold(1.0, f64::min);
+    let feed_part = parts(&new_s).min(parts(&original_s));
+    let counted = Schedules {
+        least: schedules.least.iter().map(|t| t * feed_part).collect(),
+        joints: schedules
+            .joints
+            .iter()
+            .cloned()
+            .map(|mut joint| {
+                joint.limits = joint.limits.passed_by(LIMIT_PASSED);
+                joint
+            })
+            .collect(),
+    };
+    let certificate = counted.certificate().map_err(|e| e.to_string())?;
+    let inside = |positions: &[Vec<f64>]| {
+        counted.joints.iter().zip(positions).all(|(joint, own)| {
+            let mut pairs = joint.gates.iter().zip(own);
+            pairs.all(|([low, high], q)| q - low > rounding - PLACE_ROUNDED && high - q > rounding - PLACE_ROUNDED)
+        })
+    };
+    let (time_s, original_time_s) = (new_s.iter().sum::<f64>(), original_s.iter().sum::<f64>());
+    let (new_inside, original_inside) = (inside(after), inside(before));
+    for (name, is_inside, time) in [("new", new_inside, time_s), ("original", original_inside, original_time_s)] {
+        if is_inside && time < certificate.bound * (1.0 - 1e-9) {
+            return Err(format!(
+                "the {name} program takes {time:.6} s, less than the {:.6} s that were proved for it: an assumption of the bound \
+                 does not hold here",
+                certificate.bound
+            ));
+        }
+    }
+    let degrees = |values: &[f64]| values.iter().map(|q| q.to_degrees()).collect::<Vec<f64>>();
+    let stated = |v: f64| v.is_finite().then(|| v.to_degrees());
+    let joints = schedules.joints.iter().enumerate().map(|(k, joint)| JointCertificate {
+        name: joint.name.clone(),
+        velocity_deg_s: joint.limits.velocity.to_degrees(),
+        acceleration_deg_s2: stated(joint.limits.acceleration),
+        jerk_deg_s3: stated(joint.limits.jerk),
+        gates_deg: joint.gates.iter().map(|g| g.map(f64::to_degrees)).collect(),
+        new_deg: degrees(&after[k]),
+        original_deg: degrees(&before[k]),
+        velocity_bound_s: certificate.velocity[k],
+    });
+    let windows = certificate.windows.iter().map(|(proof, time)| window(proof, *time, &counted));
+    Ok(RunCertificate {
+        lines: [commands.first(), commands.last()].map(|c| c.map_or(0, |c| line(*c))),
+        feed_part,
+        limit_passed: LIMIT_PASSED,
+        rounding_deg: rounding.to_degrees(),
+        joints: joints.collect(),
+        windows: windows.collect(),
+        feed_bound_s: certificate.feed,
+        bound_s: certificate.bound,
+        gap_percent: new_inside.then(|| 100.0 * (time_s / certificate.bound - 1.0)),
+        least_s: counted.least,
+        new_s,
+        original_s,
+        time_s,
+        original_time_s,
+        new_inside,
+        original_inside,
+    })
+}
+
+fn window(proof: &Proof, time_s: f64, schedules: &Schedules) -> WindowCertificate {
+    let name = |joint: usize| schedules.joints.get(joint).map(|j| j.name.clone());
+    match proof {
+        Proof::Feed { gates } => {
+            WindowCertificate { proof: "feed", joint: None, gates: gates.to_vec(), up: None, time_s }
+        }
+        Proof::Travel { joint, gates, up } => {
+            WindowCertificate { proof: "travel", joint: name(*joint), gates: gates.to_vec(), up: Some(*up), time_s }
+        }
+        Proof::Swings { joint, gates, up } => {
+            WindowCertificate { proof: "swings", joint: name(*joint), gates: gates.clone(), up: Some(*up), time_s }
+        }
+    }
+}

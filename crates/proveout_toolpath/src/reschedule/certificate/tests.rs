@@ -1,0 +1,308 @@
+use super::*;
+
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+fn one(least: Vec<f64>, gates: Vec<[f64; 2]>, limits: SwingLimits) -> Schedules {
+    Schedules { least, joints: vec![JointGates { name: "A".into(), limits, gates }] }
+}
+
+fn only_velocity(velocity: f64) -> SwingLimits {
+    SwingLimits { velocity, acceleration: f64::INFINITY, jerk: f64::INFINITY }
+}
+
+/// Channels of all kinds: level, rising, falling, wavy, ragged; narrow to wide; some gates open, some a point; feeds of equal and
+/// of very different times; limits from none to tight.
+fn random_schedules(random: &mut Random) -> Schedules {
+    let n = 2 + (60.0 * random.next().powi(2)) as usize;
+    let least: Vec<f64> = if random.next() < 0.5 {
+        vec![random.between(0.01, 0.2); n]
+    } else {
+        (0..n).map(|_| 10_f64.powf(random.between(-3.0, 0.0))).collect()
+    };
+    let joints = (0..1 + usize::from(random.next() < 0.3))
+        .map(|k| {
+            let (kind, width) = ((5.0 * random.next()) as usize, 10_f64.powf(random.between(-2.0, 1.0)));
+            let (waves, phase) = (random.between(0.5, 8.0), random.between(0.0, 6.3));
+            let mut walk = 0.0;
+            let gates = (0..=n)
+                .map(|i| {
+                    let s = i as f64 / n as f64;
+                    walk += random.between(-0.5, 0.5);
+                    let middle = match kind {
+                        0 => 0.0,
+                        1 => 8.0 * s,
+                        2 => -8.0 * s,
+                        3 => 2.0 * (6.3 * waves * s + phase).sin(),
+                        _ => walk,
+                    };
+                    match (20.0 * random.next()) as usize {
+                        0 => [f64::NEG_INFINITY, f64::INFINITY],
+                        1 => [f64::NEG_INFINITY, middle + width],
+                        2 => [middle; 2],
+                        _ => [middle - width * random.next(), middle + width * random.next()],
+                    }
+                })
+                .collect();
+            let open = |random: &mut Random, v: f64| if random.next() < 0.2 { f64::INFINITY } else { v };
+            let (a, j) = (10_f64.powf(random.between(-1.0, 2.0)), 10_f64.powf(random.between(-1.0, 3.0)));
+            let limits = SwingLimits {
+                velocity: 10_f64.powf(random.between(-1.0, 2.0)),
+                acceleration: open(random, a),
+                jerk: open(random, j),
+            };
+            JointGates { name: format!("R{k}"), limits, gates }
+        })
+        .collect();
+    Schedules { least, joints }
+}
+
+/// Least of `sum max(least, |dq|/V)` over a grid of positions, and by how much the grid may be above the least of all.
+fn grid_velocity(schedules: &Schedules, points: usize) -> (f64, f64) {
+    let joint = &schedules.joints[0];
+    let cells = |[low, high]: [f64; 2]| -> Vec<f64> {
+        (0..points).map(|k| low + (high - low) * k as f64 / (points - 1) as f64).collect()
+    };
+    let mut front: Vec<(f64, f64)> = cells(joint.gates[0]).into_iter().map(|q| (q, 0.0)).collect();
+    let mut error = 0.0;
+    for (gate, least) in joint.gates[1..].iter().zip(&schedules.least) {
+        front = cells(*gate)
+            .into_iter()
+            .map(|q| {
+                let cost = |(p, t): &(f64, f64)| t + least.max((q - p).abs() / joint.limits.velocity);
+                (q, front.iter().map(cost).fold(f64::INFINITY, f64::min))
+            })
+            .collect();
+        // The nearest grid point is off by half a step; it changes the way before and the one behind.
+        error += (gate[1] - gate[0]) / (points - 1) as f64 / joint.limits.velocity;
+    }
+    error += 0.5 * (joint.gates[0][1] - joint.gates[0][0]) / (points - 1) as f64 / joint.limits.velocity;
+    (front.iter().map(|f| f.1).fold(f64::INFINITY, f64::min), error)
+}
+
+#[test]
+fn feed_and_velocity_are_the_optimum_of_a_search_over_all_positions() {
+    let mut random = Random(3);
+    let mut forced = 0;
+    for _ in 0..400 {
+        let n = 2 + (8.0 * random.next()) as usize;
+        let least = (0..n).map(|_| 10_f64.powf(random.between(-1.5, 0.0))).collect();
+        let gates = (0..=n)
+            .map(|_| {
+                let (a, b) = (random.between(-2.0, 2.0), random.between(-2.0, 2.0));
+                [a.min(b), a.max(b)]
+            })
+            .collect();
+        let schedules = one(least, gates, only_velocity(10_f64.powf(random.between(-1.0, 1.0))));
+        let certificate = schedules.certificate().expect("sound");
+        let (grid, error) = grid_velocity(&schedules, 401);
+        assert!(certificate.bound <= grid + 1e-12 && grid - certificate.bound <= error, "{schedules:?}");
+        forced += usize::from(certificate.bound > certificate.feed * (1.0 + 1e-9));
+    }
+    assert!(forced > 100, "{forced}");
+}
+
+#[test]
+fn windows_follow_each_other_and_prove_their_sum() {
+    let mut random = Random(29);
+    let mut kinds = [0; 3];
+    for _ in 0..1000 {
+        let schedules = random_schedules(&mut random);
+        let certificate = schedules.certificate().expect("sound");
+        let mut at = 0;
+        for (proof, time) in &certificate.windows {
+            let [from, to] = proof.span();
+            assert!(from == at && to > from, "{proof:?} behind gate {at}");
+            assert_eq!(*time, schedules.time(proof));
+            kinds[match proof {
+                Proof::Feed { .. } => 0,
+                Proof::Travel { .. } => 1,
+                Proof::Swings { .. } => 2,
+            }] += 1;
+            at = to;
+        }
+        assert_eq!(at, schedules.least.len());
+        let parts = certificate.velocity.iter().fold(certificate.feed, |a, b| a.max(*b));
+        assert!(certificate.bound >= parts * (1.0 - 1e-12));
+    }
+    assert!(kinds.iter().all(|k| *k > 100), "{kinds:?}");
+}
+
+/// A motion is made first and a channel round it, so that the motion is one of the schedules: its time is never below the bound.
+#[test]
+fn no_schedule_is_below_the_bound() {
+    let mut random = Random(41);
+    let (mut nearest, mut swung) = (f64::INFINITY, 0);
+    for _ in 0..2000 {
+        let waves: Vec<[f64; 3]> = (0..1 + (4.0 * random.next()) as usize)
+            .map(|_| [random.between(0.1, 1.0), random.between(0.3, 12.0), random.between(0.0, 6.3)])
+            .collect();
+        let at = |t: f64, order: i32| -> f64 {
+            let quarter = f64::from(order) * std::f64::consts::FRAC_PI_2;
+            waves.iter().map(|[a, w, p]| a * w.powi(order) * (w * t + p + quarter).sin()).sum()
+        };
+        let time = random.between(0.5, 6.0);
+        let largest =
+            |order| (0..=600).map(|i| at(time * f64::from(i) / 600.0, order).abs()).fold(1e-9, f64::max) * 1.02;
+        let mut limits = SwingLimits { velocity: largest(1), acceleration: largest(2), jerk: largest(3) };
+        if random.next() < 0.3 {
+            limits.jerk = f64::INFINITY;
+        }
+        let n = 2 + (120.0 * random.next()) as usize;
+        let mut places: Vec<f64> = (0..=n).map(|_| time * random.next()).collect();
+        places.sort_by(f64::total_cmp);
+        (places[0], places[n]) = (0.0, time);
+        let width = 10_f64.powf(random.between(-4.0, 0.3));
+        let gates = places.iter().map(|t| {
+            let q = at(*t, 0);
+            [q - width * random.next(), q + width * random.next()]
+        });
+        let gates: Vec<[f64; 2]> = gates.collect();
+        let slower = random.between(0.0, 1.0);
+        let least = places.windows(2).map(|p| (slower * (p[1] - p[0])).max(1e-12)).collect();
+        let certificate = one(least, gates, limits).certificate().expect("sound");
+        assert!(certificate.bound <= time + 1e-9, "{} above {time}", certificate.bound);
+        nearest = nearest.min(time / certificate.bound);
+        swung += usize::from(certificate.windows.iter().any(|(p, _)| matches!(p, Proof::Swings { .. })));
+    }
+    assert!(nearest < 1.05 && swung > 200, "{nearest} {swung}");
+}
+
+#[test]
+fn wider_gates_higher_limits_and_faster_feeds_never_raise_it() {
+    let mut random = Random(53);
+    for _ in 0..2000 {
+        let narrow = random_schedules(&mut random);
+        let mut wide = narrow.clone();
+        let kind = (4.0 * random.next()) as usize;
+        for joint in &mut wide.joints {
+            for gate in &mut joint.gates {
+                if kind == 0 || (kind == 3 && random.next() < 0.2) {
+                    let more = 10_f64.powf(random.between(-4.0, 0.5));
+                    *gate = [gate[0] - more * random.next(), gate[1] + more * random.next()];
+                }
+            }
+            let mut raised = |v: &mut f64| *v *= 1.0 + random.next();
+            if kind == 1 {
+                raised(&mut joint.limits.velocity);
+                raised(&mut joint.limits.acceleration);
+                raised(&mut joint.limits.jerk);
+            }
+        }
+        if kind == 2 {
+            wide.least.iter_mut().for_each(|t| *t *= random.between(0.3, 1.0));
+        }
+        let [before, after] = [&narrow, &wide].map(|s| s.certificate().expect("sound").bound);
+        assert!(after <= before * (1.0 + 1e-9), "{kind}: {before} to {after}, {narrow:?}");
+    }
+}
+
+#[test]
+fn a_sine_in_its_own_channel_is_bound_by_its_swings() {
+    // The channel of half width r about an amplitude R lets a motion turn back at R - r.
+    let (amplitude, room, periods) = (30.0, 10.0, 4.0_f64);
+    let n = 800;
+    let gates = (0..=n)
+        .map(|i| {
+            let middle = amplitude * (periods * std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin();
+            [middle - room, middle + room]
+        })
+        .collect();
+    let least = vec![4.0 / f64::from(n); n as usize];
+    let limits = SwingLimits { velocity: 60.0, acceleration: 150.0, jerk: 1500.0 };
+    let certificate = one(least, gates, limits).certificate().expect("sound");
+    assert!((certificate.feed - 4.0).abs() < 1e-9);
+    // Seven whole swings of 2 (R - r), and what leads to the first and from the last turn.
+    let seven = 7.0 * limits.swing_time(2.0 * (amplitude - room));
+    assert!(certificate.bound >= seven, "{} {seven}", certificate.bound);
+    // The best travel leaves and comes where the slope of the limits is V: 30 w cos(p) = 60, seven times.
+    let w = periods * std::f64::consts::TAU / 4.0;
+    let p = (limits.velocity / (amplitude * w)).acos();
+    let saved = (2.0 * amplitude * p.sin() - 2.0 * room) / limits.velocity - 2.0 * p / w;
+    assert!((certificate.velocity[0] - (4.0 + 7.0 * saved)).abs() < 1e-3, "{}", certificate.velocity[0]);
+    // Counted as if the joint stood still at the begin and at the end, it would be 8.54.
+    assert!(certificate.bound < 8.54, "{}", certificate.bound);
+}
+
+/// The most that feed, swings and feed prove in a window, over all rows of gates: by a search over pairs of gates.
+fn best_swings(schedules: &Schedules, joint: usize) -> f64 {
+    let JointGates { gates, limits, .. } = &schedules.joints[joint];
+    let n = gates.len();
+    let mut times = vec![0.0];
+    for t in &schedules.least {
+        times.push(times[times.len() - 1] + t);
+    }
+    // Ended at gate i after a way up (down) to it, the gate a turn.
+    let mut turned = vec![[f64::NEG_INFINITY; 2]; n];
+    let mut most = f64::NEG_INFINITY;
+    for i in 0..n {
+        for k in 0..i {
+            for up in [false, true] {
+                let way = if up { gates[i][0] - gates[k][1] } else { gates[k][0] - gates[i][1] };
+                if way > 0.0 {
+                    let first = times[k] + limits.half_swing_time(way);
+                    let later = turned[k][usize::from(!up)] + limits.swing_time(way);
+                    let end = turned[k][usize::from(!up)] + limits.half_swing_time(way) + times[n - 1] - times[i];
+                    turned[i][usize::from(up)] = turned[i][usize::from(up)].max(first).max(later);
+                    most = most.max(end);
+                }
+            }
+        }
+    }
+    most
+}
+
+#[test]
+fn the_turns_of_the_string_prove_most() {
+    let mut random = Random(67);
+    for _ in 0..2000 {
+        let schedules = random_schedules(&mut random);
+        let window = [0, schedules.least.len()];
+        let mut times = vec![0.0];
+        for t in &schedules.least {
+            times.push(times[times.len() - 1] + t);
+        }
+        let search = Search { schedules: &schedules, times };
+        for joint in 0..schedules.joints.len() {
+            let string = search.string(joint, window);
+            let own = search.swings(joint, window, &string).map_or(f64::NEG_INFINITY, |p| search.total(&p));
+            let best = best_swings(&schedules, joint);
+            assert!((own - best).abs() < 1e-9 * best.abs() || own == best, "{own} {best} {schedules:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_channel_is_named() {
+    let fine = || one(vec![1.0; 2], vec![[0.0, 1.0]; 3], only_velocity(1.0));
+    assert!(fine().certificate().is_ok());
+    let wrong = |change: &dyn Fn(&mut Schedules)| {
+        let mut schedules = fine();
+        change(&mut schedules);
+        schedules.certificate().expect_err("wrong")
+    };
+    assert_eq!(wrong(&|s| s.least[1] = 0.0), SchedulesError::Time(1));
+    assert_eq!(wrong(&|s| s.joints[0].gates[2] = [1.0, 0.0]), SchedulesError::Gate(0, 2));
+    assert_eq!(wrong(&|s| s.joints[0].gates[1][0] = f64::NAN), SchedulesError::Gate(0, 1));
+    assert_eq!(wrong(&|s| s.joints[0].gates.truncate(2)), SchedulesError::Gate(0, 2));
+    assert_eq!(wrong(&|s| s.joints[0].limits.jerk = 0.0), SchedulesError::Limit(0));
+    assert_eq!(wrong(&|s| s.joints[0].limits.velocity = f64::INFINITY), SchedulesError::Limit(0));
+}
+
+#[test]
+fn an_empty_stretch_and_free_joints_are_bound_by_the_feed() {
+    let nothing = Schedules::default().certificate().expect("sound");
+    assert_eq!(nothing.bound, 0.0);
+    let open = one(vec![0.5; 4], vec![[f64::NEG_INFINITY, f64::INFINITY]; 5], only_velocity(1.0));
+    assert_eq!(open.certificate().expect("sound").bound, 2.0);
+}

@@ -1,0 +1,262 @@
+//! Tool axes of least angular acceleration along rows of a ball end mill.
+//!
+//! Source: Ma J., Hu G., Qin F., Li G., Qu Z., Liu Y. (2020), Global optimization method of tool axis vector based on the minimum angular
+//! acceleration of rotary feed axis, Int. J. Adv. Manuf. Technol. 107, 2121-2136, doi:10.1007/s00170-020-05171-7. Profile and its
+//! derivatives: equations (26) and (27), corrected. Law between keys: equations (35), (40), (41), corrected (as printed the ratio of arc
+//! lengths is always one).
+//!
+//! The row is cut where its profile, height along the table's axis over the horizontal way, changes between convex and concave. A key axis
+//! stands at each cut and at both ends: the initial one, turned towards the table's axis until its lean is below a cap. Between two
+//! keys the axis runs on their great circle in proportion to arc length, which is the least sum of squared changes of angular speed with
+//! both ends free in speed. At a key the speed jumps: there a cubic that keeps value and speed at both ends takes the place of the law
+//! in a window. It is drawn in the plane that touches the sphere at the key, in which both great circles are straight.
+//!
+//! Chosen, since nothing is published: cap 47 degrees, windows of 6 mm on each side.
+//!
+//! Not built: the search for keys in free cells, and the least of the paper's sum over the whole row, which a spline through the keys on the
+//! sphere has. Whether all new axes are free is looked at where the surroundings know it.
+
+use std::f64::consts::FRAC_PI_2;
+
+use proveout_geom::{Point, ToolPose, Vector};
+
+use super::{
+    Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings, slerp,
+};
+
+/// Part of the largest second derivative of the profile below which it counts as straight.
+const STRAIGHT: f64 = 1e-3;
+/// Shortest row, blocks.
+const SHORTEST: usize = 5;
+
+/// Parameters of the method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MinAngularAcceleration {
+    /// Largest lean of a key axis from the table's axis, radian.
+    pub cap: f64,
+    /// Half of the window at a key, mm; zero for none.
+    pub window: f64,
+}
+
+impl Default for MinAngularAcceleration {
+    fn default() -> Self {
+        Self { cap: 47.0_f64.to_radians(), window: 6.0 }
+    }
+}
+
+/// Blocks at which the profile of a row changes between convex and concave: the one nearest to the change.
+pub fn inflections(points: &[Point], up: &Vector) -> Vec<usize> {
+    let n = points.len();
+    if n < 3 {
+        return Vec::new();
+    }
+    let height: Vec<f64> = points.iter().map(|p| p.coords.dot(up)).collect();
+    let level = |i: usize| {
+        let way = points[i] - points[i - 1];
+        (way - up * way.dot(up)).norm()
+    };
+    // Equation (27), corrected for unequal steps: zero on a straight line.
+    let bend: Vec<f64> = (1..n - 1)
+        .map(|i| {
+            let (a, b) = (level(i), level(i + 1));
+            if a < 1e-9 || b < 1e-9 {
+                return 0.0;
+            }
+            2.0 * ((height[i + 1] - height[i]) / b - (height[i] - height[i - 1]) / a) / (a + b)
+        })
+        .collect();
+    let band = STRAIGHT * bend.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+    let mut cuts = Vec::new();
+    let mut last: Option<usize> = None;
+    for (i, b) in bend.iter().enumerate().filter(|(_, b)| b.abs() > band) {
+        if let Some(k) = last.filter(|&k| bend[k] * b < 0.0) {
+            // Where the straight line between both is zero.
+            let part = bend[k].abs() / (bend[k].abs() + b.abs());
+            cuts.push(1 + k + ((i - k) as f64 * part).round() as usize);
+        }
+        last = Some(i);
+    }
+    cuts
+}
+
+/// Axes at arc lengths from key axes at some of them, rising, the first and the last of all among them.
+pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<Vector> {
+    let Some(first) = keys.first() else { return Vec::new() };
+    let mut axes = vec![first.1; arc.len()];
+    for pair in keys.windows(2) {
+        let (e, f) = (pair[0].0, pair[1].0);
+        for (axis, s) in axes[e..=f].iter_mut().zip(&arc[e..=f]) {
+            *axis = slerp(&pair[0].1, &pair[1].1, (s - arc[e]) / (arc[f] - arc[e]));
+        }
+    }
+    for k in 1..keys.len() - 1 {
+        let (key, at) = (keys[k].1, arc[keys[k].0]);
+        let [before, behind] = [at - arc[keys[k - 1].0], arc[keys[k + 1].0] - at];
+        // No window reaches beyond the middle between two keys.
+        let half = window.min(0.5 * before).min(0.5 * behind);
+        if half <= 0.0 {
+            continue;
+        }
+        // Turns for a mm of way in the plane that touches the sphere at the key: from the one before, and to the next.
+        let [came, goes] = [touching(&key, &keys[k - 1].1) / -before, touching(&key, &keys[k + 1].1) / behind];
+        let (from, to) = (came * -half, goes * half);
+        for (axis, s) in axes.iter_mut().zip(arc).filter(|(_, s)| (*s - at).abs() < half) {
+            let t = (s - at + half) / (2.0 * half);
+            let (r, span) = (1.0 - t, 2.0 * half);
+            let turned = from * (r * r * (1.0 + 2.0 * t)) + to * (t * t * (3.0 - 2.0 * t)) + came * (span * t * r * r)
+                - goes * (span * t * t * r);
+            *axis = turned_by(&key, &turned);
+        }
+    }
+    axes
+}
+
+/// From an axis to another as a vector across it: direction of the great circle, length its angle.
+fn touching(from: &Vector, to: &Vector) -> Vector {
+    let across = to - from * to.dot(from);
+    let sine = across.norm();
+    if sine < 1e-12 { Vector::zeros() } else { across * (sine.atan2(to.dot(from)) / sine) }
+}
+
+fn turned_by(from: &Vector, by: &Vector) -> Vector {
+    let angle = by.norm();
+    if angle < 1e-12 { *from } else { from * angle.cos() + by * (angle.sin() / angle) }
+}
+
+/// The axis turned towards `up` until its lean is no more than the cap.
+pub fn capped(axis: &Vector, up: &Vector, cap: f64) -> Vector {
+    let lean = axis.cross(up).norm().atan2(axis.dot(up));
+    if lean <= cap { *axis } else { slerp(up, axis, cap / lean) }
+}
+
+impl MinAngularAcceleration {
+    fn check(&self) -> Result<(), RescheduleError> {
+        if self.cap > 0.0 && self.cap < FRAC_PI_2 && self.window >= 0.0 && self.window.is_finite() {
+            return Ok(());
+        }
+        Err(RescheduleError::new(
+            "reschedule-option",
+            0,
+            format!("a cap of {} degrees and windows of {} mm", self.cap.to_degrees(), self.window),
+            "give a cap above 0 and below 90 degrees, and windows of at least zero",
+        ))
+    }
+}
+
+impl Method for MinAngularAcceleration {
+    fn name(&self) -> &'static str {
+        "min-angular-acceleration"
+    }
+
+    fn source(&self) -> &'static str {
+        "Ma et al. 2020, doi:10.1007/s00170-020-05171-7"
+    }
+
+    fn needs_region(&self) -> bool {
+        true
+    }
+
+    fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError> {
+        self.check()?;
+        let first = run.blocks.first().map_or(0, |b| b.line);
+        let Some(radius) = around.cutter.ball_radius() else {
+            let help = "this method keeps ball centers; use a ball end mill, or another method";
+            return Err(RescheduleError::new("reschedule-tool", first, "the tool is not a ball end mill", help));
+        };
+        let n = run.blocks.len();
+        if n < SHORTEST {
+            let message = format!("the row has only {n} blocks");
+            return Err(RescheduleError::new("reschedule-layers", first, message, "give a row of five blocks or more"));
+        }
+        let up = around.table_axis;
+        let centers: Vec<Point> = run.blocks.iter().map(|b| b.pose.tip + b.pose.axis * radius).collect();
+        let contact = |center: &Point| match around.surface {
+            Some(surface) => surface.contact(center).map(|c| c.point),
+            None => Some(*center),
+        };
+        let mut row = Vec::with_capacity(n);
+        for (block, center) in run.blocks.iter().zip(&centers) {
+            let Some(point) = contact(center) else {
+                let message = "the surface of the part does not reach to this block";
+                let help = "re-schedule rows on the surface that the scene describes";
+                return Err(RescheduleError::new("reschedule-path", block.line, message, help));
+            };
+            row.push(point);
+        }
+        let mut arc = vec![0.0; n];
+        for i in 1..n {
+            let step = (row[i] - row[i - 1]).norm();
+            if step < 1e-9 {
+                let message = "two blocks follow each other with the tool at the same place";
+                return Err(RescheduleError::new(
+                    "reschedule-path",
+                    run.blocks[i].line,
+                    message,
+                    "take one of them out",
+                ));
+            }
+            arc[i] = arc[i - 1] + step;
+        }
+        let cuts = inflections(&row, &up);
+        let mut at: Vec<usize> = [0].into_iter().chain(cuts.iter().copied()).chain([n - 1]).collect();
+        at.dedup();
+        let keys: Vec<(usize, Vector)> =
+            at.iter().map(|&i| (i, capped(&run.blocks[i].pose.axis, &up, self.cap))).collect();
+        if let Some(pair) = keys.windows(2).find(|p| p[0].1.dot(&p[1].1) < -1.0 + 1e-9) {
+            let line = run.blocks[pair[1].0].line;
+            let message = "two key axes are opposite to each other: no great circle is between them";
+            return Err(RescheduleError::new("reschedule-path", line, message, "set a smaller cap"));
+        }
+        let axes = between_keys(&arc, &keys, self.window);
+        let poses: Vec<ToolPose> =
+            centers.iter().zip(&axes).map(|(c, axis)| ToolPose { tip: c - axis * radius, axis: *axis }).collect();
+        if let Some(region) = around.region {
+            for (block, pose) in run.blocks.iter().zip(&poses) {
+                let (new, old) = (region.clearance(pose), region.clearance(&block.pose));
+                if new <= 0.0 && old > 0.0 {
+                    let message = format!("the new axis brings the tool {:.3} mm into what it must not touch", -new);
+                    let help = "set another cap, or give the tool a slimmer shank and holder";
+                    return Err(RescheduleError::new("reschedule-channel", block.line, message, help));
+                }
+            }
+        }
+        let study = study(run, &arc, &axes, &keys, &up);
+        Ok(Rescheduled { stretch: 0..n, poses, rotary: None, channel: None, study })
+    }
+}
+
+fn study(run: &CuttingRun, arc: &[f64], axes: &[Vector], keys: &[(usize, Vector)], up: &Vector) -> Study {
+    let lean = |axis: &Vector| axis.cross(up).norm().atan2(axis.dot(up)).to_degrees();
+    let curve = |name, kind, points: Vec<[f64; 2]>| Curve {
+        name,
+        kind,
+        axes: [
+            Quantity { name: "path length", unit: "mm" },
+            Quantity { name: "lean of the tool axis from the table's axis", unit: "deg" },
+        ],
+        points,
+    };
+    let over = |axes: &mut dyn Iterator<Item = &Vector>| arc.iter().zip(axes).map(|(s, a)| [*s, lean(a)]).collect();
+    // Largest change of the turn of the axis for a mm of way.
+    let change = |axes: &[Vector]| {
+        let turn = |i: usize| touching(&axes[i], &axes[i + 1]).norm() / (arc[i + 1] - arc[i]);
+        (1..axes.len() - 1)
+            .map(|i| 2.0 * (turn(i) - turn(i - 1)).abs() / (arc[i + 1] - arc[i - 1]))
+            .fold(0.0, f64::max)
+            .to_degrees()
+    };
+    let before: Vec<Vector> = run.blocks.iter().map(|b| b.pose.axis).collect();
+    let figure = |name, unit, value| Figure { name, unit, value };
+    Study {
+        curves: vec![
+            curve("original", CurveKind::Original, over(&mut before.iter())),
+            curve("new", CurveKind::Result, over(&mut axes.iter())),
+            curve("key axes", CurveKind::KeyPoints, keys.iter().map(|(i, a)| [arc[*i], lean(a)]).collect()),
+        ],
+        figures: vec![
+            figure("key axes", "", keys.len() as f64),
+            figure("largest change of turning before", "deg/mm2", change(&before)),
+            figure("largest change of turning", "deg/mm2", change(axes)),
+        ],
+    }
+}

@@ -1,0 +1,248 @@
+//! Checks a schedule certificate (`proveout reschedule --certificate`) with code of its own: nothing of the product is used.
+//!
+//! 1. Every block has a least time, and takes no less in the new program, nor in the one before where that keeps to the channel.
+//! 2. The windows follow each other from the first gate to the last, and each proves its time: the feed is summed again, a travel goes
+//!    from one side of its first gate to the other side of its last, and the time of a swing is found by bisection over the farthest way
+//!    in a time, which is another way to it than the product's.
+//! 3. The bound is the sum of the windows; times and gap are those of the blocks; who keeps to the channel is told rightly.
+//!
+//! A certificate that claims less than is true is none the worse. Whether gates and limits are those of channel and machine is not seen:
+//! they are what the bound is about.
+
+mod swing;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::Failure;
+use swing::Limits;
+
+/// By how much sums may differ, as part: rounding of decimal text.
+const ROUNDED: f64 = 1e-9;
+/// By how much a position may be outside of its gate, degrees: eight decimals of a tool vector.
+const PLACE_DEG: f64 = 1e-4;
+
+struct Joint {
+    name: String,
+    limits: Limits,
+    gates: Vec<[f64; 2]>,
+}
+
+struct Run<'a> {
+    value: &'a Value,
+    least: Vec<f64>,
+    joints: Vec<Joint>,
+}
+
+fn wrong(what: impl Into<String>) -> Failure {
+    Failure(what.into())
+}
+
+fn number(value: &Value, key: &str) -> Result<f64, Failure> {
+    value[key].as_f64().ok_or_else(|| wrong(format!("{key} is no number")))
+}
+
+fn numbers(value: &Value, key: &str) -> Result<Vec<f64>, Failure> {
+    let list = value[key].as_array().ok_or_else(|| wrong(format!("{key} is no list")))?;
+    list.iter().map(|v| v.as_f64().ok_or_else(|| wrong(format!("{key} holds what is no number")))).collect()
+}
+
+fn list<'a>(value: &'a Value, key: &str) -> Result<&'a [Value], Failure> {
+    value[key].as_array().map(Vec::as_slice).ok_or_else(|| wrong(format!("{key} is no list")))
+}
+
+/// Two numbers that should be one.
+fn same(what: &str, claimed: f64, found: f64) -> Result<(), Failure> {
+    if (claimed - found).abs() <= ROUNDED * claimed.abs().max(found.abs()).max(1.0) {
+        return Ok(());
+    }
+    Err(wrong(format!("{what} is told as {claimed}, found as {found}")))
+}
+
+/// Checks a certificate; gives what was seen.
+///
+/// # Errors
+/// The first claim that does not hold, or a file that cannot be read.
+pub(crate) fn run(file: &Path) -> Result<String, Failure> {
+    let value: Value =
+        serde_json::from_str(&crate::files::get(file)?).map_err(|e| wrong(format!("{}: {e}", file.display())))?;
+    let seen = check(&value).map_err(|Failure(e)| wrong(format!("{}: {e}", file.display())))?;
+    Ok(format!("{}: {seen}", file.display()))
+}
+
+fn check(value: &Value) -> Result<String, Failure> {
+    if value["format"] != "proveout schedule certificate, version 1" {
+        return Err(wrong("this is no schedule certificate of version 1"));
+    }
+    let runs = list(value, "runs")?;
+    if runs.is_empty() {
+        return Err(wrong("nothing is certified: there is no run"));
+    }
+    let mut seen = Vec::new();
+    for (k, run) in runs.iter().enumerate() {
+        let windows = check_run(run).map_err(|Failure(e)| wrong(format!("run {k}: {e}")))?;
+        seen.push(format!("{:.3} s proved by {windows} windows", number(run, "bound_s")?));
+    }
+    Ok(format!("{} hold: {}", if runs.len() == 1 { "1 run" } else { "the runs" }, seen.join(", ")))
+}
+
+fn check_run(value: &Value) -> Result<usize, Failure> {
+    let least = numbers(value, "least_s")?;
+    if least.is_empty() || least.iter().any(|t| *t <= 0.0) {
+        return Err(wrong("a block has no least time"));
+    }
+    let run = Run { joints: joints(value, least.len())?, least, value };
+    let inside = |key: &str| value[key].as_bool().ok_or_else(|| wrong(format!("{key} is neither true nor false")));
+    for (program, times, flag, total) in
+        [("new", "new_s", "new_inside", "time_s"), ("original", "original_s", "original_inside", "original_time_s")]
+    {
+        let positions = format!("{program}_deg");
+        let claimed = inside(flag)?;
+        if claimed != run.keeps(&positions)? {
+            return Err(wrong(format!("{flag} is told as {claimed}; the gates tell otherwise")));
+        }
+        let own = numbers(value, times)?;
+        if own.len() != run.least.len() {
+            return Err(wrong(format!("{times} has not one time for each block")));
+        }
+        let faster = own.iter().zip(&run.least).position(|(t, least)| *t < least * (1.0 - ROUNDED));
+        if let Some(block) = faster.filter(|_| claimed) {
+            return Err(wrong(format!("block {block} takes less than its least time in the {program} program")));
+        }
+        let sum: f64 = own.iter().sum();
+        same(total, number(value, total)?, sum)?;
+        if claimed && sum < number(value, "bound_s")? * (1.0 - ROUNDED) {
+            return Err(wrong(format!("the {program} program is faster than the bound")));
+        }
+    }
+    same("feed_bound_s", number(value, "feed_bound_s")?, run.least.iter().sum())?;
+    let windows = list(value, "windows")?;
+    let mut at = 0;
+    let mut sum = 0.0;
+    for (k, window) in windows.iter().enumerate() {
+        let (end, time) = run.window(window, at).map_err(|Failure(e)| wrong(format!("window {k}: {e}")))?;
+        let claimed = number(window, "time_s")?;
+        if claimed > time + ROUNDED * time.abs().max(1.0) {
+            return Err(wrong(format!("window {k} claims {claimed} s, and proves {time} s")));
+        }
+        sum += claimed;
+        at = end;
+    }
+    if at != run.least.len() {
+        return Err(wrong(format!("the windows end at gate {at} of {}", run.least.len())));
+    }
+    let bound = number(value, "bound_s")?;
+    same("bound_s", bound, sum)?;
+    match &value["gap_percent"] {
+        Value::Null if !inside("new_inside")? => {}
+        Value::Number(_) if inside("new_inside")? => {
+            same("gap_percent", number(value, "gap_percent")?, 100.0 * (number(value, "time_s")? / bound - 1.0))?;
+        }
+        _ => {
+            return Err(wrong(
+                "gap_percent is told where the program leaves the channel, or missing where it does not",
+            ));
+        }
+    }
+    Ok(windows.len())
+}
+
+fn joints(value: &Value, blocks: usize) -> Result<Vec<Joint>, Failure> {
+    let passed = 1.0 + number(value, "limit_passed")?;
+    let mut joints = Vec::new();
+    for joint in list(value, "joints")? {
+        let name = joint["name"].as_str().ok_or_else(|| wrong("a joint without a name"))?.to_owned();
+        let limit = |key: &str| match &joint[key] {
+            Value::Null => Ok(f64::INFINITY),
+            _ => number(joint, key).map(|v| v * passed),
+        };
+        let limits = Limits {
+            velocity: number(joint, "velocity_deg_s")? * passed,
+            acceleration: limit("acceleration_deg_s2")?,
+            jerk: limit("jerk_deg_s3")?,
+        };
+        if !(limits.velocity > 0.0 && limits.acceleration > 0.0 && limits.jerk > 0.0) {
+            return Err(wrong(format!("a limit of {name} is not above zero")));
+        }
+        let mut gates = Vec::new();
+        for gate in list(joint, "gates_deg")? {
+            let both = (gate[0].as_f64(), gate[1].as_f64());
+            let (Some(low), Some(high)) = both else { return Err(wrong(format!("a gate of {name} is no pair"))) };
+            if low > high {
+                return Err(wrong(format!("gate {} of {name} is empty", gates.len())));
+            }
+            gates.push([low, high]);
+        }
+        if gates.len() != blocks + 1 {
+            return Err(wrong(format!("{name} has {} gates for {blocks} blocks", gates.len())));
+        }
+        joints.push(Joint { name, limits, gates });
+    }
+    Ok(joints)
+}
+
+impl Run<'_> {
+    /// All positions of a program are inside of the gates, less what these are wider by.
+    fn keeps(&self, positions: &str) -> Result<bool, Failure> {
+        let rounding = number(self.value, "rounding_deg")?;
+        let mut keeps = true;
+        for (joint, value) in self.joints.iter().zip(list(self.value, "joints")?) {
+            let own = numbers(value, positions)?;
+            if own.len() != joint.gates.len() {
+                return Err(wrong(format!("{positions} of {} has not one place for each gate", joint.name)));
+            }
+            keeps &= own
+                .iter()
+                .zip(&joint.gates)
+                .all(|(q, [low, high])| q - low > rounding - PLACE_DEG && high - q > rounding - PLACE_DEG);
+        }
+        Ok(keeps)
+    }
+
+    /// Last gate and time of a window that must begin at a gate.
+    fn window(&self, window: &Value, begin: usize) -> Result<(usize, f64), Failure> {
+        let gates: Option<Vec<usize>> =
+            list(window, "gates")?.iter().map(|v| v.as_u64().and_then(|v| usize::try_from(v).ok())).collect();
+        let gates = gates.filter(|g| g.len() >= 2).ok_or_else(|| wrong("it has no gates"))?;
+        let last = gates[gates.len() - 1];
+        if gates[0] != begin || gates.windows(2).any(|p| p[0] >= p[1]) || last > self.least.len() {
+            return Err(wrong(format!("its gates {gates:?} do not rise from gate {begin}")));
+        }
+        let kind = window["proof"].as_str().unwrap_or_default();
+        if kind == "feed" {
+            return if gates.len() == 2 {
+                Ok((last, self.least[begin..last].iter().sum()))
+            } else {
+                Err(wrong("the feed has two gates"))
+            };
+        }
+        let joint = self.joints.iter().find(|j| window["joint"] == j.name.as_str());
+        let joint = joint.ok_or_else(|| wrong("its joint is not in the certificate"))?;
+        let up = window["up"].as_bool().ok_or_else(|| wrong("it does not say whether it goes up"))?;
+        // From the side where the joint must be at one gate to the other side of the next.
+        let ways: Vec<f64> = gates
+            .windows(2)
+            .enumerate()
+            .map(|(k, p)| {
+                let [from, to] = [joint.gates[p[0]], joint.gates[p[1]]];
+                if up == (k % 2 == 0) { to[0] - from[1] } else { from[0] - to[1] }
+            })
+            .collect();
+        if ways.iter().any(|w| *w <= 0.0) {
+            return Err(wrong("two of its gates can be passed without moving"));
+        }
+        let time = match (kind, ways.as_slice()) {
+            ("travel", [way]) => way / joint.limits.velocity,
+            ("swings", [first, inner @ .., last]) => {
+                joint.limits.from_turn(*first)
+                    + inner.iter().map(|w| joint.limits.turn_to_turn(*w)).sum::<f64>()
+                    + joint.limits.from_turn(*last)
+            }
+            _ => return Err(wrong(format!("{kind:?} with {} gates is no proof", gates.len()))),
+        };
+        Ok((last, time))
+    }
+}
