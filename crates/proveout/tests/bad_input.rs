@@ -313,9 +313,10 @@ fn a_scene_whose_program_has_no_channel_does_not_run() {
 
 #[test]
 fn an_option_that_its_method_does_not_read() {
-    for (option, method, wanted) in
-        [("keys = 9", "s-theta", "clearance_deg, inset_deg, theta_unit"), ("inset_deg = 3", "quaternion", "keys")]
-    {
+    for (option, method, wanted) in [
+        ("keys = 9", "s-theta", "clearance_deg, inset_deg, start_flat_mm, end_flat_percent, merge_mm, theta_unit"),
+        ("inset_deg = 3", "quaternion", "keys"),
+    ] {
         let small = Small::new();
         li_2022(&small, None, |scene| {
             let program = format!(
