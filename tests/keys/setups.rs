@@ -266,7 +266,7 @@ impl Setup {
                 machine = lib("machines/starrag-lx-451/machine.toml");
                 tools = lib("tools/li-2022.toml");
                 name = "main.mpf";
-                program = if matches!(self, Self::RemadePole | Self::RemadeKeys) {
+                program = if self == Self::RemadePole {
                     near_pole()
                 } else {
                     shortened(&lib("scenes/li-2022-s-theta/original.mpf"))

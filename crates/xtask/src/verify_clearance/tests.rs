@@ -46,6 +46,19 @@ fn refused(what: &str, result: Result<String, Failure>) {
     }
 }
 
+/// A straight span in two parts with its time and its claims: each has half of the way, and what the joints may leave it by.
+fn halves(span: &Span) -> [Span; 2] {
+    let [from, to] = span.straight.expect("straight");
+    let middle = (from + to) * 0.5;
+    let off = from.zip_map(to, f64::min) - span.low;
+    [[from, middle], [middle, to]].map(|ends| Span {
+        low: ends[0].zip_map(ends[1], f64::min) - off,
+        high: ends[0].zip_map(ends[1], f64::max) + off,
+        straight: Some(ends),
+        ..span.clone()
+    })
+}
+
 #[test]
 fn what_a_run_says_holds_and_forgeries_are_refused() {
     let folder = tempfile::tempdir().expect("folder");
@@ -97,12 +110,15 @@ fn what_a_run_says_holds_and_forgeries_are_refused() {
     forged.retain(|s| ordered(&s.bodies[0], &s.bodies[1]) != ordered("holder of T1", "post"));
     refused("a pair told as unchecked", check(&claim, &setup, &forged, &samples));
 
-    // Parts of one piece of the motion have its time in common: what is left is without a gap in time, but not along the way.
-    let whole = |k: &usize| spans[*k].bodies == spans[k + 1].bodies && spans[*k].time == spans[k + 1].time;
-    let goes = |k: usize| (spans[k + 1].high - spans[k + 1].low).max_abs();
-    let k = (0..spans.len() - 1).filter(whole).max_by(|&a, &b| goes(a).total_cmp(&goes(b))).expect("parts of a piece");
-    assert!(goes(k) > 0.01, "{}", goes(k));
+    // Parts of one piece of the motion have its time in common: cut in two it holds as well, but without one of them it has no gap in time, only along
+    // the way.
+    let way = |s: &Span| s.straight.as_ref().map_or(0.0, |[from, to]| (*to - *from).max_abs());
+    let far = |&a: &usize, &b: &usize| way(&spans[a]).total_cmp(&way(&spans[b]));
+    let k = (0..spans.len()).filter(|&k| least(&spans[k]) > 1.0).max_by(far).expect("a straight span");
+    assert!(way(&spans[k]) > 0.01, "{}", way(&spans[k]));
     let mut forged = spans.clone();
+    forged.splice(k..=k, halves(&spans[k]));
+    check(&verdict, &setup, &forged, &samples).unwrap_or_else(|Failure(e)| panic!("{e}"));
     forged.remove(k + 1);
     refused("a part of a piece removed", check(&verdict, &setup, &forged, &samples));
 
