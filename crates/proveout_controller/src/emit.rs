@@ -10,7 +10,7 @@ use crate::{
     mapping::Kinematics,
     meter::Meter,
     output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample},
-    path::{Path, PathBlock},
+    path::{Path, PathBlock, reaches},
     pieces::{Cutter, Stance},
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
@@ -134,7 +134,7 @@ impl Emitter {
                 self.pieces(scope, path, block, &stretch.law, [a, b], start, (&mut phase, &mut span))
             };
             self.meter.motion(block.kind, t1 - t0);
-            if block.end() <= stretch.s_end {
+            if reaches(stretch.s_end, block.end()) {
                 self.end_block(scope, block, begin, t1);
             }
         }

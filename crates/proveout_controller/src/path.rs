@@ -102,6 +102,11 @@ pub(crate) struct PathBlock {
     pub(crate) line: u32,
 }
 
+/// Whether a path that has come to s has come to the end of a block, but for rounding of their sums.
+pub(crate) fn reaches(s: f64, end: f64) -> bool {
+    end - s <= 1e-12 * end.abs().max(1.0)
+}
+
 impl PathBlock {
     pub(crate) fn end(&self) -> f64 {
         self.s0 + self.length
@@ -270,15 +275,21 @@ impl Path {
 
     fn finish_exact(&mut self, frame: &Frame<'_>, number: u64, s1: f64) {
         let s0 = self.s_done;
-        if s1 - s0 > 1e-12 * s1.abs().max(1.0) {
-            let block = self.block(number);
-            let cells = exact_cells(frame, block, s0, s1);
-            for (end, limits) in cells {
-                self.cells.push(PathCell { s1: end, limits, block: number, exact: true });
+        if reaches(s0, s1) {
+            // What is left is rounding of sums: the path ends where its last block does.
+            if let (Some(cell), Some(span)) = (self.cells.last_mut(), self.spans.last_mut()) {
+                (cell.s1, span.s1) = (cell.s1.max(s1), span.s1.max(s1));
+                self.s_done = s0.max(s1);
             }
-            self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact, way: Way::Parameter });
-            self.s_done = s1;
+            return;
         }
+        let block = self.block(number);
+        let cells = exact_cells(frame, block, s0, s1);
+        for (end, limits) in cells {
+            self.cells.push(PathCell { s1: end, limits, block: number, exact: true });
+        }
+        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact, way: Way::Parameter });
+        self.s_done = s1;
     }
 
     fn push_blend(&mut self, frame: &Frame<'_>, number: u64, next: &PathBlock, quintic: Box<Quintic>) {
@@ -370,7 +381,7 @@ impl Path {
         self.cells.drain(..cells);
         let spans = self.spans.partition_point(|p| p.s1 <= s);
         self.spans.drain(..spans);
-        let blocks = self.blocks.partition_point(|b| b.end() <= s).min(self.blocks.len().saturating_sub(1));
+        let blocks = self.blocks.partition_point(|b| reaches(s, b.end())).min(self.blocks.len().saturating_sub(1));
         self.blocks.drain(..blocks);
         self.first_block += blocks as u64;
         self.s_begin = s;

@@ -237,9 +237,9 @@ impl Run<'_> {
         let time = match (kind, ways.as_slice()) {
             ("travel", [way]) => way / joint.limits.velocity,
             ("swings", [first, inner @ .., last]) => {
-                joint.limits.from_turn(*first)
+                joint.limits.after_turn(*first)
                     + inner.iter().map(|w| joint.limits.turn_to_turn(*w)).sum::<f64>()
-                    + joint.limits.from_turn(*last)
+                    + joint.limits.after_turn(*last)
             }
             _ => return Err(wrong(format!("{kind:?} with {} gates is no proof", gates.len()))),
         };

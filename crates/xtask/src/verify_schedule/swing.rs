@@ -50,7 +50,7 @@ impl Limits {
     }
 
     /// Least time from a place where the joint turns back to one that it passes, or the other way round.
-    pub(crate) fn from_turn(&self, way: f64) -> f64 {
+    pub(crate) fn after_turn(&self, way: f64) -> f64 {
         if self.acceleration.is_infinite() {
             return way / self.velocity;
         }

@@ -90,7 +90,7 @@ fn times_between_turns_meet_closed_forms() {
     assert!((l.turn_to_turn(4.0) - 2.0).abs() < 1e-12);
     let l = Limits { velocity: 3.0, acceleration: 2.0, jerk: f64::INFINITY };
     assert!((l.turn_to_turn(2.0) - 2.0).abs() < 1e-12 && (l.turn_to_turn(9.0) - 4.5).abs() < 1e-12);
-    assert!((l.from_turn(1.0) - 1.0).abs() < 1e-12 && (l.from_turn(6.0) - 2.75).abs() < 1e-12);
+    assert!((l.after_turn(1.0) - 1.0).abs() < 1e-12 && (l.after_turn(6.0) - 2.75).abs() < 1e-12);
     let free = Limits { velocity: 4.0, acceleration: f64::INFINITY, jerk: f64::INFINITY };
-    assert!((free.turn_to_turn(2.0) - 0.5).abs() < 1e-12 && (free.from_turn(2.0) - 0.5).abs() < 1e-12);
+    assert!((free.turn_to_turn(2.0) - 0.5).abs() < 1e-12 && (free.after_turn(2.0) - 0.5).abs() < 1e-12);
 }
