@@ -6,7 +6,7 @@
 //!
 //! * a block takes at least `feed_part` of its programmed time, which is what the fastest block of both programs takes of its own: a
 //!   control that rounds corners cuts the way short, by how much in other schedules nobody knows before they run;
-//! * joints keep their limits to [`LIMIT_PASSED`], the tolerance of the control, and the programmed rotary positions to its rounding.
+//! * joints keep their limits to 0.1 percent, the tolerance of the control, and the programmed rotary positions to its rounding.
 //!
 //! Limits are those in force: what a scene lowers counts as lowered.
 

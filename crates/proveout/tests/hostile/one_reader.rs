@@ -31,12 +31,12 @@ fn replaced(shop: &Workshop, file: &str, by: impl FnOnce(&std::path::Path)) {
 const FAULTS: [Fault; 11] = [
     Fault {
         name: "typo",
-        spoil: |shop, file| begin(shop, file, b"descripton = \"a part\""),
+        spoil: |shop, file| begin(shop, file, b"description2 = \"a part\""),
         told: &[
-            "error: `descripton`: is not a known key [input-unknown-key]",
+            "error: `description2`: is not a known key [input-unknown-key]",
             "  at FILE:1:1",
-            "   | descripton = \"a part\"",
-            "   | ^^^^^^^^^^",
+            "   | description2 = \"a part\"",
+            "   | ^^^^^^^^^^^^",
             "  help: did you mean `description`?",
         ],
     },
