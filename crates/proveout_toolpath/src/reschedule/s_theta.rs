@@ -67,21 +67,19 @@ pub struct Plan {
 impl STheta {
     fn check(&self) -> Result<(), RescheduleError> {
         let angle = |v: f64, high: f64| v.is_finite() && (0.0..high).contains(&v);
-        let fits = angle(self.clearance, 0.25 * TAU)
-            && angle(self.inset, 0.125 * TAU)
-            && self.inset > 0.0
-            && (0.0..0.4).contains(&self.end_flat)
-            && self.start_flat >= 0.0
-            && self.start_flat.is_finite()
-            && self.merge >= 0.0
-            && self.merge.is_finite();
-        if fits {
-            return Ok(());
-        }
+        let length = |v: f64| v.is_finite() && v >= 0.0;
+        let options = [
+            ("clearance_deg", self.clearance.to_degrees(), angle(self.clearance, 0.25 * TAU)),
+            ("inset_deg", self.inset.to_degrees(), self.inset > 0.0 && angle(self.inset, 0.125 * TAU)),
+            ("start_flat_mm", self.start_flat, length(self.start_flat)),
+            ("end_flat_percent", 100.0 * self.end_flat, (0.0..0.4).contains(&self.end_flat)),
+            ("merge_mm", self.merge, length(self.merge)),
+        ];
+        let Some((key, value, _)) = options.into_iter().find(|(.., fits)| !fits) else { return Ok(()) };
         Err(RescheduleError::new(
             "reschedule-option",
             0,
-            format!("the options of s-theta are outside of their ranges: {self:?}"),
+            format!("{key} = {value:.6} of s-theta is outside of its range"),
             "clearance 0 to 90 degrees, inset above 0 to 45 degrees, flat at the end 0 to 40 percent, other lengths at least zero",
         ))
     }
